@@ -1,0 +1,131 @@
+"""Where everything is: the frames of a rig, made once from its numbers.
+
+Names read `b_from_a`: ``x_b = b_from_a.apply(x_a)``. The frames are those of `docs/conventions.md`; `gimbal` has its
+origin at the centre of M2's face, z along the pan axis (up), x the gaze's azimuth zero; `pan` turns in it by the
+pan angle; `m2` is the mirror's own frame (x tilt axis, y up along the face, z outward normal).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from rigs import Camera, FoldMirror, GazeMirror, Joint, Rig
+
+FloatArray = NDArray[np.float64]
+
+BODY_FROM_OPTICAL = Rotation.from_matrix(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]))
+"""A camera that looks along the body's x: camera z is body x, camera x is body -y, camera y is body -z (REP-103)."""
+
+FOLD_DIRECTION = np.array([0.0, 1.0, 0.0])
+"""Where M1 sends the optical axis, in the camera frame: image-down."""
+
+FACE_ELEVATION_AT_ZERO = np.pi / 4
+"""Elevation of M2's normal at zero tilt: half way between the incoming axis (from above) and a horizontal gaze."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """The frames of a rig with two mirrors.
+
+    Attributes
+    ----------
+    body_from_camera, body_from_m1, body_from_gimbal : RigidTransform
+        Fixed poses, metres.
+    pan, tilt : Joint
+        Limits, offset and sign of the joints.
+    """
+
+    body_from_camera: RigidTransform
+    body_from_m1: RigidTransform
+    body_from_gimbal: RigidTransform
+    pan: Joint
+    tilt: Joint
+
+    @classmethod
+    def from_rig(cls, rig: Rig) -> Layout:
+        """Lay out a rig; raises `ValueError` for one without mirrors."""
+        if rig.fold_mirror is None or rig.gaze_mirror is None or rig.joints is None:
+            raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+        body_from_camera = camera_pose(rig.camera)
+        camera_from_m1 = fold_mirror_pose(rig.fold_mirror)
+        return cls(
+            body_from_camera=body_from_camera,
+            body_from_m1=body_from_camera * camera_from_m1,
+            body_from_gimbal=body_from_camera * gimbal_pose(rig.fold_mirror, rig.gaze_mirror),
+            pan=rig.joints.pan,
+            tilt=rig.joints.tilt,
+        )
+
+    @property
+    def camera_from_m1(self) -> RigidTransform:
+        """Pose of the fold mirror in the camera frame."""
+        return self.body_from_camera.inv() * self.body_from_m1
+
+    @property
+    def camera_from_gimbal(self) -> RigidTransform:
+        """Pose of the gimbal in the camera frame."""
+        return self.body_from_camera.inv() * self.body_from_gimbal
+
+    def pan_angle(self, q1: float) -> float:
+        """Angle of the pan frame in the gimbal frame for joint value `q1`, radians."""
+        return self.pan.sign * q1 + np.radians(self.pan.offset_deg)
+
+    def tilt_angle(self, q2: float) -> float:
+        """Angle of the mirror from the horizontal-gaze position for joint value `q2`, radians."""
+        return self.tilt.sign * q2 + np.radians(self.tilt.offset_deg)
+
+    def body_from_pan(self, q1: float) -> RigidTransform:
+        """Pose of the yoke's frame; `q1` in radians."""
+        turn = RigidTransform.from_rotation(Rotation.from_euler("z", self.pan_angle(q1)))
+        return self.body_from_gimbal * turn
+
+    def body_from_m2(self, q1: float, q2: float) -> RigidTransform:
+        """Pose of the gaze mirror; joint values in radians."""
+        return self.body_from_pan(q1) * pan_from_m2(self.tilt_angle(q2))
+
+    def camera_from_m2(self, q1: float, q2: float) -> RigidTransform:
+        """Pose of the gaze mirror in the camera frame; joint values in radians."""
+        return self.body_from_camera.inv() * self.body_from_m2(q1, q2)
+
+
+def camera_pose(camera: Camera) -> RigidTransform:
+    """Pose of the camera in the body frame."""
+    # Positive pitch looks up, which is a negative turn about the body's y (left); roll is clockwise from behind.
+    angles = [camera.yaw_deg, -camera.pitch_deg, camera.roll_deg]
+    turn = Rotation.from_euler("ZYX", angles, degrees=True)
+    return RigidTransform.from_components(np.array(camera.position_mm) / 1000, turn * BODY_FROM_OPTICAL)
+
+
+def fold_mirror_pose(fold_mirror: FoldMirror) -> RigidTransform:
+    """Pose of M1 in the camera frame: on the axis, its normal half way between back-to-camera and the fold."""
+    axis = np.array([0.0, 0.0, 1.0])
+    normal = (FOLD_DIRECTION - axis) / np.sqrt(2)
+    up = -(FOLD_DIRECTION + axis) / np.sqrt(2)
+    return RigidTransform.from_components(
+        axis * fold_mirror.distance_mm / 1000, Rotation.from_matrix(_axes(up=up, normal=normal))
+    )
+
+
+def gimbal_pose(fold_mirror: FoldMirror, gaze_mirror: GazeMirror) -> RigidTransform:
+    """Pose of the gimbal in the camera frame: d1 along the axis, then d2 along the fold."""
+    origin = np.array([0.0, 0.0, fold_mirror.distance_mm]) + FOLD_DIRECTION * gaze_mirror.distance_mm
+    forward = np.array([0.0, 0.0, 1.0])
+    up = -FOLD_DIRECTION
+    axes = np.column_stack([forward, np.cross(up, forward), up])
+    return RigidTransform.from_components(origin / 1000, Rotation.from_matrix(axes))
+
+
+def pan_from_m2(tilt_angle: float) -> RigidTransform:
+    """Pose of M2 in the pan frame; the origin stays where the joint axes cross."""
+    elevation = FACE_ELEVATION_AT_ZERO + tilt_angle
+    normal = np.array([np.cos(elevation), 0.0, np.sin(elevation)])
+    up = np.array([-np.sin(elevation), 0.0, np.cos(elevation)])
+    return RigidTransform.from_rotation(Rotation.from_matrix(_axes(up=up, normal=normal)))
+
+
+def _axes(*, up: FloatArray, normal: FloatArray) -> FloatArray:
+    return np.column_stack([np.cross(up, normal), up, normal])

@@ -1,0 +1,329 @@
+"""The rig file's contents: frozen, typed sections whose field names carry their units.
+
+Frames are those of `docs/conventions.md`: the body frame is x forward, y left, z up; the camera frame is
+x right, y down, z forward. Lengths are millimetres here and metres everywhere behind `optics`.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, model_validator
+
+from rigs.servos import SERVO_CATALOGUE, servo_numbers
+
+Positive = Annotated[FiniteFloat, Field(gt=0)]
+NotNegative = Annotated[FiniteFloat, Field(ge=0)]
+Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+PortMaterial = Literal["pmma", "polycarbonate", "n-bk7", "borofloat33", "sapphire", "fused-silica"]
+JerlovType = Literal["IB", "II", "III", "1C", "3C", "5C"]
+
+
+class Section(BaseModel):
+    """Base of every section: frozen, no unknown keys, no NaN or infinity."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class CameraPose(Section):
+    """Where the camera's pinhole is in the body frame, and how it is turned.
+
+    With all angles zero the optical axis is the body's +x and image-up is the body's +z. Yaw turns to the left,
+    pitch up, roll clockwise as seen from behind the camera; they apply in the order roll, pitch, yaw.
+    """
+
+    position_mm: Vector3
+    yaw_deg: FiniteFloat = 0.0
+    pitch_deg: FiniteFloat = 0.0
+    roll_deg: FiniteFloat = 0.0
+
+
+class ImageSize(CameraPose):
+    """Pixels and intrinsics shared by both camera models; pixel (0, 0) is the centre of the top-left pixel."""
+
+    width_px: Annotated[int, Field(gt=0, le=20000)]
+    height_px: Annotated[int, Field(gt=0, le=20000)]
+    fx_px: Positive
+    fy_px: Positive
+    cx_px: FiniteFloat
+    cy_px: FiniteFloat
+
+    @model_validator(mode="after")
+    def _principal_point_is_in_the_image(self) -> Self:
+        if not (-0.5 <= self.cx_px <= self.width_px - 0.5 and -0.5 <= self.cy_px <= self.height_px - 0.5):
+            raise ValueError(
+                f"expected a principal point inside the {self.width_px} x {self.height_px} image, "
+                f"got cx_px = {self.cx_px}, cy_px = {self.cy_px}"
+            )
+        return self
+
+
+class PinholeSpec(ImageSize):
+    """Pinhole with OpenCV's distortion (k1, k2, p1, p2, k3[, k4, k5, k6]); calibrated in air."""
+
+    model: Literal["pinhole"]
+    distortion: tuple[FiniteFloat, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _distortion_has_five_or_eight(self) -> Self:
+        if len(self.distortion) not in (5, 8):
+            raise ValueError(f"expected 5 or 8 distortion coefficients, got {len(self.distortion)}")
+        return self
+
+
+class FisheyeSpec(ImageSize):
+    """Kannala-Brandt fisheye, as OpenCV's fisheye module: r = f (t + k1 t^3 + k2 t^5 + k3 t^7 + k4 t^9)."""
+
+    model: Literal["fisheye"]
+    distortion: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat] = (0.0, 0.0, 0.0, 0.0)
+
+
+Camera = Annotated[PinholeSpec | FisheyeSpec, Field(discriminator="model")]
+
+
+class FlatPortSpec(Section):
+    """Plane-parallel window; `distance_mm` is measured from the pinhole to the inner face along the normal."""
+
+    shape: Literal["flat"]
+    material: PortMaterial
+    distance_mm: Positive
+    thickness_mm: Positive
+    normal: Vector3 = (0.0, 0.0, 1.0)
+    aperture_diameter_mm: Positive
+
+    @model_validator(mode="after")
+    def _normal_points_out(self) -> Self:
+        if self.normal[2] <= 0:
+            raise ValueError(f"expected a normal that points out of the housing (z > 0), got {self.normal}")
+        return self
+
+
+class DomePortSpec(Section):
+    """Spherical shell; the centre is given in the camera frame, (0, 0, 0) is a perfectly centred dome."""
+
+    shape: Literal["dome"]
+    material: PortMaterial
+    centre_mm: Vector3 = (0.0, 0.0, 0.0)
+    inner_radius_mm: Positive
+    thickness_mm: Positive
+    aperture_diameter_mm: Positive
+
+    @model_validator(mode="after")
+    def _pinhole_and_rim_are_inside(self) -> Self:
+        offset = sum(c * c for c in self.centre_mm) ** 0.5
+        if offset >= self.inner_radius_mm:
+            raise ValueError(
+                f"expected the pinhole inside the dome: centre_mm is {offset:g} mm away from it, "
+                f"but inner_radius_mm is {self.inner_radius_mm:g}"
+            )
+        if self.aperture_diameter_mm > 2 * self.inner_radius_mm:
+            raise ValueError(
+                f"expected an aperture of at most the inner diameter {2 * self.inner_radius_mm:g} mm, "
+                f"got aperture_diameter_mm = {self.aperture_diameter_mm:g}"
+            )
+        return self
+
+
+class NoPortSpec(Section):
+    """No window: camera, mirrors and scene share one medium."""
+
+    shape: Literal["none"]
+
+
+Port = Annotated[FlatPortSpec | DomePortSpec | NoPortSpec, Field(discriminator="shape")]
+
+
+class Water(Section):
+    """The water the rig works in; index by Quan & Fry, optical properties by Jerlov type."""
+
+    salinity_ppt: Annotated[FiniteFloat, Field(ge=0, le=35)] = 35.0
+    temperature_celsius: Annotated[FiniteFloat, Field(ge=0, le=30)] = 20.0
+    jerlov_type: JerlovType = "IB"
+
+
+class FlatMirror(Section):
+    """Rectangular front-surface mirror plate."""
+
+    width_mm: Positive
+    height_mm: Positive
+    thickness_mm: Positive = 3.0
+
+
+class FoldMirror(FlatMirror):
+    """M1: at 45 degrees on the camera's axis, `distance_mm` (d1) from the pinhole; folds the view downwards.
+
+    `width_mm` runs along the camera's x, `height_mm` along the slope.
+    """
+
+    distance_mm: Positive
+
+
+class GazeMirror(FlatMirror):
+    """M2: on the folded axis, `distance_mm` (d2) below the centre of M1; turned by the two joints.
+
+    `width_mm` runs along the tilt axis. Both joint axes cross at the centre of the reflecting face.
+    """
+
+    distance_mm: Positive
+
+
+class Joint(Section):
+    """One revolute joint: q in [min_deg, max_deg]; the optical angle is sign * q + offset_deg."""
+
+    min_deg: Annotated[FiniteFloat, Field(ge=-360, le=360)]
+    max_deg: Annotated[FiniteFloat, Field(ge=-360, le=360)]
+    offset_deg: FiniteFloat = 0.0
+    sign: Literal[1, -1] = 1
+
+    @model_validator(mode="after")
+    def _limits_are_ordered(self) -> Self:
+        if self.min_deg >= self.max_deg:
+            raise ValueError(f"expected min_deg < max_deg, got {self.min_deg:g} and {self.max_deg:g}")
+        return self
+
+
+class Joints(Section):
+    """q1 (pan) turns the gaze mirror about the folded axis, q2 (tilt) about a horizontal axis on it."""
+
+    pan: Joint
+    tilt: Joint
+
+
+class Servo(Section):
+    """A position servo; size is length x width x height with the shaft along the height."""
+
+    name: str
+    travel_deg: Positive
+    speed_deg_per_s: Positive
+    torque_n_m: Positive
+    size_mm: tuple[Positive, Positive, Positive]
+    shaft_offset_mm: NotNegative
+    mass_g: Positive
+    deadband_us: NotNegative
+    pulse_us: tuple[Positive, Positive]
+
+
+def _look_up_servo(value: Any) -> Any:
+    """A servo may be named: its numbers then come from the catalogue."""
+    if isinstance(value, str):
+        if value not in SERVO_CATALOGUE:
+            raise ValueError(f"expected a servo of the catalogue ({', '.join(sorted(SERVO_CATALOGUE))}) or a table")
+        return servo_numbers(value)
+    return value
+
+
+ServoChoice = Annotated[Servo, BeforeValidator(_look_up_servo, json_schema_input_type=str | Servo)]
+
+
+class Servos(Section):
+    """The two servos, by catalogue name or with numbers of your own."""
+
+    pan: ServoChoice
+    tilt: ServoChoice
+
+
+class BoxHull(Section):
+    """Rounded box around the body's origin, with `flippers_per_side` paddles (AQUA has three on each side)."""
+
+    shape: Literal["box"]
+    length_mm: Positive
+    width_mm: Positive
+    height_mm: Positive
+    edge_radius_mm: NotNegative = 20.0
+    flippers_per_side: Annotated[int, Field(ge=0, le=6)] = 0
+
+    @model_validator(mode="after")
+    def _radius_fits(self) -> Self:
+        smallest = min(self.length_mm, self.width_mm, self.height_mm)
+        if 2 * self.edge_radius_mm >= smallest:
+            raise ValueError(
+                f"expected edge_radius_mm below half the smallest side ({smallest / 2:g}), "
+                f"got {self.edge_radius_mm:g}"
+            )
+        return self
+
+
+class OpenFrameHull(Section):
+    """Open-frame ROV around the body's origin: two side panels, a bottom panel, and a tube that holds the camera."""
+
+    shape: Literal["open-frame"]
+    length_mm: Positive
+    width_mm: Positive
+    height_mm: Positive
+    panel_thickness_mm: Positive = 12.0
+    tube_diameter_mm: Positive = 114.0
+
+
+class FileHull(Section):
+    """The user's own hull: a STEP or STL file, its unit, and where its origin lies in the body frame."""
+
+    shape: Literal["file"]
+    file: Path
+    unit: Literal["mm", "m", "inch"]
+    position_mm: Vector3 = (0.0, 0.0, 0.0)
+    yaw_deg: FiniteFloat = 0.0
+    pitch_deg: FiniteFloat = 0.0
+    roll_deg: FiniteFloat = 0.0
+
+
+Hull = Annotated[BoxHull | OpenFrameHull | FileHull, Field(discriminator="shape")]
+
+
+class Mount(Section):
+    """How the mount is made and where it is bolted to the hull (points on the hull's surface, body frame)."""
+
+    fold_anchor_mm: Vector3
+    base_anchor_mm: Vector3
+    wall_mm: Annotated[FiniteFloat, Field(ge=1.2, le=20)] = 4.0
+    clearance_mm: Annotated[FiniteFloat, Field(ge=0.2, le=10)] = 2.0
+    material: Literal["abs", "petg", "pla", "nylon"] = "abs"
+    printer_bed_mm: tuple[Positive, Positive, Positive] = (250.0, 210.0, 210.0)
+    nozzle_mm: Annotated[FiniteFloat, Field(ge=0.1, le=2)] = 0.4
+
+
+MIRROR_SECTIONS = ("fold_mirror", "gaze_mirror", "joints", "servos", "hull", "mount")
+
+
+class Rig(Section):
+    """A whole mirror gaze, or (without any of the mirror sections) a camera behind a port on a bench."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
+    description: str = ""
+    camera: Camera
+    port: Port
+    water: Water = Water()
+    fold_mirror: FoldMirror | None = None
+    gaze_mirror: GazeMirror | None = None
+    joints: Joints | None = None
+    servos: Servos | None = None
+    hull: Hull | None = None
+    mount: Mount | None = None
+
+    @model_validator(mode="after")
+    def _mirrors_come_whole(self) -> Self:
+        missing = [name for name in MIRROR_SECTIONS if getattr(self, name) is None]
+        if missing and len(missing) != len(MIRROR_SECTIONS):
+            raise ValueError(f"expected all of {', '.join(MIRROR_SECTIONS)} or none; missing: {', '.join(missing)}")
+        return self
+
+    @cached_property
+    def has_mirrors(self) -> bool:
+        """Whether this is a mirror gaze, not a bare camera behind a port."""
+        return self.fold_mirror is not None
+
+    @classmethod
+    def load(cls, name_or_path: str | Path) -> Rig:
+        """Read a preset by name or a TOML file by path.
+
+        Raises
+        ------
+        RigError
+            With every problem of the file at once.
+        FileNotFoundError
+            When there is neither such a preset nor such a file.
+        """
+        from rigs.files import load_rig  # noqa: PLC0415  (files builds rigs: the import would be circular)
+
+        return load_rig(name_or_path)
