@@ -1,8 +1,8 @@
 """The one place that chooses what Dr.Jit computes with: LLVM on the processor or CUDA on a graphics card.
 
 Other modules write ``from optics.backend import dr, mi, Float64``: the first such import chooses the backend.
-Nothing else imports drjit or mitsuba. The choice is made before drjit is loaded, because drjit takes the first
-LLVM it finds, and with LLVM 15 or 16 the whole process aborts at the first kernel.
+Nothing else imports drjit or mitsuba. The choice is made before drjit is loaded, because drjit takes the
+first LLVM it finds, and with LLVM 15 or 16 the whole process aborts at the first kernel.
 """
 
 from __future__ import annotations
@@ -235,11 +235,9 @@ def _wheel_llvm() -> tuple[Path, Version] | None:
 
 def _system_llvm() -> list[Path]:
     """Libraries of the system whose names do not say that they are too old, newest name first."""
-    prefix_library = Path(sys.prefix).relative_to("/") / "lib" / "libLLVM*.so*"
+    places = [(Path(sys.prefix), "lib/libLLVM*.so*"), *((Path("/"), place) for place in SYSTEM_LIBRARIES)]
     found = {
-        path.resolve(): _version_in_name(path)
-        for pattern in (str(prefix_library), *SYSTEM_LIBRARIES)
-        for path in Path("/").glob(pattern)
+        path.resolve(): _version_in_name(path) for folder, pattern in places for path in folder.glob(pattern)
     }
     recent = [path for path, major in found.items() if major == 0 or major >= OLDEST_LLVM[0]]
     return sorted(recent, key=lambda path: found[path], reverse=True)
@@ -258,7 +256,7 @@ def _cuda_device() -> str | None:
 
 
 def _ask(question: str, *arguments: str) -> str:
-    """Return what a fresh interpreter prints when it runs `question`: nothing when it fails or takes too long."""
+    """Return what a fresh interpreter prints when it runs `question`; nothing when that fails."""
     command = [sys.executable, "-S", "-E", "-c", question, *arguments]
     try:
         answer = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
