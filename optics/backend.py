@@ -134,9 +134,7 @@ def find_backend() -> Backend:
     if device is not None:
         return Backend(kind="cuda", device=device)
     if wish == "cuda":
-        raise BackendError(
-            f"{BACKEND_VARIABLE} = cuda, but no NVIDIA driver with a graphics card answers: install one"
-        )
+        raise BackendError(f"{BACKEND_VARIABLE} = cuda, but no NVIDIA driver with a graphics card answers: install one")
     path, version = _find_llvm()
     return Backend(kind="llvm", llvm_path=path, llvm_version=version)
 
@@ -189,9 +187,7 @@ def _find_llvm() -> tuple[Path, Version]:
         if version is not None and version >= OLDEST_LLVM:
             return path, version
         if chosen and path == Path(chosen):
-            found = (
-                "which cannot be asked for its version" if version is None else f"which is {_dotted(version)}"
-            )
+            found = "which cannot be asked for its version" if version is None else f"which is {_dotted(version)}"
             logging.getLogger(__name__).warning(
                 "%s = %s, %s: passed over, LLVM %d or newer is needed",
                 LLVM_VARIABLE,
@@ -224,9 +220,7 @@ def _wheel_llvm() -> tuple[Path, Version] | None:
         return None
     numbers = re.match(r"(\d+)\.(\d+)\.(\d+)", distribution.version)
     # libLLVM.so is a link that the wheel makes only at the next start of Python; libLLVM.so.23.1 is the file.
-    files = sorted(
-        Path(str(file.locate())) for file in distribution.files or () if file.name.startswith("libLLVM")
-    )
+    files = sorted(Path(str(file.locate())) for file in distribution.files or () if file.name.startswith("libLLVM"))
     present = [file.resolve() for file in files if file.is_file()]
     if numbers is None or not present:
         return None
@@ -236,9 +230,7 @@ def _wheel_llvm() -> tuple[Path, Version] | None:
 def _system_llvm() -> list[Path]:
     """Libraries of the system whose names do not say that they are too old, newest name first."""
     places = [(Path(sys.prefix), "lib/libLLVM*.so*"), *((Path("/"), place) for place in SYSTEM_LIBRARIES)]
-    found = {
-        path.resolve(): _version_in_name(path) for folder, pattern in places for path in folder.glob(pattern)
-    }
+    found = {path.resolve(): _version_in_name(path) for folder, pattern in places for path in folder.glob(pattern)}
     recent = [path for path, major in found.items() if major == 0 or major >= OLDEST_LLVM[0]]
     return sorted(recent, key=lambda path: found[path], reverse=True)
 

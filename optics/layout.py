@@ -7,6 +7,7 @@ pan angle; `m2` is the mirror's own frame (x tilt axis, y up along the face, z o
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,9 @@ FOLD_DIRECTION = np.array([0.0, 1.0, 0.0])
 
 FACE_ELEVATION_AT_ZERO = np.pi / 4
 """Elevation of M2's normal at zero tilt: half way between the incoming axis (from above) and a horizontal gaze."""
+
+ROUNDING_DEG = 1e-9
+"""Joint values this far beyond a limit are at it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,11 +76,22 @@ class Layout:
 
     def pan_angle(self, q1: float) -> float:
         """Angle of the pan frame in the gimbal frame for joint value `q1`, radians."""
-        return self.pan.sign * q1 + np.radians(self.pan.offset_deg)
+        return self.pan.sign * q1 + math.radians(self.pan.offset_deg)
 
     def tilt_angle(self, q2: float) -> float:
         """Angle of the mirror from the horizontal-gaze position for joint value `q2`, radians."""
-        return self.tilt.sign * q2 + np.radians(self.tilt.offset_deg)
+        return self.tilt.sign * q2 + math.radians(self.tilt.offset_deg)
+
+    def check_joints(self, q1: float, q2: float) -> None:
+        """Raise a `ValueError` that names every joint value outside its limits; radians."""
+        wrong = [
+            f"expected {name} between {joint.min_deg:g} and {joint.max_deg:g} deg, got {np.degrees(q):g}"
+            for name, joint, q in (("q1 (pan)", self.pan, q1), ("q2 (tilt)", self.tilt, q2))
+            # A limit written in degrees must survive its own conversion to radians and back.
+            if not joint.min_deg - ROUNDING_DEG <= np.degrees(q) <= joint.max_deg + ROUNDING_DEG
+        ]
+        if wrong:
+            raise ValueError("; ".join(wrong))
 
     def body_from_pan(self, q1: float) -> RigidTransform:
         """Pose of the yoke's frame; `q1` in radians."""

@@ -1,0 +1,57 @@
+"""The border between NumPy, which public functions speak, and Dr.Jit, which kernels speak."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from optics.backend import Array3f64, Float64, dr
+
+FloatArray = NDArray[np.float64]
+
+
+def check_points(name: str, points: ArrayLike, columns: int) -> FloatArray:
+    """Float64 array of shape (n, columns), or a `ValueError` that says what came."""
+    array = np.asarray(points, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise ValueError(f"expected {name} of shape (n, {columns}), got {array.shape}")
+    return array
+
+
+def check_vector(name: str, vector: ArrayLike) -> FloatArray:
+    """Finite float64 array of shape (3,), or a `ValueError` that says what came."""
+    array = np.asarray(vector, dtype=np.float64)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise ValueError(f"expected {name} to be three finite numbers, got {vector!r}")
+    return array
+
+
+def unit(name: str, vector: ArrayLike) -> FloatArray:
+    """Unit vector along `vector`; a zero vector is a `ValueError`."""
+    array = check_vector(name, vector)
+    length = float(np.linalg.norm(array))
+    if length == 0:
+        raise ValueError(f"expected {name} to have a direction, got {vector!r}")
+    return array / length
+
+
+def opaque(value: float) -> Any:
+    """Dr.Jit scalar that is an input of a kernel, not a literal in it: other values reuse the compiled code."""
+    return dr.opaque(Float64, float(value))
+
+
+def opaque_vector(vector: ArrayLike) -> Any:
+    """Dr.Jit 3-vector that is an input of a kernel."""
+    return Array3f64(*(opaque(component) for component in np.asarray(vector, dtype=np.float64)))
+
+
+def to_columns(array: FloatArray) -> list[Any]:
+    """Columns of an (n, k) array as Dr.Jit arrays."""
+    return [Float64(np.ascontiguousarray(column)) for column in array.T]
+
+
+def to_vectors(vectors: Any) -> FloatArray:
+    """(n, 3) NumPy array of a Dr.Jit array of 3-vectors."""
+    return np.stack([np.array(component) for component in vectors], axis=1)

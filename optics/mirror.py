@@ -1,0 +1,185 @@
+"""Flat mirrors: the plane, its outline, and the reflection as a transform of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import RigidTransform
+
+from optics.arrays import FloatArray, check_points, check_vector, opaque, opaque_vector, unit
+from optics.backend import dr
+from optics.refraction import reflect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reflection:
+    """Reflection at a plane: ``x -> x - 2 (n . x - d) n``. Not a rigid transform; two of them make one.
+
+    Attributes
+    ----------
+    normal : array, shape (3,)
+        Unit normal.
+    offset_m : float
+        Signed distance of the plane from the origin along the normal.
+    """
+
+    normal: FloatArray
+    offset_m: float
+
+    def apply(self, points_m: ArrayLike) -> FloatArray:
+        """Reflect points, shape (n, 3) or (3,)."""
+        points = np.asarray(points_m, dtype=np.float64)
+        distance = points @ self.normal - self.offset_m
+        return points - 2 * distance[..., np.newaxis] * self.normal
+
+    def as_matrix(self) -> FloatArray:
+        """Homogeneous matrix, shape (4, 4), determinant -1."""
+        matrix = np.eye(4)
+        matrix[:3, :3] -= 2 * np.outer(self.normal, self.normal)
+        matrix[:3, 3] = 2 * self.offset_m * self.normal
+        return matrix
+
+    def after(self, first: Reflection) -> RigidTransform:
+        """Rigid transform of two reflections, `first` applied first."""
+        return RigidTransform.from_matrix(self.as_matrix() @ first.as_matrix())
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneMirror:
+    """Front-surface mirror, in the camera frame.
+
+    Parameters
+    ----------
+    point_m : (3,)
+        Centre of the face, origin of the mirror's axes.
+    normal : (3,)
+        Out of the reflecting face.
+    up : (3,)
+        Direction of the mirror's y axis; its part along the normal is dropped. x is ``up x normal``.
+    outline_m : array, shape (k, 2), optional
+        Corners of a convex outline in the mirror's axes; None: unbounded.
+    """
+
+    point_m: ArrayLike
+    normal: ArrayLike
+    up: ArrayLike
+    outline_m: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        check_vector("point_m", self.point_m)
+        normal, up = unit("normal", self.normal), unit("up", self.up)
+        if np.linalg.norm(np.cross(normal, up)) < 1e-9:
+            raise ValueError(f"expected up to differ from the normal, got {self.up!r} and {self.normal!r}")
+        if self.outline_m is not None:
+            _check_convex(check_points("outline_m", self.outline_m, 2))
+
+    @classmethod
+    def from_pose(
+        cls,
+        camera_from_mirror: RigidTransform,
+        *,
+        width_m: float | None = None,
+        height_m: float | None = None,
+    ) -> PlaneMirror:
+        """Rectangular mirror (or an unbounded one) at a pose whose z axis is the normal and y axis is up."""
+        axes = camera_from_mirror.rotation.as_matrix()
+        outline = None
+        if width_m is not None and height_m is not None:
+            outline = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width_m / 2, height_m / 2]
+        return cls(point_m=camera_from_mirror.translation, normal=axes[:, 2], up=axes[:, 1], outline_m=outline)
+
+    @property
+    def axes(self) -> FloatArray:
+        """Columns: the mirror's x, y and z (normal) in the camera frame."""
+        z = unit("normal", self.normal)
+        up = unit("up", self.up)
+        y = unit("up", up - z * (z @ up))
+        return np.column_stack([np.cross(y, z), y, z])
+
+    @property
+    def reflection(self) -> Reflection:
+        """The reflection at the mirror's plane."""
+        normal = unit("normal", self.normal)
+        return Reflection(normal=normal, offset_m=float(normal @ check_vector("point_m", self.point_m)))
+
+    @property
+    def corners_m(self) -> FloatArray:
+        """Corners of the outline in the camera frame, shape (k, 3)."""
+        if self.outline_m is None:
+            raise ValueError("expected a mirror with an outline, got an unbounded one")
+        return check_vector("point_m", self.point_m) + np.asarray(self.outline_m) @ self.axes[:, :2].T
+
+    @property
+    def edge_count(self) -> int:
+        """Number of edges of the outline, 0 for an unbounded mirror; a kernel is compiled for each number."""
+        return 0 if self.outline_m is None else len(np.asarray(self.outline_m))
+
+    def parameters(self) -> dict[str, Any]:
+        """Numbers of the mirror for the kernels."""
+        x, y, z = self.axes.T
+        outline = (
+            np.empty((0, 3)) if self.outline_m is None else outline_edges(np.asarray(self.outline_m, dtype=np.float64))
+        )
+        return {
+            "point": opaque_vector(check_vector("point_m", self.point_m)),
+            "x": opaque_vector(x),
+            "y": opaque_vector(y),
+            "normal": opaque_vector(z),
+            "edges": [[opaque(value) for value in edge] for edge in outline],
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strike:
+    """Rays at a mirror: Dr.Jit arrays. `front`: struck the reflecting face; `back`: struck the other one."""
+
+    point: Any
+    direction: Any
+    distance: Any
+    front: Any
+    back: Any
+
+
+def strike(parameters: dict[str, Any], origin: Any, direction: Any) -> Strike:
+    """Kernel: intersect rays with a mirror and reflect them."""
+    normal = parameters["normal"]
+    approach = dr.dot(direction, normal)
+    distance = dr.dot(parameters["point"] - origin, normal) / approach
+    point = dr.fma(direction, distance, origin)
+    local = point - parameters["point"]
+    x, y = dr.dot(local, parameters["x"]), dr.dot(local, parameters["y"])
+    inside = distance > 0
+    for a, b, limit in parameters["edges"]:
+        inside &= a * x + b * y <= limit
+    return Strike(
+        point=point,
+        direction=reflect(direction, normal),
+        distance=distance,
+        front=inside & (approach < 0),
+        back=inside & (approach > 0),
+    )
+
+
+def unfold(parameters: dict[str, Any], point: Any) -> Any:
+    """Kernel: mirror image of a point at the mirror's plane."""
+    normal = parameters["normal"]
+    return point - normal * (2 * dr.dot(point - parameters["point"], normal))
+
+
+def outline_edges(outline_m: FloatArray) -> FloatArray:
+    """Half-planes of a convex outline: rows (a, b, limit), inside where ``a x + b y <= limit``."""
+    return np.unique(ConvexHull(outline_m).equations * [1, 1, -1], axis=0)
+
+
+def _check_convex(outline: FloatArray) -> None:
+    if len(outline) < 3 or not np.isfinite(outline).all():
+        raise ValueError(f"expected outline_m with at least three finite corners, got {outline.tolist()}")
+    steps = np.diff(np.vstack([outline, outline[:1]]), axis=0)
+    turns = steps[:, 0] * np.roll(steps[:, 1], -1) - steps[:, 1] * np.roll(steps[:, 0], -1)
+    smallest = 1e-9 * np.abs(outline).max() ** 2
+    if not ((turns > smallest).all() or (turns < -smallest).all()):
+        raise ValueError(f"expected outline_m to be convex with a real corner everywhere, got {outline.tolist()}")

@@ -1,0 +1,222 @@
+"""The optical train: camera, port and mirrors in a row, exact, in float64, in the camera frame.
+
+`trace` follows pixels out into the water; `project` follows points back by unfolding: reflected over M2 and then
+over M1 the mirrors are gone, and what is left is one port. Both are one compiled kernel for any number of rays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from optics.arrays import FloatArray, check_points, opaque, to_columns, to_vectors
+from optics.backend import Array3f64, Int32, dr
+from optics.camera import Camera, camera_from_spec
+from optics.layout import Layout
+from optics.mirror import PlaneMirror, strike, unfold
+from optics.port import Port, port_from_spec
+from optics.status import Region, Status
+from rigs import Rig
+
+StatusArray = NDArray[np.int32]
+
+MISSED_MIRROR = (Status.MISSED_M1, Status.MISSED_M2)
+LARGEST_MIRROR_COUNT = len(MISSED_MIRROR)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rays:
+    """Rays behind the last surface they reached.
+
+    Attributes
+    ----------
+    origin_m, direction : arrays, shape (n, 3)
+        Camera frame; directions are unit vectors. Where the status is not OK, of the last surface passed.
+    status : array, shape (n,)
+        `Status` of each ray.
+    transmittance : array, shape (n,)
+        Fresnel transmittance of the port.
+    """
+
+    origin_m: FloatArray
+    direction: FloatArray
+    status: StatusArray
+    transmittance: FloatArray
+
+    @property
+    def region(self) -> StatusArray:
+        """`Region` of each ray; the back of a mirror is part of the direct view (M1) or the fold view (M2)."""
+        return regions(self.status)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Image:
+    """Projected points.
+
+    Attributes
+    ----------
+    pixels : array, shape (n, 2)
+        (u, v); NaN where there is no such pixel (status INVALID_INPUT, INSIDE_HOUSING, NOT_CONVERGED or
+        OUTSIDE_CAMERA_MODEL). Other failures keep the pixel at which the point would appear.
+    status : array, shape (n,)
+        `Status` of each point; OK means that the camera sees it.
+    """
+
+    pixels: FloatArray
+    status: StatusArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpticalTrain:
+    """Camera, port and up to two mirrors (M1, then M2), all in the camera frame."""
+
+    camera: Camera
+    port: Port
+    mirrors: Sequence[PlaneMirror] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.mirrors) > LARGEST_MIRROR_COUNT:
+            raise ValueError(f"expected at most {LARGEST_MIRROR_COUNT} mirrors, got {len(self.mirrors)}")
+
+    @classmethod
+    def from_rig(cls, rig: Rig, *, q1: float = 0.0, q2: float = 0.0) -> OpticalTrain:
+        """Train of a rig at joint values in radians; `ValueError` outside the joint limits."""
+        camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
+        if rig.fold_mirror is None or rig.gaze_mirror is None:
+            return cls(camera=camera, port=port)
+        layout = Layout.from_rig(rig)
+        layout.check_joints(q1, q2)
+        poses = (layout.camera_from_m1, layout.camera_from_m2(q1, q2))
+        mirrors = tuple(
+            PlaneMirror.from_pose(pose, width_m=plate.width_mm / 1000, height_m=plate.height_mm / 1000)
+            for pose, plate in zip(poses, (rig.fold_mirror, rig.gaze_mirror), strict=True)
+        )
+        return cls(camera=camera, port=port, mirrors=mirrors)
+
+    @property
+    def kind(self) -> tuple[Any, ...]:
+        """What the compiled kernels depend on; everything else is their input."""
+        return (*self.camera.kind, type(self.port), tuple(mirror.edge_count for mirror in self.mirrors))
+
+    def parameters(self) -> dict[str, Any]:
+        """Numbers of the train for the kernels."""
+        return {
+            "camera": self.camera.parameters(),
+            "port": self.port.parameters(),
+            "mirrors": [mirror.parameters() for mirror in self.mirrors],
+            "size": [opaque(self.camera.width_px - 0.5), opaque(self.camera.height_px - 0.5)],
+        }
+
+    def trace(self, pixels: ArrayLike) -> Rays:
+        """Follow pixels, shape (n, 2), through the port and over the mirrors into the water."""
+        u, v = to_columns(check_points("pixels", pixels, 2))
+        origin, direction, status, transmittance = compiled_trace(*self.kind)(self.parameters(), u, v)
+        count = len(u)
+        return Rays(
+            origin_m=to_vectors(origin),
+            direction=to_vectors(direction),
+            status=np.array(status),
+            transmittance=np.broadcast_to(np.array(transmittance), count).copy(),
+        )
+
+    def project(self, points_m: ArrayLike) -> Image:
+        """Find where points, shape (n, 3), camera frame, metres, appear through the whole train."""
+        points = Array3f64(*to_columns(check_points("points_m", points_m, 3)))
+        u, v, status = compiled_project(*self.kind)(self.parameters(), points)
+        return Image(pixels=np.stack([np.array(u), np.array(v)], axis=1), status=np.array(status))
+
+
+def pixel_grid(camera: Camera, columns: int | None = None, rows: int | None = None) -> FloatArray:
+    """Pixels that tile the image evenly, row by row, shape (rows * columns, 2); by default every pixel's centre."""
+    columns, rows = columns or camera.width_px, rows or camera.height_px
+    u = (np.arange(columns) + 0.5) * camera.width_px / columns - 0.5
+    v = (np.arange(rows) + 0.5) * camera.height_px / rows - 0.5
+    return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+
+
+def regions(status: StatusArray) -> StatusArray:
+    """`Region` of rays that passed a train of two mirrors, from their status."""
+    region = np.full(status.shape, Region.GAZE, dtype=np.int32)
+    outside = (Status.MISSED_PORT, Status.TOTAL_REFLECTION, Status.OUTSIDE_CAMERA_MODEL, Status.INVALID_INPUT)
+    region[np.isin(status, outside)] = Region.HOUSING
+    region[status == Status.MISSED_M1] = Region.DIRECT
+    region[(status == Status.MISSED_M2) | (status == Status.BACK_OF_MIRROR)] = Region.FOLD
+    return region
+
+
+@cache
+def compiled_trace(
+    camera: type[Camera], distorted: bool, port: type[Port], edge_counts: tuple[int, ...]
+) -> Callable[..., Any]:
+    """Frozen kernel of `OpticalTrain.trace` for one kind of train."""
+
+    @dr.freeze
+    def trace(parameters: dict[str, Any], u: Any, v: Any) -> tuple[Any, Any, Any, Any]:
+        direction, valid = camera.direction(parameters["camera"], distorted, u, v)
+        return follow(port, parameters, direction, _entry_status(valid, u + v))
+
+    return trace  # type: ignore[no-any-return]
+
+
+@cache
+def compiled_project(
+    camera: type[Camera], distorted: bool, port: type[Port], edge_counts: tuple[int, ...]
+) -> Callable[..., Any]:
+    """Frozen kernel of `OpticalTrain.project` for one kind of train."""
+
+    @dr.freeze
+    def project(parameters: dict[str, Any], points: Any) -> tuple[Any, Any, Any]:
+        image = points
+        for mirror in reversed(parameters["mirrors"]):
+            image = unfold(mirror, image)
+        direction, converged, in_water = port.aim(parameters["port"], image)
+        u, v, valid = camera.pixel(parameters["camera"], distorted, direction)
+        status = _entry_status(valid, dr.sum(points))
+        status = _where_ok(status, ~in_water, Status.INSIDE_HOUSING)
+        status = dr.select(
+            (status == Int32(Status.OUTSIDE_CAMERA_MODEL)) & ~converged, Int32(Status.NOT_CONVERGED), status
+        )
+        status = _where_ok(status, ~converged, Status.NOT_CONVERGED)
+        has_pixel = status == Int32(Status.OK)
+        width, height = parameters["size"]
+        outside = (u < -0.5) | (u > width) | (v < -0.5) | (v > height)
+        origin, outgoing, status, _ = follow(port, parameters, direction, status)
+        status = _where_ok(status, dr.dot(points - origin, outgoing) <= 0, Status.BACK_OF_MIRROR)
+        status = _where_ok(status, outside, Status.OUTSIDE_IMAGE)
+        return dr.select(has_pixel, u, dr.nan), dr.select(has_pixel, v, dr.nan), status
+
+    return project  # type: ignore[no-any-return]
+
+
+def follow(port: type[Port], parameters: dict[str, Any], direction: Any, status: Any) -> tuple[Any, Any, Any, Any]:
+    """Kernel: rays from the pinhole through the port and over the mirrors.
+
+    Returns the point and direction at the last surface passed, the status and the port's transmittance.
+    """
+    exit_ = port.leave(parameters["port"], direction)
+    status = _where_ok(status, ~exit_.transmitted, Status.TOTAL_REFLECTION)
+    status = _where_ok(status, ~exit_.inside, Status.MISSED_PORT)
+    point, outgoing = exit_.point, exit_.direction
+    for mirror, missed in zip(parameters["mirrors"], MISSED_MIRROR, strict=False):
+        hit = strike(mirror, point, outgoing)
+        status = _where_ok(status, hit.back, Status.BACK_OF_MIRROR)
+        status = _where_ok(status, ~hit.front, missed)
+        alive = status == Int32(Status.OK)
+        point, outgoing = dr.select(alive, hit.point, point), dr.select(alive, hit.direction, outgoing)
+    return point, outgoing, status, exit_.transmittance
+
+
+def _entry_status(valid: Any, probe: Any) -> Any:
+    status = dr.select(dr.isfinite(probe), Int32(Status.OK), Int32(Status.INVALID_INPUT))
+    if valid is not True:
+        status = _where_ok(status, ~valid, Status.OUTSIDE_CAMERA_MODEL)
+    return status
+
+
+def _where_ok(status: Any, condition: Any, failure: Status) -> Any:
+    return dr.select((status == Int32(Status.OK)) & condition, Int32(failure), status)
