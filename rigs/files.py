@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import os
+import difflib
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import tomlkit
-from pydantic import ValidationError
 
-from rigs.problems import Problem, RigError, problems_from_validation
+from rigs.problems import Problem, RigError
 from rigs.specification import Rig
+from rigs.validation import validate
 
 PRESETS = Path(__file__).parent / "presets"
 
@@ -23,10 +24,12 @@ def preset_names() -> list[str]:
 
 def preset_path(name: str) -> Path:
     """File of a preset; raises `FileNotFoundError` when there is none of that name."""
-    path = PRESETS / f"{name}.toml"
-    if not path.is_file():
-        raise FileNotFoundError(f"rig {name!r}: expected a preset ({', '.join(preset_names())}) or a TOML file")
-    return path
+    names = preset_names()
+    if name not in names:
+        close = difflib.get_close_matches(name, names, n=1)
+        hint = f"; did you mean {close[0]!r}?" if close else ""
+        raise FileNotFoundError(f"rig {name!r}: expected a preset ({', '.join(names)}) or a TOML file{hint}")
+    return PRESETS / f"{name}.toml"
 
 
 def find_rig(name_or_path: str | Path) -> Path:
@@ -38,7 +41,13 @@ def find_rig(name_or_path: str | Path) -> Path:
 def load_rig(name_or_path: str | Path) -> Rig:
     """Read and validate a rig; see `Rig.load`."""
     path = find_rig(name_or_path)
-    return parse_rig(path.read_text(encoding="utf-8"), source=str(name_or_path), folder=path.parent)
+    source = str(name_or_path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        place = f"byte {error.start}"
+        raise RigError(source, [Problem(place=place, value=None, expected="text in UTF-8, as TOML is")]) from None
+    return parse_rig(text, source=source, folder=path.parent)
 
 
 def parse_rig(text: str, *, source: str, folder: Path) -> Rig:
@@ -52,51 +61,26 @@ def parse_rig(text: str, *, source: str, folder: Path) -> Rig:
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise RigError(source, [Problem(place="(syntax)", value=str(error), expected="valid TOML")]) from None
-    rig = validate(document, source=source)
+        message, _, place = str(error).removesuffix(")").rpartition(" (at ")
+        raise RigError(source, [Problem(place=place, value=None, expected=f"valid TOML: {message}")]) from None
+    rig, problems = validate(document)
+    problems += _hull_file_problems(document, folder)
+    if rig is None or problems:
+        raise RigError(source, problems)
     if rig.hull is not None and rig.hull.shape == "file":
         file = (folder / rig.hull.file).resolve()
-        if not file.is_file():
-            problem = Problem(place="hull.file", value=str(rig.hull.file), expected=f"a file; there is none at {file}")
-            raise RigError(source, [problem])
         rig = rig.model_copy(update={"hull": rig.hull.model_copy(update={"file": file})})
     return rig
 
 
-def validate(document: dict[str, Any], *, source: str) -> Rig:
-    """Validate parsed TOML.
-
-    Unknown keys would hide what else is wrong beside them (pydantic checks a section as a whole only when all its
-    fields are good), so they are reported, taken out, and the rest is looked at again.
-    """
-    problems: dict[str, Problem] = {}
-    while True:
-        try:
-            rig = Rig.model_validate(document)
-        except ValidationError as error:
-            found = problems_from_validation(error, document, Rig)
-            problems |= {str(problem): problem for problem in found}
-            unknown = [p.place for p in found if p.expected.startswith(("a known key", "one of the known keys"))]
-            if not unknown:
-                break
-            document = _without(document, unknown)
-        else:
-            break
-    if problems:
-        raise RigError(source, problems.values())
-    return rig
-
-
-def _without(document: dict[str, Any], places: list[str]) -> dict[str, Any]:
-    pruned = {key: dict(value) if isinstance(value, dict) else value for key, value in document.items()}
-    for place in places:
-        *parents, last = place.split(".")
-        here: dict[str, Any] = pruned
-        for parent in parents:
-            here[parent] = dict(here[parent])
-            here = here[parent]
-        here.pop(last, None)
-    return pruned
+def _hull_file_problems(document: Mapping[str, Any], folder: Path) -> list[Problem]:
+    hull = document.get("hull")
+    if not isinstance(hull, Mapping) or hull.get("shape") != "file" or not isinstance(hull.get("file"), str):
+        return []
+    file = (folder / hull["file"]).resolve()
+    if file.is_file():
+        return []
+    return [Problem(place="hull.file", value=hull["file"], expected=f"a file; there is none at {file}")]
 
 
 def load_document(path: Path) -> tomlkit.TOMLDocument:
@@ -107,5 +91,8 @@ def load_document(path: Path) -> tomlkit.TOMLDocument:
 def save_document(document: tomlkit.TOMLDocument, path: Path) -> None:
     """Write a TOML document beside its target, then put it in place."""
     partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(tomlkit.dumps(document), encoding="utf-8")
-    os.replace(partial, path)
+    try:
+        partial.write_text(tomlkit.dumps(document), encoding="utf-8")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)

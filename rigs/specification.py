@@ -6,17 +6,21 @@ x right, y down, z forward. Lengths are millimetres here and metres everywhere b
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, Strict, model_validator
 
 from rigs.servos import SERVO_CATALOGUE, servo_numbers
 
-Positive = Annotated[FiniteFloat, Field(gt=0)]
-NotNegative = Annotated[FiniteFloat, Field(ge=0)]
-Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+# Strict: TOML has types of its own, so "640" and true are mistakes, not numbers.
+Number = Annotated[FiniteFloat, Strict()]
+Whole = Annotated[int, Strict()]
+Positive = Annotated[Number, Field(gt=0)]
+NotNegative = Annotated[Number, Field(ge=0)]
+Vector3 = tuple[Number, Number, Number]
 PortMaterial = Literal["pmma", "polycarbonate", "n-bk7", "borofloat33", "sapphire", "fused-silica"]
 JerlovType = Literal["IB", "II", "III", "1C", "3C", "5C"]
 
@@ -35,20 +39,20 @@ class CameraPose(Section):
     """
 
     position_mm: Vector3
-    yaw_deg: FiniteFloat = 0.0
-    pitch_deg: FiniteFloat = 0.0
-    roll_deg: FiniteFloat = 0.0
+    yaw_deg: Number = 0.0
+    pitch_deg: Number = 0.0
+    roll_deg: Number = 0.0
 
 
 class ImageSize(CameraPose):
     """Pixels and intrinsics shared by both camera models; pixel (0, 0) is the centre of the top-left pixel."""
 
-    width_px: Annotated[int, Field(gt=0, le=20000)]
-    height_px: Annotated[int, Field(gt=0, le=20000)]
+    width_px: Annotated[Whole, Field(gt=0, le=20000)]
+    height_px: Annotated[Whole, Field(gt=0, le=20000)]
     fx_px: Positive
     fy_px: Positive
-    cx_px: FiniteFloat
-    cy_px: FiniteFloat
+    cx_px: Number
+    cy_px: Number
 
     @model_validator(mode="after")
     def _principal_point_is_in_the_image(self) -> Self:
@@ -64,7 +68,7 @@ class PinholeSpec(ImageSize):
     """Pinhole with OpenCV's distortion (k1, k2, p1, p2, k3[, k4, k5, k6]); calibrated in air."""
 
     model: Literal["pinhole"]
-    distortion: tuple[FiniteFloat, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: tuple[Number, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
     def _distortion_has_five_or_eight(self) -> Self:
@@ -77,7 +81,7 @@ class FisheyeSpec(ImageSize):
     """Kannala-Brandt fisheye, as OpenCV's fisheye module: r = f (t + k1 t^3 + k2 t^5 + k3 t^7 + k4 t^9)."""
 
     model: Literal["fisheye"]
-    distortion: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat] = (0.0, 0.0, 0.0, 0.0)
+    distortion: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0)
 
 
 Camera = Annotated[PinholeSpec | FisheyeSpec, Field(discriminator="model")]
@@ -138,8 +142,8 @@ Port = Annotated[FlatPortSpec | DomePortSpec | NoPortSpec, Field(discriminator="
 class Water(Section):
     """The water the rig works in; index by Quan & Fry, optical properties by Jerlov type."""
 
-    salinity_ppt: Annotated[FiniteFloat, Field(ge=0, le=35)] = 35.0
-    temperature_celsius: Annotated[FiniteFloat, Field(ge=0, le=30)] = 20.0
+    salinity_ppt: Annotated[Number, Field(ge=0, le=35)] = 35.0
+    temperature_celsius: Annotated[Number, Field(ge=0, le=30)] = 20.0
     jerlov_type: JerlovType = "IB"
 
 
@@ -172,9 +176,9 @@ class GazeMirror(FlatMirror):
 class Joint(Section):
     """One revolute joint: q in [min_deg, max_deg]; the optical angle is sign * q + offset_deg."""
 
-    min_deg: Annotated[FiniteFloat, Field(ge=-360, le=360)]
-    max_deg: Annotated[FiniteFloat, Field(ge=-360, le=360)]
-    offset_deg: FiniteFloat = 0.0
+    min_deg: Annotated[Number, Field(ge=-360, le=360)]
+    max_deg: Annotated[Number, Field(ge=-360, le=360)]
+    offset_deg: Number = 0.0
     sign: Literal[1, -1] = 1
 
     @model_validator(mode="after")
@@ -204,6 +208,12 @@ class Servo(Section):
     deadband_us: NotNegative
     pulse_us: tuple[Positive, Positive]
 
+    @model_validator(mode="after")
+    def _pulses_are_ordered(self) -> Self:
+        if self.pulse_us[0] >= self.pulse_us[1]:
+            raise ValueError(f"expected pulse_us as shortest and longest, got {list(self.pulse_us)}")
+        return self
+
 
 def _look_up_servo(value: Any) -> Any:
     """A servo may be named: its numbers then come from the catalogue."""
@@ -232,15 +242,14 @@ class BoxHull(Section):
     width_mm: Positive
     height_mm: Positive
     edge_radius_mm: NotNegative = 20.0
-    flippers_per_side: Annotated[int, Field(ge=0, le=6)] = 0
+    flippers_per_side: Annotated[Whole, Field(ge=0, le=6)] = 0
 
     @model_validator(mode="after")
     def _radius_fits(self) -> Self:
         smallest = min(self.length_mm, self.width_mm, self.height_mm)
         if 2 * self.edge_radius_mm >= smallest:
             raise ValueError(
-                f"expected edge_radius_mm below half the smallest side ({smallest / 2:g}), "
-                f"got {self.edge_radius_mm:g}"
+                f"expected edge_radius_mm below half the smallest side ({smallest / 2:g}), got {self.edge_radius_mm:g}"
             )
         return self
 
@@ -263,9 +272,9 @@ class FileHull(Section):
     file: Path
     unit: Literal["mm", "m", "inch"]
     position_mm: Vector3 = (0.0, 0.0, 0.0)
-    yaw_deg: FiniteFloat = 0.0
-    pitch_deg: FiniteFloat = 0.0
-    roll_deg: FiniteFloat = 0.0
+    yaw_deg: Number = 0.0
+    pitch_deg: Number = 0.0
+    roll_deg: Number = 0.0
 
 
 Hull = Annotated[BoxHull | OpenFrameHull | FileHull, Field(discriminator="shape")]
@@ -276,14 +285,22 @@ class Mount(Section):
 
     fold_anchor_mm: Vector3
     base_anchor_mm: Vector3
-    wall_mm: Annotated[FiniteFloat, Field(ge=1.2, le=20)] = 4.0
-    clearance_mm: Annotated[FiniteFloat, Field(ge=0.2, le=10)] = 2.0
+    wall_mm: Annotated[Number, Field(ge=1.2, le=20)] = 4.0
+    clearance_mm: Annotated[Number, Field(ge=0.2, le=10)] = 2.0
     material: Literal["abs", "petg", "pla", "nylon"] = "abs"
     printer_bed_mm: tuple[Positive, Positive, Positive] = (250.0, 210.0, 210.0)
-    nozzle_mm: Annotated[FiniteFloat, Field(ge=0.1, le=2)] = 0.4
+    nozzle_mm: Annotated[Number, Field(ge=0.1, le=2)] = 0.4
 
 
 MIRROR_SECTIONS = ("fold_mirror", "gaze_mirror", "joints", "servos", "hull", "mount")
+
+
+def missing_mirror_sections(present: Collection[str]) -> str | None:
+    """What is expected of a rig that has only some of the mirror sections; None when it has all of them or none."""
+    missing = [name for name in MIRROR_SECTIONS if name not in present]
+    if not missing or len(missing) == len(MIRROR_SECTIONS):
+        return None
+    return f"all of {', '.join(MIRROR_SECTIONS)} or none; missing: {', '.join(missing)}"
 
 
 class Rig(Section):
@@ -303,9 +320,9 @@ class Rig(Section):
 
     @model_validator(mode="after")
     def _mirrors_come_whole(self) -> Self:
-        missing = [name for name in MIRROR_SECTIONS if getattr(self, name) is None]
-        if missing and len(missing) != len(MIRROR_SECTIONS):
-            raise ValueError(f"expected all of {', '.join(MIRROR_SECTIONS)} or none; missing: {', '.join(missing)}")
+        missing = missing_mirror_sections([name for name in MIRROR_SECTIONS if getattr(self, name) is not None])
+        if missing:
+            raise ValueError(f"expected {missing}")
         return self
 
     @cached_property

@@ -1,0 +1,194 @@
+"""From parsed TOML to a rig, or to everything that is wrong with it, in the words of the file."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
+from rigs.problems import Problem
+from rigs.specification import MIRROR_SECTIONS, Rig, missing_mirror_sections
+
+Key = str | int
+Keys = tuple[Key, ...]
+
+EXPECTATIONS = {
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "dict_type": "a table",
+    "tuple_type": "a list of numbers",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "finite_number": "a finite number",
+    "string_type": "text in quotes",
+    "path_type": "text in quotes",
+    "string_pattern_mismatch": "lower-case letters, digits, - and _, beginning with a letter or a digit",
+}
+"""What pydantic's error types mean in a rig file, where its own words would speak of Python."""
+
+TAG_KEYS = ("model", "shape")
+"""Keys that say which kind of camera, port or hull a section describes."""
+
+
+def validate(document: Mapping[str, Any]) -> tuple[Rig | None, list[Problem]]:
+    """Validate parsed TOML.
+
+    A section is looked at as a whole only when each of its values is good. So what is wrong is reported, taken out,
+    and the rest is looked at again, until nothing is left to take out.
+
+    Returns
+    -------
+    rig : Rig or None
+        The rig, when there is no problem.
+    problems : list of Problem
+        Every problem.
+    """
+    problems: dict[tuple[Keys, str], Problem] = {}
+    removed: set[Keys] = set()
+    rest = document
+    while True:
+        try:
+            rig = Rig.model_validate(rest)
+        except ValidationError as error:
+            details = [(_keys_in(rest, detail), detail) for detail in error.errors(include_url=False)]
+        else:
+            break
+        for keys, detail in details:
+            if not _follows_from(removed, keys, detail):
+                problems.setdefault((keys, detail["type"]), _problem(keys, detail, rest))
+        wrong = {_removable(keys) for keys, detail in details if _can_go(keys, detail, rest)}
+        if not wrong - removed:
+            break
+        rest = _without(rest, wrong)
+        removed |= wrong
+    if not problems:
+        return rig, []
+    # A problem inside a section keeps pydantic from asking which sections there are.
+    missing = missing_mirror_sections([name for name in MIRROR_SECTIONS if name in document])
+    if missing and not any(keys == () for keys, _ in problems):
+        problems[(), "missing"] = Problem(place="(whole file)", value=None, expected=missing)
+    return None, list(problems.values())
+
+
+def _problem(keys: Keys, detail: Any, document: Mapping[str, Any]) -> Problem:
+    place, value, kind = _dotted(keys), detail["input"], detail["type"]
+    if kind == "extra_forbidden":
+        return Problem(place=place, value=value, expected=_known_key(keys, document))
+    if kind == "too_long" or (kind == "missing" and isinstance(detail["loc"][-1], int)):
+        length = _nodes_at(keys, document)[0]["minItems"]
+        return Problem(place=place, value=value, expected=f"a list of {length} numbers")
+    if kind == "missing":
+        return Problem(place=place, value=None, expected="a value, but the key is missing")
+    if kind.startswith("union_tag"):
+        tag = str(detail["ctx"]["discriminator"]).strip("'")
+        return Problem(place=_dotted((*keys, tag)), value=value.get(tag), expected=f"one of {_tags(keys, document)}")
+    expected = EXPECTATIONS.get(kind)
+    if expected is None:
+        message = detail["msg"].removeprefix("Value error, ")
+        expected = message.removeprefix("Input should be ").removeprefix("expected ")
+    if kind.startswith(("greater_than", "less_than")):
+        expected = f"a number {expected}"
+    return Problem(place=place, value=value, expected=expected)
+
+
+def _dotted(keys: Keys) -> str:
+    steps = [f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys]
+    return "".join(steps).removeprefix(".") or "(whole file)"
+
+
+def _keys_in(document: Mapping[str, Any], detail: Any) -> Keys:
+    """Where in the file an error is: pydantic's location without the tags of unions, which are not keys."""
+    keys: list[Key] = []
+    here: Any = document
+    tags: list[Any] = []
+    for step in detail["loc"]:
+        if step in tags:
+            tags = []
+            continue
+        if isinstance(step, int) and detail["type"] == "missing":
+            break  # a list that is too short: the list is what is wrong
+        keys.append(step)
+        if isinstance(here, Mapping):
+            here = here.get(str(step))
+        tags = [here.get(tag) for tag in TAG_KEYS] if isinstance(here, Mapping) else []
+    return tuple(keys)
+
+
+def _follows_from(removed: set[Keys], keys: Keys, detail: Any) -> bool:
+    """Whether an error is there only because a value was taken out: a missing key, or a default that does not fit."""
+    names = [gone[-1] for gone in removed if gone[:-1] == keys]
+    return keys in removed or any(str(name) in detail["msg"] for name in names)
+
+
+def _can_go(keys: Keys, detail: Any, document: Mapping[str, Any]) -> bool:
+    """Whether an error is about one value: a whole section stays, because others are compared with it."""
+    here: Any = document
+    for key in keys:
+        if isinstance(here, Mapping):
+            here = here.get(key)
+    return bool(keys) and here is not None and (detail["type"] == "extra_forbidden" or not isinstance(here, Mapping))
+
+
+def _removable(keys: Keys) -> Keys:
+    """The key that can be taken out: of a bad entry of a list, the whole list."""
+    first_index = next((position for position, key in enumerate(keys) if isinstance(key, int)), len(keys))
+    return keys[:first_index]
+
+
+def _without(document: Mapping[str, Any], places: set[Keys]) -> dict[str, Any]:
+    pruned: dict[str, Any] = {}
+    for name, value in document.items():
+        inner = {keys[1:] for keys in places if keys[0] == name}
+        if () in inner:
+            continue
+        pruned[name] = _without(value, inner) if inner else value
+    return pruned
+
+
+def _known_key(keys: Keys, document: Mapping[str, Any]) -> str:
+    nodes = _nodes_at(keys[:-1], document)
+    known = sorted({name for node in nodes for name in node.get("properties", {})})
+    close = difflib.get_close_matches(str(keys[-1]), known, n=1, cutoff=0.55)
+    if close:
+        return f"a known key; did you mean {close[0]!r}?"
+    return f"one of the known keys {', '.join(known)}"
+
+
+def _tags(keys: Keys, document: Mapping[str, Any]) -> str:
+    fields = [field for node in _nodes_at(keys, document) for field in node.get("properties", {}).values()]
+    return ", ".join(sorted(repr(field["const"]) for field in fields if "const" in field))
+
+
+def _nodes_at(keys: Keys, document: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Parts of the JSON schema that may describe a place in the file: several where a union's tag is wrong."""
+    schema = Rig.model_json_schema()
+    nodes = [schema]
+    here: Any = document
+    for key in keys:
+        here = here[key]
+        nodes = [_resolve(node["properties"][key], schema) for node in nodes if key in node.get("properties", {})]
+        nodes = [alternative for node in nodes for alternative in _alternatives(node, schema, here)]
+    return nodes
+
+
+def _alternatives(node: dict[str, Any], schema: dict[str, Any], value: Any) -> list[dict[str, Any]]:
+    nested = node.get("oneOf") or node.get("anyOf")
+    if nested is None:
+        return [node]
+    options = [o for option in nested for o in _alternatives(_resolve(option, schema), schema, None)]
+    if isinstance(value, Mapping):
+        options = [option for option in options if _tag_fits(option, value)] or options
+    return options
+
+
+def _tag_fits(option: dict[str, Any], value: Mapping[str, Any]) -> bool:
+    tags = {name: field["const"] for name, field in option.get("properties", {}).items() if "const" in field}
+    return bool(tags) and all(value.get(name) == tag for name, tag in tags.items())
+
+
+def _resolve(node: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
+    while "$ref" in node:
+        node = schema["$defs"][node["$ref"].rsplit("/", 1)[-1]]
+    return node
