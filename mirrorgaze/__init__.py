@@ -1,0 +1,1 @@
+"""The command line: it parses, calls and writes; the logic lives in the other packages."""

@@ -1,0 +1,1 @@
+"""The commands, one module per command or small family; `mirrorgaze.cli.COMMANDS` lists them."""

@@ -1,0 +1,124 @@
+"""Rig files: list the presets, begin a new one, check one, describe the format to an editor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mirrorgaze.errors import BAD_INPUT
+from mirrorgaze.output import JsonOption, RigArgument, print_json, print_table
+
+if TYPE_CHECKING:
+    from rigs import Problem, Rig
+
+
+def rigs(json: JsonOption = False) -> None:
+    """List the presets.
+
+    \b
+    Example:
+      mirrorgaze rigs
+    """
+    from rigs import Rig, preset_names
+
+    found = [Rig.load(name) for name in preset_names()]
+    if json:
+        print_json([{"name": rig.name, "description": rig.description} for rig in found])
+    else:
+        print_table((rig.name, rig.description) for rig in found)
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new rig.")],
+    preset: Annotated[str, typer.Option("--from", metavar="PRESET", help="Preset to begin with.")] = "aqua2",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="File to write; NAME.toml by default.")
+    ] = None,
+) -> None:
+    """Begin a rig file with a copy of a preset.
+
+    The comments are copied too; a file that exists is never overwritten.
+
+    \b
+    Example:
+      mirrorgaze new reef-camera --from bluerov2
+    """
+    import tomlkit
+
+    from rigs import load_document, preset_path, save_document
+    from rigs.files import parse_rig
+
+    file = output or Path(f"{name}.toml")
+    document = load_document(preset_path(preset))
+    document["name"] = name
+    parse_rig(tomlkit.dumps(document), source=f"new rig {name!r}", folder=file.parent)
+    if file.exists():
+        raise FileExistsError(f"{file}: expected a new file, but there is one already")
+    if not file.parent.is_dir():
+        raise FileNotFoundError(f"{file}: expected an existing folder, but there is no {file.parent}")
+    save_document(document, file)
+    typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")
+
+
+def check(rig: RigArgument, json: JsonOption = False) -> None:
+    """Say that a rig is good, or all that is wrong with it.
+
+    \b
+    Example:
+      mirrorgaze check aqua2
+    """
+    from optics.feasibility import feasibility_problems
+    from rigs import Rig, RigError
+
+    try:
+        loaded = Rig.load(rig)
+        problems = feasibility_problems(loaded)
+        if problems:
+            raise RigError(rig, problems)
+    except RigError as error:
+        if not json:
+            raise
+        print_json({"source": rig, "good": False, "problems": [_as_json(problem) for problem in error.problems]})
+        raise typer.Exit(BAD_INPUT) from None
+    if json:
+        print_json({"source": rig, "good": True, "problems": [], "rig": loaded.model_dump(mode="json")})
+    else:
+        typer.echo(f"{rig}: good")
+        print_table(_key_facts(loaded))
+
+
+def schema() -> None:
+    """Print the JSON Schema of rig files, for editors.
+
+    An editor that knows it completes and checks rig files while you type.
+
+    \b
+    Example:
+      mirrorgaze schema > rig.schema.json
+    """
+    from rigs import Rig
+
+    print_json(Rig.model_json_schema())
+
+
+def _as_json(problem: Problem) -> dict[str, object]:
+    return {"place": problem.place, "value": problem.value, "expected": problem.expected, "message": str(problem)}
+
+
+def _key_facts(rig: Rig) -> list[tuple[str, str]]:
+    camera, port = rig.camera, rig.port
+    facts = [("  camera", f"{camera.model}, {camera.width_px} x {camera.height_px} px")]
+    if port.shape == "none":
+        facts.append(("  port", "none"))
+    else:
+        facts.append(("  port", f"{port.shape}, {port.material}, {port.thickness_mm:g} mm"))
+    for label, distance, mirror in (("M1", "d1", rig.fold_mirror), ("M2", "d2", rig.gaze_mirror)):
+        if mirror is not None:
+            size = f"{mirror.width_mm:g} x {mirror.height_mm:g} mm"
+            facts.append((f"  {label}", f"{size}, {distance} = {mirror.distance_mm:g} mm"))
+    if rig.joints is not None:
+        for label, joint in (("q1 (pan)", rig.joints.pan), ("q2 (tilt)", rig.joints.tilt)):
+            facts.append((f"  {label}", f"{joint.min_deg:g} to {joint.max_deg:g} degrees"))
+    return facts

@@ -1,0 +1,150 @@
+"""Look at the machine: what computes, what judges, what is missing and why that matters."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import json
+import math
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+PATIENCE_S = 300.0
+"""How long a child process may take; the first import after an installation reads hundreds of megabytes."""
+
+TERMS = 1_000_000
+"""Terms of the sum that proves double precision: single precision misses it by about 1e-7."""
+
+TOLERANCE = 1e-12
+"""Rounding of a million float64 additions, added up in blocks, stays far below this."""
+
+PROGRAMS = (
+    ("slicer", ("prusa-slicer",), "judges whether parts print; apt-get install prusa-slicer"),
+    ("chromium", ("chromium", "chromium-browser"), "shows report pages to the tests; apt-get install chromium"),
+)
+"""Programs that are not needed: what we call them, their names on PATH, what they are for and where they come from."""
+
+EXTRAS = (
+    ("optiland", "optiland", "benchmarks compare our rays with it; ./run bench installs it"),
+    ("embreex", "embreex", "benchmarks compare our ray casting with it; ./run bench installs it"),
+    ("viser", "viser", "live 3-D view, planned; pip install viser"),
+    ("av", "av", "video, planned; pip install av"),
+)
+"""Packages that are not needed: distribution, module, what they are for and where they come from."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One thing that was looked for; `detail` says what was found, or what its absence means."""
+
+    name: str
+    found: bool
+    needed: bool
+    detail: str
+
+    @property
+    def verdict(self) -> str:
+        """One word for a table."""
+        if self.found:
+            return "ok"
+        return "MISSING" if self.needed else "absent"
+
+
+def version() -> str:
+    """Version of the installed mirrorgaze."""
+    return importlib.metadata.version("mirrorgaze")
+
+
+def examine() -> list[Finding]:
+    """Look for everything the toolkit needs or can use."""
+    return [
+        Finding(name="python", found=True, needed=True, detail=f"{platform.python_version()}, {sys.prefix}"),
+        *_backend(),
+        _solid_modelling(),
+        *(_program(*program) for program in PROGRAMS),
+        *(_extra(*extra) for extra in EXTRAS),
+    ]
+
+
+def prove_backend() -> None:
+    """Load the backend, run a float64 kernel whose sum is known, and print what was used as JSON."""
+    from optics.backend import Float64, activate, dr
+
+    backend = activate()
+    k = dr.arange(Float64, TERMS) + 1
+    total = float(dr.sum(1 / (k * k))[0])
+    # Euler-Maclaurin; the next term is 1e-25.
+    expected = math.pi**2 / 6 - 1 / TERMS + 1 / (2 * TERMS**2) - 1 / (6 * TERMS**3)
+    answer = {
+        "kind": backend.kind,
+        "llvm_path": None if backend.llvm_path is None else str(backend.llvm_path),
+        "llvm_version": backend.llvm_version,
+        "device": backend.device,
+        "variant": backend.variant,
+        "threads": dr.thread_count(),
+        "error": abs(total - expected),
+    }
+    print(json.dumps(answer))
+
+
+def _backend() -> list[Finding]:
+    # In a child process: a bad LLVM does not raise, it aborts.
+    answer, complaint = _ask("from mirrorgaze.doctor import prove_backend; prove_backend()")
+    if answer is None:
+        return [Finding(name="backend", found=False, needed=True, detail=complaint)]
+    card = answer["device"] or "none; everything runs on the processor"
+    findings = [
+        Finding(name="backend", found=True, needed=True, detail=f"{answer['kind']}, {answer['variant']}"),
+        Finding(
+            name="float64 kernel",
+            found=answer["error"] < TOLERANCE,
+            needed=True,
+            detail=f"a sum of {TERMS} terms is off by {answer['error']:.0e}; at most {TOLERANCE:.0e} is right",
+        ),
+        Finding(name="threads", found=True, needed=True, detail=f"{answer['threads']} of {os.cpu_count()} processors"),
+        Finding(name="graphics card", found=answer["device"] is not None, needed=False, detail=card),
+    ]
+    if answer["llvm_path"]:
+        dotted = ".".join(map(str, answer["llvm_version"]))
+        findings.insert(1, Finding(name="llvm", found=True, needed=True, detail=f"{dotted}, {answer['llvm_path']}"))
+    return findings
+
+
+def _solid_modelling() -> Finding:
+    answer, complaint = _ask("import OCP.gp; print('{}')")
+    if answer is None:
+        detail = f"{complaint}; mounts cannot be built; ./run setup, or on Debian: apt-get install libgl1"
+        return Finding(name="build123d", found=False, needed=True, detail=detail)
+    return Finding(name="build123d", found=True, needed=True, detail=importlib.metadata.version("build123d"))
+
+
+def _program(name: str, commands: tuple[str, ...], purpose: str) -> Finding:
+    paths = [path for path in map(shutil.which, commands) if path]
+    return Finding(name=name, found=bool(paths), needed=False, detail=paths[0] if paths else purpose)
+
+
+def _extra(distribution: str, module: str, purpose: str) -> Finding:
+    found = importlib.util.find_spec(module) is not None
+    detail = importlib.metadata.version(distribution) if found else purpose
+    return Finding(name=distribution, found=found, needed=False, detail=detail)
+
+
+def _ask(code: str) -> tuple[dict[str, Any] | None, str]:
+    """Run code in a fresh interpreter; return the JSON it prints, or None and the reason why there is none."""
+    try:
+        # -P: a file of the working directory does not stand in for one of our packages.
+        child = subprocess.run(
+            [sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=PATIENCE_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return None, f"no answer in {PATIENCE_S:g} s"
+    if child.returncode == 0:
+        return json.loads(child.stdout.splitlines()[-1]), ""
+    if child.returncode < 0:
+        return None, f"the process was ended by signal {-child.returncode}"
+    return None, (child.stderr.strip().splitlines() or ["no message"])[-1]

@@ -1,0 +1,38 @@
+"""What commands share in what they take and print."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any
+
+import typer
+
+RigArgument = Annotated[str, typer.Argument(metavar="RIG", help="Name of a preset, or a rig file.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
+
+
+def print_json(data: Any) -> None:
+    """Print data as JSON; numbers that JSON does not know are printed as text."""
+    typer.echo(json.dumps(_plain(data), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def print_table(rows: Iterable[Sequence[str]]) -> None:
+    """Print rows of text, with all columns but the last as wide as their widest entry."""
+    lines = [list(row) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)][:-1]
+    for line in lines:
+        padded = [text.ljust(width) for text, width in zip(line, widths, strict=False)]
+        typer.echo("  ".join([*padded, line[-1]]))
+
+
+def _plain(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {str(key): _plain(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_plain(value) for value in data]
+    try:
+        json.dumps(data, allow_nan=False)
+    except (TypeError, ValueError):
+        return str(data)
+    return data
