@@ -1,0 +1,102 @@
+"""The hull the mount is bolted to: a rounded box with flippers, an open frame, or the user's own file."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+from build123d import Axis, Part, Solid, import_step
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from cad.open_frame import open_frame
+from cad.port_boss import port_boss
+from cad.shapes import along_z, box, cylinder, location_mm, one_solid
+from optics.layout import Layout
+from rigs import BoxHull, FileHull, Hull, Mount, Port
+
+MILLIMETRES = {"mm": 1.0, "m": 1000.0, "inch": 25.4}
+BODY_SHARE = 0.58
+"""Share of the width that the body takes when there are flippers; nominal, judged from photographs of AQUA."""
+FLIPPER_SPACING = 0.35
+FLIPPER_CHORD_MM = (50.0, 72.0)
+FLIPPER_THICKNESS_MM = 6.0
+FLIPPER_SWEEP_MM = 18.0
+HIP_RADIUS_MM = 16.0
+HIP_LENGTH_MM = 14.0
+
+
+def hull_shape(hull: Hull, mount: Mount, port: Port, layout: Layout) -> Solid | trimesh.Trimesh:
+    """Hull in the body frame, millimetres; a triangle mesh when it comes from an STL file.
+
+    The user's own hull is taken as it is; the others get a boss around the camera's port.
+
+    Raises
+    ------
+    ValueError
+        When it is not one solid.
+    """
+    if isinstance(hull, FileHull):
+        return file_hull(hull)
+    boss = port_boss(port, layout)
+    if isinstance(hull, BoxHull):
+        shape = _box_with_flippers(hull)
+    else:
+        pinhole = 1000 * layout.body_from_camera.translation
+        shape = open_frame(hull, mount, port, (float(pinhole[0]), float(pinhole[1]), float(pinhole[2])))
+    return one_solid(shape if boss is None else shape + boss, "hull", "look at hull and camera.position_mm")
+
+
+def _box_with_flippers(hull: BoxHull) -> Part:
+    body_width = hull.width_mm * (BODY_SHARE if hull.flippers_per_side else 1.0)
+    length, width, height = hull.length_mm / 2, body_width / 2, hull.height_mm / 2
+    radius = hull.edge_radius_mm
+    if radius >= width:
+        raise ValueError(f"hull.edge_radius_mm = {radius:g}: expected less than {width:g}, half the body's width")
+    shape = box((-length, length), (-width, width), (-height, height))
+    if radius > 0:
+        shape = shape.fillet(radius, shape.edges())
+    for x in _flipper_positions(hull):
+        for side in (-1, 1):
+            shape += _flipper(x, side, width, hull.width_mm / 2)
+    return shape
+
+
+def _flipper_positions(hull: BoxHull) -> list[float]:
+    reach = FLIPPER_SPACING * hull.length_mm
+    if hull.flippers_per_side == 1:
+        return [0.0]
+    return [float(x) for x in np.linspace(-reach, reach, hull.flippers_per_side)]
+
+
+def _flipper(x: float, side: int, inner: float, outer: float) -> Part:
+    """Paddle on the left (side = 1) or right (side = -1), swept back a little, on a round hip."""
+    near, far = FLIPPER_CHORD_MM[0] / 2, FLIPPER_CHORD_MM[1] / 2
+    half = FLIPPER_THICKNESS_MM / 2
+    outline = [
+        (x - near, side * (inner + 6)),
+        (x + near, side * (inner + 6)),
+        (x + far - FLIPPER_SWEEP_MM, side * outer),
+        (x - far - FLIPPER_SWEEP_MM, side * outer),
+    ]
+    paddle = along_z(outline, (-half, half))
+    tip = paddle.edges().filter_by(Axis.Z).sort_by(lambda edge: abs(edge.center().Y))[-2:]
+    paddle = paddle.fillet(10, tip)
+    return paddle + cylinder((x, side * (inner - 5), 0), (x, side * (inner + HIP_LENGTH_MM), 0), HIP_RADIUS_MM)
+
+
+def file_hull(hull: FileHull) -> Solid | trimesh.Trimesh:
+    """User's hull in the body frame, millimetres.
+
+    A STEP file carries its own unit; `hull.unit` says what the numbers of an STL file mean.
+    """
+    turn = Rotation.from_euler("ZYX", [hull.yaw_deg, -hull.pitch_deg, hull.roll_deg], degrees=True)
+    pose = RigidTransform.from_components(np.array(hull.position_mm) / 1000, turn)
+    if hull.file.suffix.lower() in (".step", ".stp"):
+        return location_mm(pose) * one_solid(import_step(hull.file), "hull.file", f"look at {hull.file.name}")
+    if hull.file.suffix.lower() != ".stl":
+        raise ValueError(f"hull.file = {hull.file.name!r}: expected a .step, .stp or .stl file")
+    mesh = trimesh.load_mesh(hull.file, file_type="stl")
+    mesh.apply_scale(MILLIMETRES[hull.unit])
+    matrix = pose.as_matrix()
+    matrix[:3, 3] *= 1000
+    mesh.apply_transform(matrix)
+    return mesh

@@ -1,0 +1,112 @@
+"""Meshes of a rig from a cache addressed by content, so that building solids is paid for once.
+
+The modelling kernel takes seconds to import; it is imported only when the cache has no answer.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic.main import IncEx
+
+import optics.layout
+from optics.mesh import Group, PartMesh, Role
+from rigs import FileHull, Rig
+
+SHAPELESS: IncEx = {
+    "name": True,
+    "description": True,
+    "water": True,
+    "servos": {servo: {"name", "speed_deg_per_s", "torque_n_m", "mass_g"} for servo in ("pan", "tilt")},
+    "hull": {"file"},
+}
+"""What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
+
+
+def rig_meshes(rig: Rig) -> list[PartMesh]:
+    """Parts of a rig as triangles in metres, each in the frame of its group; from the cache when it can be.
+
+    Raises
+    ------
+    ValueError
+        For a rig without mirrors, or one whose numbers make no mount.
+    """
+    if not rig.has_mirrors:
+        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    path = cache_folder() / f"{mesh_key(rig)}.npz"
+    try:
+        return load_meshes(path)
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+        # Absent or damaged: either way it is made again.
+        meshes = _build(rig)
+    save_meshes(path, meshes)
+    return meshes
+
+
+def cache_folder() -> Path:
+    """Where meshes are kept: $MIRRORGAZE_CACHE, or `mirrorgaze` in the user's cache folder."""
+    own = os.environ.get("MIRRORGAZE_CACHE")
+    if own:
+        return Path(own)
+    shared = os.environ.get("XDG_CACHE_HOME")
+    return (Path(shared) if shared else Path.home() / ".cache") / "mirrorgaze"
+
+
+def mesh_key(rig: Rig) -> str:
+    """Hash of everything the shapes come from: the rig's numbers, the hull's file, and the code that makes solids."""
+    digest = hashlib.sha256()
+    numbers = rig.model_dump(mode="json", exclude=SHAPELESS)
+    digest.update(json.dumps(numbers, sort_keys=True).encode())
+    digest.update(version("build123d").encode())
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    if isinstance(rig.hull, FileHull):
+        sources.append(rig.hull.file)
+    for source in [*sources, Path(optics.layout.__file__)]:
+        content = source.read_bytes()
+        digest.update(f"{source.name} {len(content)} ".encode() + content)
+    return digest.hexdigest()
+
+
+def save_meshes(path: Path, meshes: Sequence[PartMesh]) -> None:
+    """Write meshes beside their place, then rename: a reader never sees half a file."""
+    labels = np.array([(mesh.name, mesh.group.value, mesh.role.value) for mesh in meshes])
+    arrays: dict[str, Any] = {"labels": labels}
+    for position, mesh in enumerate(meshes):
+        arrays[f"vertices_m_{position}"] = mesh.vertices_m
+        arrays[f"faces_{position}"] = mesh.faces
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=path.parent, suffix=".partial") as folder:
+        partial = Path(folder) / path.name
+        np.savez(partial, **arrays)
+        partial.replace(path)
+
+
+def load_meshes(path: Path) -> list[PartMesh]:
+    """Read what `save_meshes` wrote."""
+    with np.load(path, allow_pickle=False) as stored:
+        return [
+            PartMesh(
+                name=str(name),
+                group=Group(group),
+                role=Role(role),
+                vertices_m=stored[f"vertices_m_{position}"],
+                faces=stored[f"faces_{position}"],
+            )
+            for position, (name, group, role) in enumerate(stored["labels"])
+        ]
+
+
+def _build(rig: Rig) -> list[PartMesh]:
+    from cad.assembly import build_assembly  # noqa: PLC0415  (takes seconds to import)
+    from cad.tessellation import tessellate  # noqa: PLC0415
+
+    return tessellate(build_assembly(rig))

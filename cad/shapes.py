@@ -1,0 +1,74 @@
+"""Small helpers around build123d: boxes by their limits, cylinders between points, poses as locations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from build123d import Align, Box, Cylinder, Location, Part, Plane, Polygon, Pos, Solid, extrude
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import RigidTransform
+
+Limits = tuple[float, float]
+
+
+def box(x: Limits, y: Limits, z: Limits) -> Part:
+    """Box between limits along each axis."""
+    size = (x[1] - x[0], y[1] - y[0], z[1] - z[0])
+    return Pos(x[0], y[0], z[0]) * Box(*size, align=(Align.MIN, Align.MIN, Align.MIN))
+
+
+def cylinder(start: ArrayLike, end: ArrayLike, radius: float) -> Part:
+    """Cylinder with its axis from `start` to `end`."""
+    origin, tip = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    length = float(np.linalg.norm(tip - origin))
+    plane = Plane(origin=tuple(origin), z_dir=tuple((tip - origin) / length))
+    return plane * Cylinder(radius, length, align=(Align.CENTER, Align.CENTER, Align.MIN))
+
+
+def prism(corners: Sequence[Limits], plane: Plane, limits: Limits) -> Part:
+    """Polygon in a plane's own x and y, extruded between limits along the plane's normal."""
+    face = plane.offset(limits[0]) * Polygon(*corners, align=None)
+    return extrude(face, amount=limits[1] - limits[0], dir=plane.z_dir)
+
+
+def along_x(corners: Sequence[Limits], limits: Limits) -> Part:
+    """Polygon in (y, z), extruded along x."""
+    return prism(corners, Plane.YZ, limits)
+
+
+def along_y(corners: Sequence[Limits], limits: Limits) -> Part:
+    """Polygon in (x, z), extruded along y."""
+    return prism(corners, Plane(origin=(0, 0, 0), x_dir=(1, 0, 0), z_dir=(0, -1, 0)), (-limits[1], -limits[0]))
+
+
+def along_z(corners: Sequence[Limits], limits: Limits) -> Part:
+    """Polygon in (x, y), extruded along z."""
+    return prism(corners, Plane.XY, limits)
+
+
+def location_mm(pose: RigidTransform) -> Location:
+    """Location in millimetres of a pose in metres."""
+    matrix = pose.as_matrix()
+    plane = Plane(origin=tuple(1000 * matrix[:3, 3]), x_dir=tuple(matrix[:3, 0]), z_dir=tuple(matrix[:3, 2]))
+    return Location(plane)
+
+
+def single_solid(shapes: Iterable[Part], what: str, hint: str) -> Solid:
+    """Union of shapes as the one solid they must be.
+
+    Raises
+    ------
+    ValueError
+        When they fall into several solids; `hint` names the keys to look at.
+    """
+    first, *others = shapes
+    return one_solid(first.fuse(*others) if others else first, what, hint)
+
+
+def one_solid(shape: Part, what: str, hint: str) -> Solid:
+    """The only solid of a shape; raises `ValueError` with a hint when there is not exactly one."""
+    solids = shape.solids()
+    if len(solids) != 1:
+        raise ValueError(f"{what}: expected one solid, got {len(solids)}; {hint}")
+    return solids[0]
