@@ -8,6 +8,7 @@ import json
 import math
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -110,8 +111,8 @@ def _backend() -> list[Finding]:
         Finding(name="graphics card", found=answer["device"] is not None, needed=False, detail=card),
     ]
     if answer["llvm_path"]:
-        dotted = ".".join(map(str, answer["llvm_version"]))
-        findings.insert(1, Finding(name="llvm", found=True, needed=True, detail=f"{dotted}, {answer['llvm_path']}"))
+        detail = ", ".join(filter(None, [".".join(map(str, answer["llvm_version"])), answer["llvm_path"], complaint]))
+        findings.insert(1, Finding(name="llvm", found=True, needed=True, detail=detail))
     return findings
 
 
@@ -135,7 +136,7 @@ def _extra(distribution: str, module: str, purpose: str) -> Finding:
 
 
 def _ask(code: str) -> tuple[dict[str, Any] | None, str]:
-    """Run code in a fresh interpreter; return the JSON it prints, or None and the reason why there is none."""
+    """Run code in a fresh interpreter; return the JSON it prints, or None, and the last thing it complained about."""
     try:
         # -P: a file of the working directory does not stand in for one of our packages.
         child = subprocess.run(
@@ -143,8 +144,9 @@ def _ask(code: str) -> tuple[dict[str, Any] | None, str]:
         )
     except subprocess.TimeoutExpired:
         return None, f"no answer in {PATIENCE_S:g} s"
+    complaint = (child.stderr.strip().splitlines() or [""])[-1]
     if child.returncode == 0:
-        return json.loads(child.stdout.splitlines()[-1]), ""
+        return json.loads(child.stdout.splitlines()[-1]), complaint
     if child.returncode < 0:
         return None, f"the process was ended by signal {-child.returncode}"
-    return None, (child.stderr.strip().splitlines() or ["no message"])[-1]
+    return None, re.sub(r"^[\w.]+Error: ", "", complaint)

@@ -150,7 +150,7 @@ def _without(document: Mapping[str, Any], places: set[Keys]) -> dict[str, Any]:
 def _known_key(keys: Keys, document: Mapping[str, Any]) -> str:
     nodes = _nodes_at(keys[:-1], document)
     known = sorted({name for node in nodes for name in node.get("properties", {})})
-    close = difflib.get_close_matches(str(keys[-1]), known, n=1, cutoff=0.55)
+    close = difflib.get_close_matches(str(keys[-1]), known, n=1, cutoff=0.7)
     if close:
         return f"a known key; did you mean {close[0]!r}?"
     return f"one of the known keys {', '.join(known)}"
