@@ -6,11 +6,13 @@ camera of a kind.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
 from optics.arrays import FloatArray, check_points, opaque, to_columns, to_vectors
@@ -22,6 +24,12 @@ INVERSE_ITERATIONS = 20
 
 INVERSE_TOLERANCE = 1e-12
 """Residual (normalised image units) under which an inverse distortion counts as converged."""
+
+LARGEST_SLOPE = 1e6
+"""Normalised image coordinate beyond which a pinhole has no pixels: 0.2 arc seconds from its own image plane."""
+
+REAL_ROOT = 1e-9
+"""Relative imaginary part under which a root of a polynomial is a real one; eigenvalue solvers leave about 1e-15."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +47,11 @@ class Camera(ABC):
         for name in ("width_px", "height_px", "fx_px", "fy_px"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise ValueError(f"expected {name} > 0, got {getattr(self, name)}")
+        for name in ("cx_px", "cy_px"):
+            if not np.isfinite(getattr(self, name)):
+                raise ValueError(f"expected a finite {name}, got {getattr(self, name)}")
+        if not np.isfinite(self._coefficients()).all():
+            raise ValueError(f"expected finite distortion coefficients, got {self._coefficients()}")
 
     @property
     def kind(self) -> tuple[Any, ...]:
@@ -48,11 +61,18 @@ class Camera(ABC):
     def parameters(self) -> dict[str, Any]:
         """Numbers of the camera for the kernels, as Dr.Jit scalars that are not baked into the code."""
         affine = {name: opaque(getattr(self, name)) for name in ("fx_px", "fy_px", "cx_px", "cy_px")}
-        return {**affine, "coefficients": [opaque(value) for value in self._coefficients()]}
+        # Kernels multiply by these: a division takes them ten times as long.
+        affine |= {"per_fx": opaque(1 / self.fx_px), "per_fy": opaque(1 / self.fy_px)}
+        coefficients = [opaque(value) for value in self._coefficients()]
+        return {**affine, "coefficients": coefficients, "limit": opaque(self._limit())}
 
     @abstractmethod
     def _coefficients(self) -> tuple[float, ...]:
         """Distortion coefficients in a fixed order."""
+
+    @abstractmethod
+    def _limit(self) -> float:
+        """How far from the axis the model describes a lens: its image must grow with the angle all the way there."""
 
     @staticmethod
     @abstractmethod
@@ -82,14 +102,14 @@ class Camera(ABC):
         pixels = check_points("pixels", pixels, 2)
         kind, distorted = self.kind
         direction, valid = kind.direction(self.parameters(), distorted, *to_columns(pixels))
-        return to_vectors(direction), np.array(valid & dr.mask_t(direction.x)(True))
+        return to_vectors(direction), np.array(valid)
 
     def project(self, directions: ArrayLike) -> tuple[FloatArray, np.ndarray[Any, np.dtype[np.bool_]]]:
         """Directions in air (any length) to pixels; the inverse of `unproject`."""
         directions = check_points("directions", directions, 3)
         kind, distorted = self.kind
         u, v, valid = kind.pixel(self.parameters(), distorted, Array3f64(*to_columns(directions)))
-        return np.stack([np.array(u), np.array(v)], axis=1), np.array(valid & dr.mask_t(u)(True))
+        return np.stack([np.array(u), np.array(v)], axis=1), np.array(valid)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,19 +119,28 @@ class PinholeCamera(Camera):
     distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         if len(self.distortion) not in (5, 8):
             raise ValueError(f"expected 5 or 8 distortion coefficients, got {len(self.distortion)}")
+        super().__post_init__()
 
     def _coefficients(self) -> tuple[float, ...]:
         return (*self.distortion, *(0.0,) * (8 - len(self.distortion)))
 
+    def _limit(self) -> float:
+        """Squared radius in front of the lens at which the radial polynomial first folds back or has a pole."""
+        k1, k2, _, _, k3, k4, k5, k6 = self._coefficients()
+        above, below = Polynomial([1, k1, k2, k3]), Polynomial([1, k4, k5, k6])
+        twice_r2 = Polynomial([0, 2])
+        growth = above * below + twice_r2 * (above.deriv() * below - above * below.deriv())
+        return min(_first_positive_root(growth), _first_positive_root(below))
+
     @staticmethod
     def direction(parameters: dict[str, Any], distorted: bool, u: Any, v: Any) -> tuple[Any, Any]:
         """Kernel: pixels to unit directions; Newton on the distortion polynomial."""
-        x_d = (u - parameters["cx_px"]) / parameters["fx_px"]
-        y_d = (v - parameters["cy_px"]) / parameters["fy_px"]
-        x, y, valid = x_d, y_d, True
+        x_d = (u - parameters["cx_px"]) * parameters["per_fx"]
+        y_d = (v - parameters["cy_px"]) * parameters["per_fy"]
+        x, y = x_d, y_d
+        valid = (dr.abs(x_d) < LARGEST_SLOPE) & (dr.abs(y_d) < LARGEST_SLOPE)
         if distorted:
             coefficients = parameters["coefficients"]
             for _ in range(INVERSE_ITERATIONS):
@@ -122,9 +151,9 @@ class PinholeCamera(Camera):
                     y - (xx * (fy - y_d) - yx * (fx - x_d)) / determinant,
                 )
             fx, fy, (xx, xy, yx, yy) = _brown_conrady(coefficients, x, y)
-            # Beyond the fold of the polynomial its Jacobian turns negative: a root there is not the lens.
-            unfolded = (xx * yy - xy * yx > 0) & (xx > 0)
-            valid = (dr.abs(fx - x_d) < INVERSE_TOLERANCE) & (dr.abs(fy - y_d) < INVERSE_TOLERANCE) & unfolded
+            unfolded = _before_the_fold(parameters, x, y, (xx, xy, yx, yy))
+            converged = (dr.abs(fx - x_d) < INVERSE_TOLERANCE) & (dr.abs(fy - y_d) < INVERSE_TOLERANCE)
+            valid = valid & converged & unfolded
         return dr.normalize(Array3f64(x, y, 1)), valid
 
     @staticmethod
@@ -133,8 +162,9 @@ class PinholeCamera(Camera):
         x, y = direction.x / direction.z, direction.y / direction.z
         valid = direction.z > 0
         if distorted:
-            x, y, (xx, xy, yx, yy) = _brown_conrady(parameters["coefficients"], x, y)
-            valid &= (xx * yy - xy * yx > 0) & (xx > 0)
+            x_d, y_d, jacobian = _brown_conrady(parameters["coefficients"], x, y)
+            valid = valid & _before_the_fold(parameters, x, y, jacobian)
+            x, y = x_d, y_d
         u = dr.fma(x, parameters["fx_px"], parameters["cx_px"])
         return u, dr.fma(y, parameters["fy_px"], parameters["cy_px"]), valid
 
@@ -147,36 +177,47 @@ class FisheyeCamera(Camera):
     largest_angle: ClassVar[float] = np.pi
     """Angle from the axis up to which the model is used, radians."""
 
+    def __post_init__(self) -> None:
+        if len(self.distortion) != 4:
+            raise ValueError(f"expected 4 distortion coefficients, got {len(self.distortion)}")
+        super().__post_init__()
+
     def _coefficients(self) -> tuple[float, ...]:
         return self.distortion
+
+    def _limit(self) -> float:
+        """Angle at which the polynomial first folds back, at most `largest_angle`."""
+        k1, k2, k3, k4 = self.distortion
+        growth_of_squared_angle = Polynomial([1, 3 * k1, 5 * k2, 7 * k3, 9 * k4])
+        return min(self.largest_angle, math.sqrt(_first_positive_root(growth_of_squared_angle)))
 
     @staticmethod
     def direction(parameters: dict[str, Any], distorted: bool, u: Any, v: Any) -> tuple[Any, Any]:
         """Kernel: pixels to unit directions; Newton on the angle polynomial."""
-        x = (u - parameters["cx_px"]) / parameters["fx_px"]
-        y = (v - parameters["cy_px"]) / parameters["fy_px"]
+        x = (u - parameters["cx_px"]) * parameters["per_fx"]
+        y = (v - parameters["cy_px"]) * parameters["per_fy"]
         radius = dr.sqrt(x * x + y * y)
         angle = radius
         if distorted:
             for _ in range(INVERSE_ITERATIONS):
                 value, slope = _kannala_brandt(parameters["coefficients"], angle)
                 angle = angle - (value - radius) / slope
-        value, slope = _kannala_brandt(parameters["coefficients"], angle)
-        valid = (dr.abs(value - radius) < INVERSE_TOLERANCE) & (slope > 0) & (angle < FisheyeCamera.largest_angle)
+        value, _ = _kannala_brandt(parameters["coefficients"], angle)
+        valid = (dr.abs(value - radius) < INVERSE_TOLERANCE) & (angle < parameters["limit"])
         # sin(t)/r tends to 1 on the axis, where both vanish.
         scale = dr.select(radius > 0, dr.sin(angle) / radius, 1)
         return Array3f64(x * scale, y * scale, dr.cos(angle)), valid & (angle >= 0)
 
     @staticmethod
     def pixel(parameters: dict[str, Any], distorted: bool, direction: Any) -> tuple[Any, Any, Any]:
-        """Kernel: directions to pixels; valid where the polynomial still grows with the angle."""
+        """Kernel: directions to pixels; valid up to where the polynomial stops growing with the angle."""
         sideways = dr.sqrt(dr.square(direction.x) + dr.square(direction.y))
         angle = dr.atan2(sideways, direction.z)
-        value, slope = _kannala_brandt(parameters["coefficients"], angle)
+        value, _ = _kannala_brandt(parameters["coefficients"], angle)
         scale = dr.select(sideways > 0, value / sideways, 1 / direction.z)
         u = dr.fma(direction.x * scale, parameters["fx_px"], parameters["cx_px"])
         v = dr.fma(direction.y * scale, parameters["fy_px"], parameters["cy_px"])
-        return u, v, (slope > 0) & (angle < FisheyeCamera.largest_angle)
+        return u, v, angle < parameters["limit"]
 
 
 def camera_from_spec(spec: CameraSpec) -> PinholeCamera | FisheyeCamera:
@@ -186,6 +227,23 @@ def camera_from_spec(spec: CameraSpec) -> PinholeCamera | FisheyeCamera:
         for name in ("width_px", "height_px", "fx_px", "fy_px", "cx_px", "cy_px", "distortion")
     }
     return PinholeCamera(**numbers) if spec.model == "pinhole" else FisheyeCamera(**numbers)
+
+
+def _first_positive_root(polynomial: Polynomial) -> float:
+    """Smallest positive real root, infinity when there is none."""
+    roots = polynomial.trim().roots()
+    real = roots.real[np.abs(roots.imag) <= REAL_ROOT * np.abs(roots)]
+    return float(min(real[real > 0], default=np.inf))
+
+
+def _before_the_fold(parameters: dict[str, Any], x: Any, y: Any, jacobian: tuple[Any, Any, Any, Any]) -> Any:
+    """Whether the distortion still describes the lens at (x, y): beyond its fold the image runs backwards.
+
+    Further out the polynomial may grow again, so that the sign of the Jacobian alone is not enough; it is needed
+    for the tangential terms, which the radial limit leaves out.
+    """
+    xx, xy, yx, yy = jacobian
+    return (x * x + y * y < parameters["limit"]) & (xx * yy - xy * yx > 0) & (xx > 0)
 
 
 def _brown_conrady(coefficients: list[Any], x: Any, y: Any) -> tuple[Any, Any, tuple[Any, Any, Any, Any]]:

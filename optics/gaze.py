@@ -26,7 +26,7 @@ class Gaze:
     Attributes
     ----------
     azimuth : array
-        From the body's x to the left, in (-pi, pi].
+        From the body's x to the left, in [-pi, pi].
     elevation : array
         Above the horizontal, in [-pi/2, pi/2].
     roll : array
@@ -82,6 +82,8 @@ def inverse_gaze(layout: Layout, azimuth: float, elevation: float) -> FloatArray
         front and over the zenith, each up to whole turns. At the zenith and the nadir of the gimbal every pan angle
         would do; those along azimuth zero and pi are returned.
     """
+    if not (np.isfinite(azimuth) and np.isfinite(elevation)):
+        raise ValueError(f"expected finite azimuth and elevation, got {azimuth} and {elevation}")
     direction = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
     x, y, z = layout.body_from_gimbal.rotation.inv().apply(direction)
     theta, phi = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))

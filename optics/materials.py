@@ -8,9 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from optics.tables import read_table
+from optics.water import check_range
 from rigs.specification import PortMaterial
 
 DATA = Path(__file__).parent / "data"
+
+FORMULA_RANGE_NM = (400.0, 1050.0)
+"""Where every port material's formula may be used. Measurements of PMMA begin at 405 nm, of polycarbonate at 437 nm:
+below, down to the edge of the visible, their formulas are extrapolated."""
 
 PORT_MATERIALS: dict[PortMaterial, str] = {
     "pmma": "PMMA_Szczurowski2013",
@@ -24,13 +30,21 @@ PORT_MATERIALS: dict[PortMaterial, str] = {
 
 
 def material_index(material: PortMaterial, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
-    """Refractive index of a port material from its dispersion formula (refractiveindex.info, CC0)."""
+    """Refractive index of a port material from its dispersion formula (refractiveindex.info, CC0).
+
+    Raises
+    ------
+    ValueError
+        Outside 400-1050 nm.
+    """
+    wavelength = np.asarray(wavelength_nm, dtype=np.float64)
+    check_range("wavelength_nm", wavelength, *FORMULA_RANGE_NM)
     record = json.loads((DATA / "port_materials.json").read_text(encoding="utf-8"))["materials"][
         PORT_MATERIALS[material]
     ]
     coefficients = record["coefficients"]
     constant, pairs = coefficients[0], zip(coefficients[1::2], coefficients[2::2], strict=True)
-    squared = (np.asarray(wavelength_nm, dtype=np.float64) / 1000) ** 2
+    squared = (wavelength / 1000) ** 2
     match record["formula"]:
         case "formula 1":
             terms = [b * squared / (squared - c**2) for b, c in pairs]
@@ -42,9 +56,16 @@ def material_index(material: PortMaterial, wavelength_nm: ArrayLike) -> NDArray[
 
 
 def aluminium_index(wavelength_nm: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Complex index n, k of aluminium (McPeak et al. 2015, ACS Photonics 2, 326; refractiveindex.info, CC0)."""
-    table = np.genfromtxt(DATA / "metal_nk.csv", delimiter=",", names=True, comments="#")
+    """Complex index n, k of aluminium (McPeak et al. 2015, ACS Photonics 2, 326; refractiveindex.info, CC0).
+
+    Raises
+    ------
+    ValueError
+        Outside the table, 400-700 nm.
+    """
+    table = read_table(DATA / "metal_nk.csv")
     wavelength = np.asarray(wavelength_nm, dtype=np.float64)
+    check_range("wavelength_nm", wavelength, table["wavelength_nm"][0], table["wavelength_nm"][-1])
     return (
         np.asarray(np.interp(wavelength, table["wavelength_nm"], table["Al_McPeak2015_n"])),
         np.asarray(np.interp(wavelength, table["wavelength_nm"], table["Al_McPeak2015_k"])),

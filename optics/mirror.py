@@ -86,6 +86,8 @@ class PlaneMirror:
         height_m: float | None = None,
     ) -> PlaneMirror:
         """Rectangular mirror (or an unbounded one) at a pose whose z axis is the normal and y axis is up."""
+        if (width_m is None) != (height_m is None):
+            raise ValueError(f"expected both width_m and height_m or neither, got {width_m} and {height_m}")
         axes = camera_from_mirror.rotation.as_matrix()
         outline = None
         if width_m is not None and height_m is not None:
@@ -181,5 +183,8 @@ def _check_convex(outline: FloatArray) -> None:
     steps = np.diff(np.vstack([outline, outline[:1]]), axis=0)
     turns = steps[:, 0] * np.roll(steps[:, 1], -1) - steps[:, 1] * np.roll(steps[:, 0], -1)
     smallest = 1e-9 * np.abs(outline).max() ** 2
-    if not ((turns > smallest).all() or (turns < -smallest).all()):
+    one_way = (turns > smallest).all() or (turns < -smallest).all()
+    # A pentagram turns one way at every corner too, but goes round twice.
+    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    if not one_way or abs(heading[-1] - heading[0]) >= 2 * np.pi:
         raise ValueError(f"expected outline_m to be convex with a real corner everywhere, got {outline.tolist()}")

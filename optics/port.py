@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from optics.arrays import check_vector, opaque, opaque_vector, unit
 from optics.backend import Array3f64, dr
 from optics.materials import material_index
-from optics.refraction import dielectric_transmittance, refract
+from optics.refraction import refract, window_transmittance
 from optics.water import water_index
 from rigs import Port as PortSpec
 from rigs import Water
@@ -32,7 +32,8 @@ class Exit:
     """Rays behind the port: Dr.Jit arrays.
 
     `point` (metres) on the outer face, unit `direction` in the water, `inside` whether the ray is within the
-    aperture, `transmitted` whether it was not totally reflected, `transmittance` Fresnel's for both faces together.
+    aperture, `transmitted` whether it was not totally reflected, `transmittance` Fresnel's for both faces together
+    (without the light that is reflected twice inside the window), 0 for rays that do not get out.
     """
 
     point: Any
@@ -73,6 +74,17 @@ def _check_positive(port: Any, *names: str) -> None:
             raise ValueError(f"expected {name} > 0, got {value}")
 
 
+def _indices(port: FlatPort | DomePort) -> dict[str, Any]:
+    """Indices for the kernels, with the ratios at both faces: a kernel would divide anew for every ray."""
+    return {
+        "n_inside": opaque(port.n_inside),
+        "n_port": opaque(port.n_port),
+        "n_water": opaque(port.n_water),
+        "ratio_in": opaque(port.n_inside / port.n_port),
+        "ratio_out": opaque(port.n_port / port.n_water),
+    }
+
+
 @dataclass(frozen=True, kw_only=True)
 class FlatPort(Port):
     """Plane-parallel window.
@@ -107,9 +119,7 @@ class FlatPort(Port):
             "normal": opaque_vector(unit("normal", self.normal)),
             "distance": opaque(self.distance_m),
             "thickness": opaque(self.thickness_m),
-            "n_inside": opaque(self.n_inside),
-            "n_port": opaque(self.n_port),
-            "n_water": opaque(self.n_water),
+            **_indices(self),
             "aperture": opaque(self.aperture_radius_m or float("inf")),
         }
 
@@ -117,53 +127,79 @@ class FlatPort(Port):
     def leave(parameters: dict[str, Any], direction: Any) -> Exit:
         """Kernel: two refractions at parallel planes."""
         normal = parameters["normal"]
-        n_inside, n_port, n_water = (parameters[name] for name in ("n_inside", "n_port", "n_water"))
         cosine = dr.dot(direction, normal)
         at_inner = direction * (parameters["distance"] / cosine)
-        in_port, entered = refract(direction, normal, n_inside / n_port)
+        in_port, entered = refract(direction, normal, parameters["ratio_in"])
         cosine_in_port = dr.dot(in_port, normal)
         at_outer = at_inner + in_port * (parameters["thickness"] / cosine_in_port)
-        in_water, left = refract(in_port, normal, n_port / n_water)
+        in_water, left = refract(in_port, normal, parameters["ratio_out"])
         foot = normal * (parameters["distance"] + parameters["thickness"])
-        inside = (cosine > 0) & (dr.squared_norm(at_outer - foot) <= dr.square(parameters["aperture"]))
-        transmittance = dielectric_transmittance(cosine, n_inside, n_port) * dielectric_transmittance(
-            cosine_in_port, n_port, n_water
+        outwards = cosine > 0
+        inside = outwards & (dr.squared_norm(at_outer - foot) <= dr.square(parameters["aperture"]))
+        # A ray away from the window misses it: refraction has nothing to say about it.
+        transmitted = (entered & left) | ~outwards
+        transmittance = window_transmittance(
+            (cosine, cosine_in_port, cosine_in_port, dr.dot(in_water, normal)),
+            (parameters["n_inside"], parameters["n_port"], parameters["n_water"]),
         )
         return Exit(
             point=at_outer,
             direction=in_water,
             inside=inside,
-            transmitted=entered & left,
-            transmittance=transmittance,
+            transmitted=transmitted,
+            transmittance=dr.select(inside & transmitted, transmittance, 0),
         )
 
     @staticmethod
     def aim(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
-        """Kernel: Newton on the slope at the pinhole in the plane of refraction.
+        """Kernel: Newton on the slope of the ray in the plane of refraction.
 
-        With s the tangent of the angle in air, the ray meets the point's height at the radius
-        ``distance s + thickness tan(port) + depth tan(water)``, which grows with s; Snell gives both tangents.
+        With s the tangent of the angle in the medium of the lowest index, the ray meets the point's height at the
+        radius ``sum(length_i tan_i(s))`` over air, window and water. Snell makes each tangent grow with s ever more
+        slowly, so Newton climbs to the root from below without overshooting, and total reflection is never met.
         """
         normal = parameters["normal"]
         height = dr.dot(point, normal)
         sideways = point - normal * height
         radius = dr.norm(sideways)
         depth = height - parameters["distance"] - parameters["thickness"]
-        ratio_port = parameters["n_inside"] / parameters["n_port"]
-        ratio_water = parameters["n_inside"] / parameters["n_water"]
-        # The paraxial solution; the true slope is larger by what refraction bends away.
-        slope = radius / (parameters["distance"] + parameters["thickness"] * ratio_port + depth * ratio_water)
+        n_inside, n_port, n_water = (parameters[name] for name in ("n_inside", "n_port", "n_water"))
+        lowest = dr.minimum(n_inside, dr.minimum(n_port, n_water))
+        layers = (
+            (parameters["distance"], lowest / n_inside),
+            (parameters["thickness"], lowest / n_port),
+            (depth, lowest / n_water),
+        )
+        slope = _least_slope(radius, layers)
         step = dr.zeros(type(radius), 1)
         for _ in range(AIM_ITERATIONS):
-            port_tangent, port_rate = _refracted_slope(slope, ratio_port)
-            water_tangent, water_rate = _refracted_slope(slope, ratio_water)
-            reached = parameters["distance"] * slope + parameters["thickness"] * port_tangent + depth * water_tangent
-            rate = parameters["distance"] + parameters["thickness"] * port_rate + depth * water_rate
+            reached, rate = 0.0, 0.0
+            # Sums are written out: += would change Dr.Jit's arrays in place.
+            for length, ratio in layers:
+                tangent, tangent_rate = _refracted_slope(slope, ratio)
+                reached = reached + length * tangent
+                rate = rate + length * tangent_rate
             step = (radius - reached) / rate
             slope = dr.maximum(slope + step, 0)
         converged = dr.abs(step) <= AIM_TOLERANCE * (1 + slope)
         outwards = dr.select(radius > 0, sideways / radius, 0)
-        return dr.normalize(normal + outwards * slope), converged, depth > 0
+        slope_inside, _ = _refracted_slope(slope, lowest / n_inside)
+        return dr.normalize(normal + outwards * slope_inside), converged, depth > 0
+
+
+def _least_slope(radius: Any, layers: tuple[tuple[Any, Any], ...]) -> Any:
+    """Two lower bounds of the slope at which the layers are crossed over `radius`, the greater of them.
+
+    One is the paraxial slope. The other gives every denser layer the tangent of its critical angle, the most it can
+    reach; only layers of the lowest index go on growing. It is close where the water is near its critical angle.
+    """
+    paraxial = radius / sum(length * ratio for length, ratio in layers)
+    unbounded, bounded = 0.0, 0.0
+    for length, ratio in layers:
+        lowest = ratio >= 1
+        unbounded = unbounded + dr.select(lowest, length, 0)
+        bounded = bounded + dr.select(lowest, 0, length * ratio * dr.rsqrt(1 - dr.square(ratio)))
+    return dr.maximum(paraxial, (radius - bounded) / unbounded)
 
 
 def _refracted_slope(slope: Any, ratio: Any) -> tuple[Any, Any]:
@@ -209,9 +245,7 @@ class DomePort(Port):
             "centre": opaque_vector(check_vector("centre_m", self.centre_m)),
             "inner": opaque(self.radius_m),
             "outer": opaque(self.radius_m + self.thickness_m),
-            "n_inside": opaque(self.n_inside),
-            "n_port": opaque(self.n_port),
-            "n_water": opaque(self.n_water),
+            **_indices(self),
             "aperture": opaque(self.aperture_radius_m or float("inf")),
         }
 
@@ -219,24 +253,30 @@ class DomePort(Port):
     def leave(parameters: dict[str, Any], direction: Any) -> Exit:
         """Kernel: two refractions at concentric spheres."""
         centre = parameters["centre"]
-        n_inside, n_port, n_water = (parameters[name] for name in ("n_inside", "n_port", "n_water"))
         at_inner = direction * _exit_distance(-centre, direction, parameters["inner"])
         inner_normal = (at_inner - centre) / parameters["inner"]
-        in_port, entered = refract(direction, inner_normal, n_inside / n_port)
+        in_port, entered = refract(direction, inner_normal, parameters["ratio_in"])
         at_outer = at_inner + in_port * _exit_distance(at_inner - centre, in_port, parameters["outer"])
         outer_normal = (at_outer - centre) / parameters["outer"]
-        in_water, left = refract(in_port, outer_normal, n_port / n_water)
+        in_water, left = refract(in_port, outer_normal, parameters["ratio_out"])
         rim = dr.square(at_inner.x - centre.x) + dr.square(at_inner.y - centre.y)
         inside = (at_inner.z > centre.z) & (rim <= dr.square(parameters["aperture"]))
-        transmittance = dielectric_transmittance(
-            dr.dot(direction, inner_normal), n_inside, n_port
-        ) * dielectric_transmittance(dr.dot(in_port, outer_normal), n_port, n_water)
+        transmittance = window_transmittance(
+            (
+                dr.dot(direction, inner_normal),
+                dr.dot(in_port, inner_normal),
+                dr.dot(in_port, outer_normal),
+                dr.dot(in_water, outer_normal),
+            ),
+            (parameters["n_inside"], parameters["n_port"], parameters["n_water"]),
+        )
+        transmitted = entered & left
         return Exit(
             point=at_outer,
             direction=in_water,
             inside=inside,
-            transmitted=entered & left,
-            transmittance=transmittance,
+            transmitted=transmitted,
+            transmittance=dr.select(inside & transmitted, transmittance, 0),
         )
 
     @staticmethod
@@ -279,7 +319,7 @@ class DomePort(Port):
                 swept = swept - dr.safe_asin(sine)
                 rate = rate - rate_of_invariant / (index * far) * dr.rsqrt(1 - dr.square(sine))
             step = (target - swept) / rate
-            angle = angle + step
+            angle = dr.clip(angle + step, 0, dr.pi)
         converged = dr.abs(step) <= AIM_TOLERANCE * (1 + angle)
         outwards = dr.select(across > 0, sideways / across, 0)
         direction = axis * dr.cos(angle) + outwards * dr.sin(angle)
@@ -311,12 +351,14 @@ class NoPort(Port):
     def leave(parameters: dict[str, Any], direction: Any) -> Exit:
         """Kernel: rays go on as they are."""
         everywhere = dr.mask_t(direction.x)(True)
+        # Made from the direction: a literal of its width would stay at the width that the kernel was frozen with.
+        known = dr.isfinite(direction.x)
         return Exit(
-            point=dr.zeros(Array3f64, dr.width(direction)),
+            point=dr.select(known, Array3f64(0), direction),
             direction=direction,
             inside=everywhere,
             transmitted=everywhere,
-            transmittance=dr.full(type(direction.x), 1, 1),
+            transmittance=dr.select(known, type(direction.x)(1), 0),
         )
 
     @staticmethod

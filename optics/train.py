@@ -40,7 +40,7 @@ class Rays:
     status : array, shape (n,)
         `Status` of each ray.
     transmittance : array, shape (n,)
-        Fresnel transmittance of the port.
+        Fresnel transmittance of the port, 0 where the ray does not get out of it.
     """
 
     origin_m: FloatArray
@@ -61,8 +61,9 @@ class Image:
     Attributes
     ----------
     pixels : array, shape (n, 2)
-        (u, v); NaN where there is no such pixel (status INVALID_INPUT, INSIDE_HOUSING, NOT_CONVERGED or
-        OUTSIDE_CAMERA_MODEL). Other failures keep the pixel at which the point would appear.
+        (u, v); NaN where there is no such pixel (status INVALID_INPUT, INSIDE_HOUSING, NOT_CONVERGED,
+        OUTSIDE_CAMERA_MODEL, and BACK_OF_MIRROR with one of these). Other failures keep the pixel at which the
+        point would appear if nothing were in the way.
     status : array, shape (n,)
         `Status` of each point; OK means that the camera sees it.
     """
@@ -114,21 +115,30 @@ class OpticalTrain:
 
     def trace(self, pixels: ArrayLike) -> Rays:
         """Follow pixels, shape (n, 2), through the port and over the mirrors into the water."""
-        u, v = to_columns(check_points("pixels", pixels, 2))
-        origin, direction, status, transmittance = compiled_trace(*self.kind)(self.parameters(), u, v)
-        count = len(u)
+        pixels = check_points("pixels", pixels, 2)
+        if not len(pixels):
+            return _no_rays()
+        origin, direction, status, transmittance = compiled_trace(*self.kind)(self.parameters(), *to_columns(pixels))
         return Rays(
             origin_m=to_vectors(origin),
             direction=to_vectors(direction),
             status=np.array(status),
-            transmittance=np.broadcast_to(np.array(transmittance), count).copy(),
+            transmittance=np.array(transmittance),
         )
 
     def project(self, points_m: ArrayLike) -> Image:
         """Find where points, shape (n, 3), camera frame, metres, appear through the whole train."""
-        points = Array3f64(*to_columns(check_points("points_m", points_m, 3)))
-        u, v, status = compiled_project(*self.kind)(self.parameters(), points)
+        points_m = check_points("points_m", points_m, 3)
+        if not len(points_m):
+            return Image(pixels=np.empty((0, 2)), status=np.empty(0, dtype=np.int32))
+        u, v, status = compiled_project(*self.kind)(self.parameters(), Array3f64(*to_columns(points_m)))
         return Image(pixels=np.stack([np.array(u), np.array(v)], axis=1), status=np.array(status))
+
+
+def _no_rays() -> Rays:
+    # An empty batch never reaches Dr.Jit, whose frozen functions end the process when they meet an array of width 0.
+    empty = np.empty((0, 3))
+    return Rays(origin_m=empty, direction=empty.copy(), status=np.empty(0, dtype=np.int32), transmittance=np.empty(0))
 
 
 def pixel_grid(camera: Camera, columns: int | None = None, rows: int | None = None) -> FloatArray:
@@ -158,7 +168,8 @@ def compiled_trace(
     @dr.freeze
     def trace(parameters: dict[str, Any], u: Any, v: Any) -> tuple[Any, Any, Any, Any]:
         direction, valid = camera.direction(parameters["camera"], distorted, u, v)
-        return follow(port, parameters, direction, _entry_status(valid, u + v))
+        status = dr.select(dr.isfinite(u + v), Int32(Status.OK), Int32(Status.INVALID_INPUT))
+        return follow(port, parameters, direction, _where_ok(status, ~valid, Status.OUTSIDE_CAMERA_MODEL))
 
     return trace  # type: ignore[no-any-return]
 
@@ -176,13 +187,16 @@ def compiled_project(
             image = unfold(mirror, image)
         direction, converged, in_water = port.aim(parameters["port"], image)
         u, v, valid = camera.pixel(parameters["camera"], distorted, direction)
-        status = _entry_status(valid, dr.sum(points))
+        finite = dr.isfinite(dr.sum(points))
+        has_pixel = finite & in_water & converged & valid
+        status = dr.select(finite, Int32(Status.OK), Int32(Status.INVALID_INPUT))
+        if parameters["mirrors"]:
+            last = parameters["mirrors"][-1]
+            behind = dr.dot(points - last["point"], last["normal"]) <= 0
+            status = _where_ok(status, behind, Status.BACK_OF_MIRROR)
         status = _where_ok(status, ~in_water, Status.INSIDE_HOUSING)
-        status = dr.select(
-            (status == Int32(Status.OUTSIDE_CAMERA_MODEL)) & ~converged, Int32(Status.NOT_CONVERGED), status
-        )
         status = _where_ok(status, ~converged, Status.NOT_CONVERGED)
-        has_pixel = status == Int32(Status.OK)
+        status = _where_ok(status, ~valid, Status.OUTSIDE_CAMERA_MODEL)
         width, height = parameters["size"]
         outside = (u < -0.5) | (u > width) | (v < -0.5) | (v > height)
         origin, outgoing, status, _ = follow(port, parameters, direction, status)
@@ -209,13 +223,6 @@ def follow(port: type[Port], parameters: dict[str, Any], direction: Any, status:
         alive = status == Int32(Status.OK)
         point, outgoing = dr.select(alive, hit.point, point), dr.select(alive, hit.direction, outgoing)
     return point, outgoing, status, exit_.transmittance
-
-
-def _entry_status(valid: Any, probe: Any) -> Any:
-    status = dr.select(dr.isfinite(probe), Int32(Status.OK), Int32(Status.INVALID_INPUT))
-    if valid is not True:
-        status = _where_ok(status, ~valid, Status.OUTSIDE_CAMERA_MODEL)
-    return status
 
 
 def _where_ok(status: Any, condition: Any, failure: Status) -> Any:

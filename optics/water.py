@@ -7,9 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from optics.tables import read_table
 from rigs.specification import JerlovType
 
 DATA = Path(__file__).parent / "data"
+
+LEAST_SUN_COSINE = 0.65
+"""Cosine of the refracted sun on the horizon is 0.66: what is lower was not refracted."""
 
 
 def water_index(wavelength_nm: ArrayLike, salinity_ppt: float, temperature_celsius: float) -> NDArray[np.float64]:
@@ -23,9 +27,9 @@ def water_index(wavelength_nm: ArrayLike, salinity_ppt: float, temperature_celsi
         Outside the formula's range.
     """
     wavelength = np.asarray(wavelength_nm, dtype=np.float64)
-    _check_range("wavelength_nm", wavelength, 400, 700)
-    _check_range("salinity_ppt", salinity_ppt, 0, 35)
-    _check_range("temperature_celsius", temperature_celsius, 0, 30)
+    check_range("wavelength_nm", wavelength, 400, 700)
+    check_range("salinity_ppt", salinity_ppt, 0, 35)
+    check_range("temperature_celsius", temperature_celsius, 0, 30)
     s, t = salinity_ppt, temperature_celsius
     return np.asarray(
         1.31405
@@ -53,21 +57,23 @@ def diffuse_attenuation(
     """Diffuse attenuation of downwelling irradiance, 1/m, from absorption and scattering.
 
     Kirk 1984, Limnology and Oceanography 29, 350: ``Kd = sqrt(a^2 + (0.425 mu0 - 0.190) a b) / mu0``, with mu0 the
-    cosine of the refracted sun. It is consistent with the type's own a and b at every wavelength; the tabulated Kd
-    of the Jerlov types come from other campaigns.
+    cosine of the refracted sun (in the water, not in the sky). It is consistent with the type's own a and b at every
+    wavelength; the tabulated Kd of the Jerlov types come from other campaigns.
     """
+    check_range("sun_cosine", sun_cosine, LEAST_SUN_COSINE, 1)
     a, b = absorption(jerlov_type, wavelength_nm), scattering(jerlov_type, wavelength_nm)
     return np.sqrt(a**2 + (0.425 * sun_cosine - 0.190) * a * b) / sun_cosine
 
 
 def _jerlov_column(column: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
     wavelength = np.asarray(wavelength_nm, dtype=np.float64)
-    _check_range("wavelength_nm", wavelength, 400, 700)
-    table = np.genfromtxt(DATA / "williamson_hollins2022_iop_5nm.csv", delimiter=",", names=True, comments="#")
+    check_range("wavelength_nm", wavelength, 400, 700)
+    table = read_table(DATA / "williamson_hollins2022_iop_5nm.csv")
     return np.asarray(np.interp(wavelength, table["wavelength_nm"], table[column]))
 
 
-def _check_range(name: str, value: ArrayLike, lowest: float, highest: float) -> None:
+def check_range(name: str, value: ArrayLike, lowest: float, highest: float) -> None:
+    """Raise a `ValueError` that says what was expected and what came; NaN is outside every range."""
     values = np.asarray(value, dtype=np.float64)
     if not ((values >= lowest) & (values <= highest)).all():
         raise ValueError(f"expected {name} between {lowest:g} and {highest:g}, got {value!r}")
