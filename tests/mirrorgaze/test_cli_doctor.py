@@ -1,0 +1,77 @@
+"""`mirrorgaze doctor` proves the backend, and says what is missing and why it matters."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from mirrorgaze import doctor
+from mirrorgaze.cli import app
+
+
+def examined(*arguments: str):
+    return CliRunner().invoke(app, ["doctor", *arguments])
+
+
+def findings() -> dict[str, dict[str, object]]:
+    return {finding["name"]: finding for finding in json.loads(examined("--json").stdout)["findings"]}
+
+
+def test_the_toolkit_can_work_where_its_tests_run():
+    result = examined()
+    assert result.exit_code == 0, result.stdout
+    assert result.stdout.splitlines()[-1] == "can work"
+    assert "float64 kernel" in result.stdout
+
+
+def test_machines_are_told_the_same():
+    answer = json.loads(examined("--json").stdout)
+    assert answer["works"] is True
+    assert {"python", "backend", "float64 kernel", "threads", "build123d", "slicer", "chromium"} <= {
+        finding["name"] for finding in answer["findings"]
+    }
+
+
+def test_without_a_backend_it_cannot_work(monkeypatch):
+    monkeypatch.setenv("MIRRORGAZE_BACKEND", "metal")
+    result = examined()
+    assert result.exit_code == 1
+    assert "MISSING  MIRRORGAZE_BACKEND = 'metal': expected llvm or cuda" in result.stdout
+    assert result.stdout.splitlines()[-1].startswith("cannot work")
+
+
+def test_a_backend_that_aborts_is_survived(monkeypatch):
+    """Drjit aborts the process with LLVM 15 or 16; the child stands in for it."""
+    ask = doctor._ask
+    monkeypatch.setattr(doctor, "_ask", lambda code: ask("import os; os.abort()"))
+    found = findings()["backend"]
+    assert (found["found"], found["detail"]) == (False, "the process was ended by signal 6")
+
+
+def test_a_kernel_in_single_precision_is_not_good_enough(monkeypatch):
+    ask = doctor._ask
+    wrong = (
+        'print(\'{"kind": "llvm", "llvm_path": null, "device": null, "variant": "v", "threads": 1, "error": 1e-7}\')'
+    )
+    monkeypatch.setattr(doctor, "_ask", lambda code: ask(wrong if "prove_backend" in code else code))
+    assert findings()["float64 kernel"]["found"] is False
+    assert examined().exit_code == 1
+
+
+@pytest.mark.parametrize("name", ["slicer", "chromium"])
+def test_a_program_that_is_absent_is_not_needed(monkeypatch, name):
+    monkeypatch.setattr(shutil, "which", lambda _command: None)
+    finding = findings()[name]
+    assert (finding["found"], finding["needed"]) == (False, False)
+    assert "apt-get install" in finding["detail"]
+
+
+def test_an_extra_that_is_absent_is_not_needed(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
+    finding = findings()["embreex"]
+    assert (finding["found"], finding["needed"]) == (False, False)
+    assert "./run bench installs it" in finding["detail"]
