@@ -54,10 +54,8 @@ def test_a_backend_that_aborts_is_survived(monkeypatch):
 
 def test_a_kernel_in_single_precision_is_not_good_enough(monkeypatch):
     ask = doctor._ask
-    wrong = (
-        'print(\'{"kind": "llvm", "llvm_path": null, "device": null, "variant": "v", "threads": 1, "error": 1e-7}\')'
-    )
-    monkeypatch.setattr(doctor, "_ask", lambda code: ask(wrong if "prove_backend" in code else code))
+    answer = {"kind": "llvm", "llvm_path": None, "device": None, "variant": "v", "threads": 1, "error": 1e-7}
+    monkeypatch.setattr(doctor, "_ask", lambda code: (answer, "") if "prove_backend" in code else ask(code))
     assert findings()["float64 kernel"]["found"] is False
     assert examined().exit_code == 1
 

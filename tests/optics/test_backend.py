@@ -86,24 +86,21 @@ def test_a_graphics_card_can_be_declined():
 def test_a_bad_library_is_passed_over_with_a_sentence(bad, tmp_path):
     text = tmp_path / "libLLVM.so"
     text.write_text("not a library", encoding="utf-8")
-    libraries = {
-        "missing": [Path("/nonexistent/libLLVM.so")],
-        "text": [text],
-        "not LLVM": ["libm.so.6"],
-        "too old": TOO_OLD,
-    }
-    if not libraries[bad]:
+    if bad == "too old" and not TOO_OLD:
         pytest.skip("this system has no old LLVM")
-    child = run(KERNEL, DRJIT_LIBLLVM_PATH=str(libraries[bad][0]), MIRRORGAZE_BACKEND="llvm")
+    library = {"missing": "/nonexistent/libLLVM.so", "text": text, "not LLVM": "libm.so.6"}.get(bad) or TOO_OLD[0]
+    child = run(KERNEL, DRJIT_LIBLLVM_PATH=str(library), MIRRORGAZE_BACKEND="llvm")
     assert child.returncode == 0, child.stderr
-    assert json.loads(child.stdout)["llvm"] != str(libraries[bad][0])
+    assert json.loads(child.stdout)["llvm"] != str(library)
     assert "passed over, LLVM 17 or newer is needed" in child.stderr
 
 
-def test_a_good_library_of_your_own_is_taken(tmp_path):
-    backend = json.loads(run(KERNEL, MIRRORGAZE_BACKEND="llvm").stdout)
-    mine = tmp_path / "mine.so"
-    mine.symlink_to(backend["llvm"])
+def test_a_good_library_of_your_own_is_taken():
+    usual = Path(json.loads(run(KERNEL, MIRRORGAZE_BACKEND="llvm").stdout)["llvm"])
+    # Another name of the same file: a copy elsewhere would not find the libraries beside it.
+    mine = next((name for name in usual.parent.glob("libLLVM*.so*") if name != usual), None)
+    if mine is None:
+        pytest.skip("the library has only one name here")
     child = run(KERNEL, DRJIT_LIBLLVM_PATH=str(mine), MIRRORGAZE_BACKEND="llvm")
     assert json.loads(child.stdout)["llvm"] == str(mine)
 
