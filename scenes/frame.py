@@ -1,0 +1,66 @@
+"""A rendered frame: radiance and ground truth per pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.status import Region
+
+FloatImage = NDArray[np.float32]
+
+
+class Label(IntEnum):
+    """What a pixel shows, through port and mirrors."""
+
+    HOUSING = 0
+    OPEN_WATER = 1
+    SURFACE = 2
+    """The sea surface from below, where light passes through it."""
+    WORLD = 3
+    TARGET = 4
+    HULL = 5
+    MOUNT = 6
+    SERVO = 7
+    MIRROR_BACK = 8
+    MIRROR = 9
+    """A mirror at the end of a long chain of reflections, where the renderer stops."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """One image; arrays of shape (height, width), with a last axis where said.
+
+    Attributes
+    ----------
+    radiance : float32, (..., 3)
+        In front of the lens, W / (m^2 sr nm), averaged over each channel's band.
+    distance_m : float32
+        Along the ray from the port's outer face to what is seen, through all mirrors; inf for open water.
+    label, region : uint8
+        `Label` and `optics.status.Region` at the pixel's first sample.
+    target_fraction : float32
+        Fraction of the pixel's samples that show the target.
+    """
+
+    radiance: FloatImage
+    distance_m: FloatImage
+    label: NDArray[np.uint8]
+    region: NDArray[np.uint8]
+    target_fraction: FloatImage
+
+    def region_counts(self) -> dict[str, int]:
+        """Pixels of each region, by name in lower case."""
+        return {region.name.lower(): int((self.region == region).sum()) for region in Region}
+
+    def target_centroid_px(self) -> tuple[float, float] | None:
+        """Centroid (u, v) of the target's pixels in the frame's own pixel grid, or None when it is not seen."""
+        weight = self.target_fraction
+        if weight.sum() == 0:
+            return None
+        v, u = np.indices(weight.shape)
+        total = float(weight.sum())
+        return float((u * weight).sum()) / total, float((v * weight).sum()) / total
