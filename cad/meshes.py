@@ -10,7 +10,7 @@ import json
 import os
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,11 +22,20 @@ import optics.layout
 from optics.mesh import Group, PartMesh, Role
 from rigs import FileHull, Rig
 
-SHAPELESS: IncEx = {
+SERVO_WITHOUT_SHAPE: IncEx = {
+    "name",
+    "speed_deg_per_s",
+    "torque_n_m",
+    "mass_g",
+    "travel_deg",
+    "deadband_us",
+    "pulse_us",
+}
+WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "name": True,
     "description": True,
     "water": True,
-    "servos": {servo: {"name", "speed_deg_per_s", "torque_n_m", "mass_g"} for servo in ("pan", "tilt")},
+    "servos": {"pan": SERVO_WITHOUT_SHAPE, "tilt": SERVO_WITHOUT_SHAPE},
     "hull": {"file"},
 }
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
@@ -64,7 +73,7 @@ def cache_folder() -> Path:
 def mesh_key(rig: Rig) -> str:
     """Hash of everything the shapes come from: the rig's numbers, the hull's file, and the code that makes solids."""
     digest = hashlib.sha256()
-    numbers = rig.model_dump(mode="json", exclude=SHAPELESS)
+    numbers = rig.model_dump(mode="json", exclude=WITHOUT_SHAPE)
     digest.update(json.dumps(numbers, sort_keys=True).encode())
     digest.update(version("build123d").encode())
     sources = sorted(Path(__file__).parent.glob("*.py"))
