@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import typer
 
-from mirrorgaze.commands import doctor, rig_files
+from mirrorgaze.commands import doctor, render, rig_files
 from mirrorgaze.errors import with_exit_status
 
 COMMANDS = (
@@ -18,6 +18,7 @@ COMMANDS = (
     rig_files.new,
     rig_files.check,
     rig_files.schema,
+    render.render,
 )
 """Every command, in the order in which `mirrorgaze --help` shows them."""
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from optics.occlusion import mesh_scene
 
 from optics.backend import Float32, UInt32
 from optics.mesh import Group, PartMesh, Role, merge
+from optics.ray_scene import mesh_scene
 from scenes.frame import Label
 from scenes.materials import MATERIAL_OF_ROLE
 from scenes.worlds import World

@@ -41,20 +41,23 @@ def write_image(frame: Frame, stage: Stage, path: Path) -> None:
     ValueError
         For another file extension.
     """
+    check_image_path(path)
     suffix = path.suffix.lower()
     if suffix == ".png":
         bitmap = mi.Bitmap(display_image(frame, stage))
-        kind = mi.Bitmap.FileFormat.PNG
-    elif suffix == ".exr":
-        bitmap = mi.Bitmap(_layers(frame), channel_names=list(LAYERS))
-        kind = mi.Bitmap.FileFormat.OpenEXR
     else:
+        bitmap = mi.Bitmap(_layers(frame), channel_names=list(LAYERS))
+    partial = path.with_name(f".{path.stem}.partial{suffix}")
+    bitmap.write(str(partial))
+    partial.replace(path)
+
+
+def check_image_path(path: Path) -> None:
+    """Raise a sentence when an image cannot be written there: `ValueError` or `FileNotFoundError`."""
+    if path.suffix.lower() not in (".png", ".exr"):
         raise ValueError(f"expected an image file that ends in .png or .exr, got {path.name!r}")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: expected an existing folder, but there is no {path.parent}")
-    partial = path.with_name(f".{path.stem}.partial{suffix}")
-    bitmap.write(str(partial), kind)
-    partial.replace(path)
 
 
 def _layers(frame: Frame) -> NDArray[np.float32]:

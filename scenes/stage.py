@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,7 +55,7 @@ def stage(
     *,
     world: str = "tank",
     depth_m: float = 5.0,
-    jerlov_type: JerlovType | None = None,
+    jerlov_type: str | None = None,
     sun: Sun | None = None,
 ) -> Stage:
     """Put a rig's robot level into a world at a depth, in its own water or in another Jerlov type.
@@ -68,6 +69,8 @@ def stage(
         raise ValueError(f"expected a world ({', '.join(sorted(WORLDS))}), got {world!r}")
     if not 0.5 <= depth_m <= 100:
         raise ValueError(f"expected a depth from 0.5 to 100 m, got {depth_m:g} m")
+    if jerlov_type is not None and jerlov_type not in get_args(JerlovType):
+        raise ValueError(f"expected a Jerlov type ({', '.join(get_args(JerlovType))}), got {jerlov_type!r}")
     water = rig.water if jerlov_type is None else rig.water.model_copy(update={"jerlov_type": jerlov_type})
     position = np.array([0.0, 0.0, -depth_m])
     return Stage(
