@@ -1,27 +1,29 @@
 """The rig specification: what a mirror gaze is made of, typed, validated, with the units in the names."""
 
 from rigs.files import load_document, preset_names, preset_path, save_document
-from rigs.problems import Problem, RigError
-from rigs.specification import (
+from rigs.mounting import (
     BoxHull,
-    Camera,
-    DomePortSpec,
     FileHull,
-    FisheyeSpec,
-    FlatPortSpec,
-    FoldMirror,
-    GazeMirror,
     Hull,
     Joint,
     Joints,
     Mount,
-    NoPortSpec,
     OpenFrameHull,
+    Servo,
+    Servos,
+)
+from rigs.problems import Problem, RigError
+from rigs.specification import (
+    Camera,
+    DomePortSpec,
+    FisheyeSpec,
+    FlatPortSpec,
+    FoldMirror,
+    GazeMirror,
+    NoPortSpec,
     PinholeSpec,
     Port,
     Rig,
-    Servo,
-    Servos,
     Water,
 )
 

@@ -1,0 +1,20 @@
+"""What every section of a rig file is made of: the base class and the kinds of numbers."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, Strict
+
+# Strict: TOML has types of its own, so "640" and true are mistakes, not numbers.
+Number = Annotated[FiniteFloat, Strict()]
+Whole = Annotated[int, Strict()]
+Positive = Annotated[Number, Field(gt=0)]
+NotNegative = Annotated[Number, Field(ge=0)]
+Vector3 = tuple[Number, Number, Number]
+
+
+class Section(BaseModel):
+    """Base of every section: frozen, no unknown keys, no NaN or infinity."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
