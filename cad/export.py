@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import tempfile
 from collections.abc import Sequence
 from datetime import datetime
@@ -17,6 +19,8 @@ from cad.tessellation import tessellate
 from optics.mesh import PartMesh, Role
 from rigs import Rig
 
+OCCURRENCE = re.compile(rb"NEXT_ASSEMBLY_USAGE_OCCURRENCE\(\s*'\d+'(.*?);", re.DOTALL)
+"""A part's place in a STEP assembly; its identifier is counted up over all files that a process writes."""
 STEP_TIMESTAMP = datetime(2021, 1, 1)
 """A STEP header must have a date; a fixed one keeps the file's bytes the same."""
 COLOURS = {
@@ -79,7 +83,19 @@ def _write_step(assembly: Assembly, path: Path, q1: float, q2: float) -> Path:
     whole = Compound(label=path.stem, children=placed)
     if not export_step(whole, path, timestamp=STEP_TIMESTAMP):
         raise OSError(f"expected to write {path.name}, but the STEP writer gave up")
+    path.write_bytes(_renumbered(path.read_bytes()))
     return path
+
+
+def _renumbered(step: bytes) -> bytes:
+    """Count the places of parts from 1, each on one line: otherwise the bytes depend on what was written before."""
+    number = itertools.count(1)
+
+    def occurrence(found: re.Match[bytes]) -> bytes:
+        rest = re.sub(rb"\n\s*", b"", found[1])
+        return b"NEXT_ASSEMBLY_USAGE_OCCURRENCE('%d'%s;" % (next(number), rest)
+
+    return OCCURRENCE.sub(occurrence, step)
 
 
 def _write_glb(assembly: Assembly, meshes: Sequence[PartMesh], path: Path, q1: float, q2: float) -> Path:

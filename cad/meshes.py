@@ -101,7 +101,8 @@ def save_meshes(path: Path, meshes: Sequence[PartMesh]) -> None:
 
 def load_meshes(path: Path) -> list[PartMesh]:
     """Read what `save_meshes` wrote."""
-    with np.load(path, allow_pickle=False) as stored:
+    # NumPy leaves a file that it opened itself and could not read unclosed.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
         return [
             PartMesh(
                 name=str(name),

@@ -1,0 +1,169 @@
+"""Solids of the presets: one each, mirrors in the planes of the layout, axes that cross, nothing in the way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from build123d import GeomType
+
+from cad.assembly import build_assembly
+from cad.collisions import joint_grid, overlaps
+from cad.gimbal_dimensions import PIN_RADIUS_MM, GimbalDimensions
+from cad.servo import HORN_DIAMETER_MM
+from optics.mesh import Group
+from rigs import Rig
+
+PLANE_TOLERANCE_MM = 1e-6
+"""Double precision on lengths below a metre, with room for the kernel's own rounding (1e-7 mm)."""
+NAMES = [
+    "hull",
+    "fold_bracket",
+    "fold_mirror",
+    "gimbal_base",
+    "pan_servo",
+    "yoke",
+    "tilt_servo",
+    "mirror_holder",
+    "gaze_mirror",
+]
+
+
+def cylinder_axes(solid, radius_mm):
+    """Point and direction of every cylindrical face of a radius."""
+    return [
+        (np.array(tuple(face.axis_of_rotation.position)), np.array(tuple(face.axis_of_rotation.direction)))
+        for face in solid.faces().filter_by(GeomType.CYLINDER)
+        if face.radius is not None and abs(face.radius - radius_mm) < PLANE_TOLERANCE_MM
+    ]
+
+
+def distance_to_line(point, origin, direction):
+    return np.linalg.norm(np.cross(np.asarray(point) - origin, direction / np.linalg.norm(direction)))
+
+
+def replaced(rig, section, **changes):
+    return rig.model_copy(update={section: getattr(rig, section).model_copy(update=changes)})
+
+
+def test_the_parts_are_those_of_the_design(built):
+    assert [part.name for part in built.assembly.parts] == NAMES
+
+
+def test_each_part_is_one_valid_solid_and_one_closed_surface(built):
+    for part, mesh in zip(built.assembly.parts, built.meshes, strict=True):
+        assert len(part.solid.solids()) == 1, part.name
+        assert part.solid.is_valid, part.name
+        surface = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
+        assert surface.is_watertight, part.name
+        assert surface.body_count == 1, part.name
+        # Chords of the tessellation: 0.2 mm on the hull's tube of 57 mm radius are 0.5 % of its area at most.
+        assert 1e9 * surface.volume == pytest.approx(part.solid.volume, rel=0.01), part.name
+
+
+def test_the_fold_mirrors_face_is_the_layouts_plane(built):
+    mesh = next(mesh for mesh in built.meshes if mesh.name == "fold_mirror")
+    mirror = built.rig.fold_mirror
+    corners = 1000 * built.assembly.layout.body_from_m1.inv().apply(mesh.vertices_m)
+    assert corners.min(axis=0) == pytest.approx(
+        [-mirror.width_mm / 2, -mirror.height_mm / 2, -mirror.thickness_mm], abs=PLANE_TOLERANCE_MM
+    )
+    assert corners.max(axis=0) == pytest.approx([mirror.width_mm / 2, mirror.height_mm / 2, 0], abs=PLANE_TOLERANCE_MM)
+
+
+def test_the_gaze_mirrors_face_is_the_layouts_plane(built):
+    mesh = next(mesh for mesh in built.meshes if mesh.name == "gaze_mirror")
+    mirror = built.rig.gaze_mirror
+    assert mesh.group is Group.TILT
+    corners = 1000 * mesh.vertices_m
+    assert corners.min(axis=0) == pytest.approx(
+        [-mirror.width_mm / 2, -mirror.height_mm / 2, -mirror.thickness_mm], abs=PLANE_TOLERANCE_MM
+    )
+    assert corners.max(axis=0) == pytest.approx([mirror.width_mm / 2, mirror.height_mm / 2, 0], abs=PLANE_TOLERANCE_MM)
+
+
+def test_both_joint_axes_cross_at_the_centre_of_the_gaze_mirrors_face(built):
+    """The paper's third design landmark (section 2.2), read off the machined surfaces of five parts."""
+    assembly = built.assembly
+    centre = 1000 * assembly.layout.body_from_gimbal.translation
+    pan = cylinder_axes(assembly.part("pan_servo").solid, HORN_DIAMETER_MM / 2)
+    tilt = cylinder_axes(assembly.part("tilt_servo").solid, HORN_DIAMETER_MM / 2)
+    pin = cylinder_axes(assembly.part("mirror_holder").solid, PIN_RADIUS_MM)
+    bearing = cylinder_axes(assembly.part("yoke").solid, PIN_RADIUS_MM + 0.2)
+    for axes, point, along in (
+        (pan, centre, (0, 0, 1)),
+        (tilt, (0, 0, 0), (0, 1, 0)),
+        (pin, (0, 0, 0), (1, 0, 0)),
+        (bearing, (0, 0, 0), (0, 1, 0)),
+    ):
+        assert axes
+        for origin, direction in axes:
+            assert distance_to_line(point, origin, direction) < PLANE_TOLERANCE_MM
+            assert abs(direction @ np.array(along)) == pytest.approx(1, abs=1e-12)
+
+
+def test_nothing_is_in_the_way_at_rest_and_over_the_joint_range(built):
+    poses = joint_grid(built.assembly.layout, 4)
+    assert overlaps(built.meshes, built.assembly.layout, poses) == []
+
+
+def test_the_gimbal_keeps_its_clearance_to_what_stands_still(built):
+    """A second way to see the swept volumes: nearest vertices, at poses that the collision grid does not have."""
+    layout, dimensions = built.assembly.layout, GimbalDimensions.from_rig(built.rig)
+    axis = layout.body_from_gimbal.translation
+    for mesh in built.meshes:
+        if mesh.group is Group.PAN:
+            radius = 1000 * np.linalg.norm(mesh.vertices_m[:, :2], axis=1).max()
+            assert radius <= dimensions.yoke_radius_mm + PLANE_TOLERANCE_MM
+        if mesh.group is Group.TILT:
+            radius = 1000 * np.linalg.norm(mesh.vertices_m[:, 1:], axis=1).max()
+            assert radius <= dimensions.holder_radius_mm + PLANE_TOLERANCE_MM
+        if mesh.name == "gimbal_base":
+            vertices = 1000 * (mesh.vertices_m - axis)
+            high = vertices[vertices[:, 2] > dimensions.yoke_bottom_mm]
+            gap = np.linalg.norm(high[:, :2], axis=1).min() - dimensions.yoke_radius_mm
+            assert gap >= built.rig.mount.clearance_mm
+
+
+def test_rays_that_start_on_the_port_do_not_meet_its_boss(built):
+    port, layout = built.rig.port, built.assembly.layout
+    hull = next(mesh for mesh in built.meshes if mesh.name == "hull")
+    vertices = 1000 * layout.body_from_camera.inv().apply(hull.vertices_m)
+    if port.shape == "flat":
+        near = np.linalg.norm(vertices[:, :2], axis=1) <= port.aperture_diameter_mm / 2 + 6.1
+        assert vertices[near][:, 2].max() == pytest.approx(port.distance_mm + port.thickness_mm - 0.5, abs=1e-6)
+    else:
+        front = vertices[vertices[:, 2] > 1]
+        near = front[np.linalg.norm(front[:, :2], axis=1) < port.inner_radius_mm + port.thickness_mm]
+        outside = port.inner_radius_mm + port.thickness_mm
+        assert np.linalg.norm(near - port.centre_mm, axis=1).max() == pytest.approx(outside - 0.5, abs=1e-6)
+
+
+def test_a_base_anchor_inside_the_sweep_is_refused_with_a_place_that_works(aqua2):
+    rig = replaced(aqua2.rig, "mount", base_anchor_mm=(320.0, 60.0, -65.0))
+    with pytest.raises(ValueError, match=r"mount\.base_anchor_mm = \(320.*such as \(299\.2, 60\.0, -65\)"):
+        build_assembly(rig)
+    build_assembly(replaced(aqua2.rig, "mount", base_anchor_mm=(299.0, 60.0, -65.0)))
+
+
+def test_a_base_anchor_beside_the_camera_turns_the_base(aqua2):
+    rig = replaced(aqua2.rig, "mount", base_anchor_mm=(290.0, 0.0, -65.0))
+    assembly = build_assembly(rig)
+    flange = assembly.part("gimbal_base").solid.faces().sort_by(lambda face: face.center().Z)[-1]
+    assert tuple(flange.center())[:2] == pytest.approx((290.0, 0.0), abs=1e-6)
+
+
+def test_a_fold_anchor_beside_the_camera_or_below_the_mirror_is_refused(aqua2):
+    for anchor, expected in (((270.0, 0.0, 65.0), "expected y = 60"), ((270.0, 60.0, 20.0), "expected z of at least")):
+        with pytest.raises(ValueError, match=rf"mount\.fold_anchor_mm.*{expected}"):
+            build_assembly(replaced(aqua2.rig, "mount", fold_anchor_mm=anchor))
+
+
+def test_a_turned_camera_is_refused_by_key(aqua2):
+    with pytest.raises(ValueError, match=r"camera\.yaw_deg = 10: expected 0"):
+        build_assembly(replaced(aqua2.rig, "camera", yaw_deg=10.0))
+
+
+def test_a_rig_without_mirrors_has_no_assembly():
+    with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench'"):
+        build_assembly(Rig.load("bench"))

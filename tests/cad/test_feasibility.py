@@ -1,0 +1,68 @@
+"""The checks find nothing wrong with the presets, and find what is put wrong on purpose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from build123d import Pos
+
+from cad.assembly import build_assembly
+from cad.feasibility import assembly_problems
+
+
+def replaced(rig, section, **changes):
+    return rig.model_copy(update={section: getattr(rig, section).model_copy(update=changes)})
+
+
+def with_part(assembly, name, solid):
+    parts = tuple(replace(part, solid=solid) if part.name == name else part for part in assembly.parts)
+    return replace(assembly, parts=parts)
+
+
+def test_the_presets_are_feasible(built):
+    assert assembly_problems(built.rig, built.assembly) == []
+
+
+def test_a_part_in_two_pieces_is_found(aqua2):
+    solid = aqua2.assembly.part("yoke").solid
+    problems = assembly_problems(aqua2.rig, with_part(aqua2.assembly, "yoke", solid + Pos(0, 0, 300) * solid))
+    assert [(p.place, p.expected) for p in problems] == [("yoke", "exactly one valid solid")]
+
+
+def test_a_printer_that_is_too_small_is_found(aqua2):
+    rig = replaced(aqua2.rig, "mount", printer_bed_mm=(180.0, 180.0, 180.0))
+    problems = assembly_problems(rig, aqua2.assembly, grid_steps=2)
+    assert [p.place for p in problems] == ["mount.printer_bed_mm"]
+    assert problems[0].value.startswith("fold_bracket of 190 x")
+
+
+@pytest.mark.parametrize("key", ["fold_anchor_mm", "base_anchor_mm"])
+def test_an_anchor_off_the_hull_is_found_with_the_nearest_point(aqua2, key):
+    x, y, z = getattr(aqua2.rig.mount, key)
+    rig = replaced(aqua2.rig, "mount", **{key: (x, y, z * 1.1)})
+    (problem,) = assembly_problems(rig, aqua2.assembly, grid_steps=2)
+    assert problem.place == f"mount.{key}"
+    assert f"({x:.1f}, {y:.1f}, {z:.1f}), 6.5 mm away" in problem.expected
+
+
+def test_a_gaze_mirror_that_strikes_the_fold_bracket_is_found(aqua2):
+    rig = replaced(aqua2.rig, "gaze_mirror", distance_mm=80.0)
+    problems = assembly_problems(rig, build_assembly(rig))
+    assert "fold_bracket and mirror_holder clear of each other" in [p.expected for p in problems]
+
+
+def test_a_collision_within_the_joint_range_only_is_found(aqua2):
+    """At rest the yoke is clear of a servo that has slid sideways; when it turns they meet."""
+    servo = aqua2.assembly.part("pan_servo").solid
+    moved = with_part(aqua2.assembly, "pan_servo", Pos(65, 0, 60) * servo)
+    poses = [p.value for p in assembly_problems(aqua2.rig, moved) if p.expected.startswith("pan_servo and tilt_servo")]
+    assert len(poses) == 1
+    assert "q1 = 0.0" not in poses[0]
+
+
+def test_a_camera_behind_the_hulls_front_is_found(aqua2):
+    rig = replaced(aqua2.rig, "camera", position_mm=(280.0, 60.0, 0.0))
+    rig = replaced(rig, "fold_mirror", distance_mm=117.0)
+    problems = assembly_problems(rig, build_assembly(rig), grid_steps=2)
+    assert [p.place for p in problems] == ["camera.position_mm"]

@@ -1,0 +1,78 @@
+"""The cache: what is in its key, that a hit is exact and light, and that damage is repaired."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from cad import meshes as module
+from cad.meshes import cache_folder, load_meshes, mesh_key, rig_meshes, save_meshes
+from rigs import Rig, Water
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
+    return tmp_path
+
+
+def test_meshes_survive_the_cache_exactly(aqua2, tmp_path):
+    path = tmp_path / "deep" / "meshes.npz"
+    save_meshes(path, aqua2.meshes)
+    assert [entry.name for entry in path.parent.iterdir()] == ["meshes.npz"]
+    for before, after in zip(aqua2.meshes, load_meshes(path), strict=True):
+        assert (before.name, before.group, before.role) == (after.name, after.group, after.role)
+        assert after.vertices_m.dtype == np.float64
+        assert after.faces.dtype == np.int32
+        np.testing.assert_array_equal(before.vertices_m, after.vertices_m)
+        np.testing.assert_array_equal(before.faces, after.faces)
+
+
+def test_a_hit_does_not_import_the_modelling_kernel(aqua2, cache):
+    save_meshes(cache / f"{mesh_key(aqua2.rig)}.npz", aqua2.meshes)
+    code = (
+        "import sys; from cad.meshes import rig_meshes; from rigs import Rig;"
+        "print(len(rig_meshes(Rig.load('aqua2'))), 'build123d' in sys.modules, 'trimesh' in sys.modules)"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code], env=dict(os.environ), capture_output=True, text=True, check=True
+    )
+    assert found.stdout.split() == [str(len(aqua2.meshes)), "False", "False"]
+
+
+def test_a_damaged_file_is_made_again(aqua2, cache, monkeypatch):
+    monkeypatch.setattr(module, "_build", lambda rig: aqua2.meshes)
+    path = cache / f"{mesh_key(aqua2.rig)}.npz"
+    path.write_bytes(b"PK\x03\x04 not an archive")
+    assert len(rig_meshes(aqua2.rig)) == len(aqua2.meshes)
+    assert len(load_meshes(path)) == len(aqua2.meshes)
+
+
+def test_the_key_is_of_shapes_only(aqua2):
+    rig, servos = aqua2.rig, aqua2.rig.servos
+    key = mesh_key(rig)
+    slow = servos.model_copy(update={"pan": servos.pan.model_copy(update={"speed_deg_per_s": 1.0})})
+    for same in ({"name": "other"}, {"description": "x"}, {"water": Water(jerlov_type="II")}, {"servos": slow}):
+        assert mesh_key(rig.model_copy(update=same)) == key
+    wide = servos.model_copy(update={"tilt": servos.tilt.model_copy(update={"shaft_offset_mm": 7.0})})
+    thick = rig.mount.model_copy(update={"wall_mm": 5.0})
+    for other in ({"servos": wide}, {"mount": thick}):
+        assert mesh_key(rig.model_copy(update=other)) != key
+
+
+def test_the_cache_is_where_the_environment_says(monkeypatch, tmp_path):
+    monkeypatch.delenv("MIRRORGAZE_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / "mirrorgaze"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / ".cache" / "mirrorgaze"
+
+
+def test_a_rig_without_mirrors_has_no_meshes(cache):
+    with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench'"):
+        rig_meshes(Rig.load("bench"))
