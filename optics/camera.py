@@ -100,6 +100,8 @@ class Camera(ABC):
             False where the distortion could not be inverted to 1e-12.
         """
         pixels = check_points("pixels", pixels, 2)
+        if not len(pixels):
+            return np.empty((0, 3)), np.empty(0, dtype=np.bool_)
         kind, distorted = self.kind
         direction, valid = kind.direction(self.parameters(), distorted, *to_columns(pixels))
         return to_vectors(direction), np.array(valid)
@@ -107,6 +109,8 @@ class Camera(ABC):
     def project(self, directions: ArrayLike) -> tuple[FloatArray, np.ndarray[Any, np.dtype[np.bool_]]]:
         """Directions in air (any length) to pixels; the inverse of `unproject`."""
         directions = check_points("directions", directions, 3)
+        if not len(directions):
+            return np.empty((0, 2)), np.empty(0, dtype=np.bool_)
         kind, distorted = self.kind
         u, v, valid = kind.pixel(self.parameters(), distorted, Array3f64(*to_columns(directions)))
         return np.stack([np.array(u), np.array(v)], axis=1), np.array(valid)
@@ -160,7 +164,7 @@ class PinholeCamera(Camera):
     def pixel(parameters: dict[str, Any], distorted: bool, direction: Any) -> tuple[Any, Any, Any]:
         """Kernel: directions to pixels; valid in front of the camera."""
         x, y = direction.x / direction.z, direction.y / direction.z
-        valid = direction.z > 0
+        valid = (direction.z > 0) & (dr.abs(x) < LARGEST_SLOPE) & (dr.abs(y) < LARGEST_SLOPE)
         if distorted:
             x_d, y_d, jacobian = _brown_conrady(parameters["coefficients"], x, y)
             valid = valid & _before_the_fold(parameters, x, y, jacobian)
@@ -217,7 +221,8 @@ class FisheyeCamera(Camera):
         scale = dr.select(sideways > 0, value / sideways, 1 / direction.z)
         u = dr.fma(direction.x * scale, parameters["fx_px"], parameters["cx_px"])
         v = dr.fma(direction.y * scale, parameters["fy_px"], parameters["cy_px"])
-        return u, v, angle < parameters["limit"]
+        # The arc tangent of a NaN may be a number: the direction itself is asked.
+        return u, v, dr.isfinite(sideways + direction.z) & (angle < parameters["limit"])
 
 
 def camera_from_spec(spec: CameraSpec) -> PinholeCamera | FisheyeCamera:
@@ -230,10 +235,13 @@ def camera_from_spec(spec: CameraSpec) -> PinholeCamera | FisheyeCamera:
 
 
 def _first_positive_root(polynomial: Polynomial) -> float:
-    """Smallest positive real root, infinity when there is none."""
-    roots = polynomial.trim().roots()
-    real = roots.real[np.abs(roots.imag) <= REAL_ROOT * np.abs(roots)]
-    return float(min(real[real > 0], default=np.inf))
+    """Smallest positive real root of a polynomial with constant term 1, infinity when there is none.
+
+    The roots' reciprocals are found instead: theirs is the leading coefficient 1, however small the others are.
+    """
+    reciprocals = np.roots(polynomial.coef)
+    real = reciprocals.real[np.abs(reciprocals.imag) <= REAL_ROOT * np.abs(reciprocals)]
+    return 1 / float(max(real)) if (real > LARGEST_SLOPE**-2).any() else np.inf
 
 
 def _before_the_fold(parameters: dict[str, Any], x: Any, y: Any, jacobian: tuple[Any, Any, Any, Any]) -> Any:
