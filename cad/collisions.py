@@ -29,6 +29,17 @@ class Overlap:
     q2: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class Gap:
+    """How near a moving part comes to a fixed one, at some joint values (radians); 0 when they meet."""
+
+    moving: str
+    fixed: str
+    gap_mm: float
+    q1: float
+    q2: float
+
+
 def manifold_mm(mesh: PartMesh) -> manifold3d.Manifold:
     """Closed mesh as a body that can be intersected, millimetres; empty when it is not closed."""
     return manifold3d.Manifold(
@@ -62,6 +73,25 @@ def overlaps(meshes: Sequence[PartMesh], layout: Layout, poses: Iterable[tuple[f
             pair = (first.name, second.name)
             if volume > max(OVERLAP_TOLERANCE_MM3, worst[pair].volume_mm3 if pair in worst else 0.0):
                 worst[pair] = Overlap(first=pair[0], second=pair[1], volume_mm3=volume, q1=q1, q2=q2)
+    return list(worst.values())
+
+
+def smallest_gaps(
+    meshes: Sequence[PartMesh], layout: Layout, poses: Iterable[tuple[float, float]], below_mm: float
+) -> list[Gap]:
+    """Pairs of a moving and a fixed part that come nearer to each other than `below_mm`, each at its worst pose."""
+    bodies = {mesh.name: manifold_mm(mesh) for mesh in meshes}
+    fixed = [mesh.name for mesh in meshes if mesh.group is Group.FIXED]
+    worst: dict[tuple[str, str], Gap] = {}
+    for q1, q2 in poses:
+        for mesh in meshes:
+            if mesh.group is Group.FIXED:
+                continue
+            moved = _moved(bodies[mesh.name], body_from_group(layout, mesh.group, q1, q2))
+            for other in fixed:
+                gap = moved.min_gap(bodies[other], below_mm)
+                if gap < (worst[mesh.name, other].gap_mm if (mesh.name, other) in worst else below_mm):
+                    worst[mesh.name, other] = Gap(moving=mesh.name, fixed=other, gap_mm=gap, q1=q1, q2=q2)
     return list(worst.values())
 
 

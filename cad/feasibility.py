@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from trimesh.proximity import closest_point_naive
 
 from cad.assembly import Assembly, Part
-from cad.collisions import Overlap, joint_grid, manifold_mm, overlaps
+from cad.collisions import Gap, Overlap, joint_grid, manifold_mm, overlaps, smallest_gaps
 from cad.fold_bracket import FLANGE_LENGTH_MM
 from cad.shapes import cylinder, location_mm
 from cad.tessellation import tessellate, welded
@@ -25,6 +25,11 @@ CONTACT_DEPTH_MM = 0.5
 """How far a flange may sink into a curved hull: the printed part is filed or shimmed to that."""
 GRID_STEPS = 5
 PORT_VIEW_TOLERANCE_MM3 = 1.0
+CLEARANCE_TOLERANCE_MM = 0.1
+"""Twice the tessellation's tolerance."""
+
+Pose = tuple[float, float]
+"""Joint values (q1, q2), radians."""
 
 
 def assembly_problems(rig: Rig, assembly: Assembly, *, grid_steps: int = GRID_STEPS) -> list[Problem]:
@@ -57,7 +62,9 @@ def assembly_problems(rig: Rig, assembly: Assembly, *, grid_steps: int = GRID_ST
     hull = next(mesh for mesh in meshes if mesh.role is Role.HULL)
     problems += _anchors(hull, rig.mount)
     problems += _view_of_the_port(rig, hull, assembly.layout)
-    return problems + _collisions(meshes, assembly.layout, grid_steps)
+    poses = joint_grid(assembly.layout, grid_steps)
+    problems += _collisions(meshes, assembly.layout, poses)
+    return problems + _clearances(meshes, assembly.layout, poses, rig.mount.clearance_mm)
 
 
 def _solidity(part: Part, mesh: PartMesh) -> list[Problem]:
@@ -130,9 +137,9 @@ def _view_of_the_port(rig: Rig, hull: PartMesh, layout: Layout) -> list[Problem]
     return [Problem(place="camera.position_mm", value=rig.camera.position_mm, expected=expected)]
 
 
-def _collisions(meshes: Sequence[PartMesh], layout: Layout, steps: int) -> list[Problem]:
+def _collisions(meshes: Sequence[PartMesh], layout: Layout, poses: Sequence[Pose]) -> list[Problem]:
     """Parts stay out of each other, at rest and over the joint range."""
-    found = overlaps(meshes, layout, joint_grid(layout, steps))
+    found = overlaps(meshes, layout, poses)
     roles = {mesh.name: mesh.role for mesh in meshes}
     return [_collision_problem(overlap) for overlap in found if overlap.volume_mm3 > _allowance(overlap, roles)]
 
@@ -143,6 +150,25 @@ def _allowance(overlap: Overlap, roles: dict[str, Role]) -> float:
     if Role.HULL in (roles[overlap.first], roles[overlap.second]) and bolted:
         return CONTACT_DEPTH_MM * FLANGE_LENGTH_MM**2
     return 0.0
+
+
+def _clearances(
+    meshes: Sequence[PartMesh], layout: Layout, poses: Sequence[Pose], clearance_mm: float
+) -> list[Problem]:
+    """What moves keeps its distance from what stands still, but for the yoke on its horn."""
+    gaps = smallest_gaps(meshes, layout, poses, clearance_mm - CLEARANCE_TOLERANCE_MM)
+    fits = {("yoke", "pan_servo")}
+    # Parts that meet have been reported as such, with the volume they share.
+    return [_gap_problem(gap, clearance_mm) for gap in gaps if (gap.moving, gap.fixed) not in fits and gap.gap_mm > 0]
+
+
+def _gap_problem(gap: Gap, clearance_mm: float) -> Problem:
+    pose = f"q1 = {np.degrees(gap.q1):.1f}, q2 = {np.degrees(gap.q2):.1f} degrees"
+    return Problem(
+        place="mount.clearance_mm",
+        value=clearance_mm,
+        expected=f"at most {gap.gap_mm:.2f} mm, the gap between {gap.moving} and {gap.fixed} at {pose}",
+    )
 
 
 def _collision_problem(overlap: Overlap) -> Problem:

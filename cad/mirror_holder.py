@@ -48,7 +48,8 @@ def _cheek(dimensions: GimbalDimensions, limits: tuple[float, float]) -> Part:
     """Disc about the tilt axis with straight flanks down to the back of the tray."""
     back = -tray_depth_mm(dimensions.mirror, dimensions.mount.wall_mm)
     base = min(CHEEK_BASE_MM, dimensions.mirror.height_mm / 2)
-    flank = max(CHEEK_RADIUS_MM * 0.85, 1.0)
-    foot = [(-base, back), (base, back), (flank, CHEEK_RADIUS_MM * 0.5), (-flank, CHEEK_RADIUS_MM * 0.5)]
+    flank, edge = 0.85 * CHEEK_RADIUS_MM, back + dimensions.mount.wall_mm
+    rise = CHEEK_RADIUS_MM / 2
+    side = [(-base, back), (base, back), (base, edge), (flank, rise), (-flank, rise), (-base, edge)]
     disc = cylinder((limits[0], 0, 0), (limits[1], 0, 0), CHEEK_RADIUS_MM)
-    return along_x(foot, limits) + disc
+    return along_x(side, limits) + disc

@@ -6,16 +6,20 @@ import numpy as np
 import pytest
 import trimesh
 from build123d import GeomType
+from manifold3d import Manifold
 
 from cad.assembly import build_assembly
-from cad.collisions import joint_grid, overlaps
+from cad.collisions import joint_grid, manifold_mm, overlaps
 from cad.gimbal_dimensions import PIN_RADIUS_MM, GimbalDimensions
+from cad.mirrors import LIP_OVERLAP_MM
 from cad.servo import HORN_DIAMETER_MM
 from optics.mesh import Group
 from rigs import Rig
 
 PLANE_TOLERANCE_MM = 1e-6
 """Double precision on lengths below a metre, with room for the kernel's own rounding (1e-7 mm)."""
+ABOVE_FACE_MM = 0.01
+"""Light is looked at this far in front of a face, so that the mirror itself is not in the way."""
 NAMES = [
     "hull",
     "fold_bracket",
@@ -137,6 +141,64 @@ def test_rays_that_start_on_the_port_do_not_meet_its_boss(built):
         near = front[np.linalg.norm(front[:, :2], axis=1) < port.inner_radius_mm + port.thickness_mm]
         outside = port.inner_radius_mm + port.thickness_mm
         assert np.linalg.norm(near - port.centre_mm, axis=1).max() == pytest.approx(outside - 0.5, abs=1e-6)
+
+
+def face_corners(mirror):
+    """Corners of the part of a mirror's face that no lip covers, metres, shape (4, 3)."""
+    half_width, half_height = mirror.width_mm / 2 - LIP_OVERLAP_MM, mirror.height_mm / 2
+    signs = np.array([[-1, -1], [-1, 1], [1, 1], [1, -1]])
+    return np.column_stack([signs * [half_width, half_height], np.zeros(4)]) / 1000
+
+
+def cone(apex, corners):
+    """Body, in millimetres, between an apex and the corners of a face, both in metres."""
+    return Manifold.hull_points(np.ascontiguousarray(1000 * np.vstack([apex, corners])))
+
+
+def in_front_of(light, pose):
+    """What of a body of light is in front of a face whose outward normal is z of `pose`."""
+    normal = pose.rotation.apply([0, 0, 1])
+    return light.trim_by_plane(tuple(normal), float(1000 * pose.translation @ normal) + ABOVE_FACE_MM)
+
+
+def outside_the_port(light, built):
+    """What of a body of light has left the port."""
+    port, pose = built.rig.port, built.assembly.layout.body_from_camera
+    if port.shape == "flat":
+        axis = pose.rotation.apply([0, 0, 1])
+        level = 1000 * pose.translation @ axis + port.distance_mm + port.thickness_mm
+        return light.trim_by_plane(tuple(axis), float(level))
+    dome = Manifold.sphere(port.inner_radius_mm + port.thickness_mm, 256)
+    return light - dome.translate(tuple(1000 * pose.apply(np.array(port.centre_mm) / 1000)))
+
+
+@pytest.mark.parametrize("q1", [0.0, 0.7, -1.35])
+@pytest.mark.parametrize("q2", [-0.5, 0.0, 0.8, 1.6])
+def test_nothing_stands_in_the_way_of_light_that_meets_both_mirrors(built, q1, q2):
+    """Port to M1 and M1 to M2 as bodies, against every part.
+
+    Rationale: light from the pinhole that meets M1's free face runs in a cone; after M1 it runs in the cone whose apex
+    is the pinhole's mirror image. Both are cut to what meets M1 (and then M2) and to what is in front of M1 (and of the
+    port). Refraction at a flat port makes the true cones narrower.
+    Expectation: no part shares volume with the light, up to the rounding of the tessellation.
+    """
+    layout, rig = built.assembly.layout, built.rig
+    pinhole = layout.body_from_camera.translation
+    m1 = layout.body_from_m1.apply(face_corners(rig.fold_mirror))
+    m2_pose = layout.body_from_m2(q1, q2)
+    m2 = m2_pose.apply(face_corners(rig.gaze_mirror))
+    image = layout.body_from_m1.apply(layout.body_from_m1.inv().apply(pinhole) * [1, 1, -1])
+    to_m1 = in_front_of(outside_the_port(cone(pinhole, m1), built), layout.body_from_m1)
+    through_m1 = cone(image, image + 5 * (m1 - image))
+    to_m2 = in_front_of(in_front_of(cone(image, m2) ^ through_m1, layout.body_from_m1), m2_pose)
+    assert to_m1.volume() > 1e4
+    assert to_m2.volume() > 1e4
+    for part, mesh in zip(built.assembly.parts, built.meshes, strict=True):
+        pose = built.assembly.pose(part, q1, q2).as_matrix()[:3]
+        pose[:, 3] *= 1000
+        body = manifold_mm(mesh).transform(pose)
+        for name, light in (("to M1", to_m1), ("to M2", to_m2)):
+            assert (light ^ body).volume() == pytest.approx(0, abs=1e-3), f"{part.name}, light {name}"
 
 
 def test_a_base_anchor_inside_the_sweep_is_refused_with_a_place_that_works(aqua2):

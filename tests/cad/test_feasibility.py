@@ -66,3 +66,11 @@ def test_a_camera_behind_the_hulls_front_is_found(aqua2):
     rig = replaced(rig, "fold_mirror", distance_mm=117.0)
     problems = assembly_problems(rig, build_assembly(rig), grid_steps=2)
     assert [p.place for p in problems] == ["camera.position_mm"]
+
+
+def test_a_gap_smaller_than_the_clearance_is_found(aqua2):
+    """M2 rises until its upper edge passes the bracket's lower edge by about a millimetre."""
+    rig = replaced(aqua2.rig, "gaze_mirror", distance_mm=86.0)
+    problems = assembly_problems(rig, build_assembly(rig))
+    assert {p.place for p in problems} == {"mount.clearance_mm"}
+    assert any("between mirror_holder and fold_bracket" in p.expected for p in problems)
