@@ -31,10 +31,12 @@ def check_vector(name: str, vector: ArrayLike) -> FloatArray:
 def unit(name: str, vector: ArrayLike) -> FloatArray:
     """Unit vector along `vector`; a zero vector is a `ValueError`."""
     array = check_vector(name, vector)
-    length = float(np.linalg.norm(array))
-    if length == 0:
+    largest = np.abs(array).max()
+    if largest == 0:
         raise ValueError(f"expected {name} to have a direction, got {vector!r}")
-    return array / length
+    # Squares of very large or small components would overflow or vanish.
+    array = array / largest
+    return array / float(np.linalg.norm(array))
 
 
 def opaque(value: float) -> Any:
