@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import hypot
 
 from cad.mirrors import FIT_MM, LIP_THICKNESS_MM, tray_depth_mm, tray_foot_mm
-from cad.servo import EAR_LENGTH_MM, case_bottom, case_ends, ear_levels
+from cad.servo import EAR_LENGTH_MM, HORN_HEIGHT_MM, case_bottom, case_ends, ear_levels
 from rigs import GazeMirror, Mount, Rig, Servos
 
 CHEEK_RADIUS_MM = 10.0
@@ -18,6 +18,8 @@ PIN_RADIUS_MM = 3.0
 THRUST_GAP_MM = 0.6
 """Between cheek and pivot arm: room for a washer."""
 SMALLEST_ARM_MM = 4.0
+SMALLEST_CHEEK_MM = 3.0
+"""More than the tray's rim, which must not touch the servo's horn."""
 EAR_MARGIN_MM = 2.0
 PIVOT_RADIUS_MM = 8.0
 
@@ -56,7 +58,7 @@ class GimbalDimensions:
     @property
     def cheek_outer_mm(self) -> float:
         """From the middle of the mirror to the outside of the holder's cheeks, along the tilt axis."""
-        return self.cheek_inner_mm + self.mount.wall_mm
+        return self.cheek_inner_mm + max(self.mount.wall_mm, SMALLEST_CHEEK_MM)
 
     @property
     def holder_radius_mm(self) -> float:
@@ -92,8 +94,8 @@ class GimbalDimensions:
 
     @property
     def servo_arm_inner_mm(self) -> float:
-        """Inner face of the servo's arm: distance from the pan axis towards +y."""
-        return self.servo_arm_outer_mm - self.arm_thickness_mm
+        """Inner face of the servo's arm, not beyond the case's top: distance from the pan axis towards +y."""
+        return max(self.servo_arm_outer_mm - self.arm_thickness_mm, self.tilt_horn_mm + HORN_HEIGHT_MM)
 
     @property
     def arm_half_width_mm(self) -> float:

@@ -21,7 +21,8 @@ HORN_THICKNESS_MM = 2.5
 HORN_HEIGHT_MM = 5.0
 """From the case's top to the horn's outer face."""
 COLLAR_HEIGHT_MM = 1.5
-COLLAR_DIAMETER_MM = 12.0
+COLLAR_RADIUS_MM = 6.0
+"""Unless the case ends nearer to the shaft."""
 SHAFT_DIAMETER_MM = 6.0
 
 
@@ -49,8 +50,20 @@ def ear_hole_positions(servo: Servo) -> tuple[float, float]:
 
 
 def servo_solid(servo: Servo) -> Solid:
-    """Solid of a servo in its own frame, millimetres."""
+    """Solid of a servo in its own frame, millimetres.
+
+    Raises
+    ------
+    ValueError
+        When the shaft is not on the case.
+    """
     far, near = case_ends(servo)
+    if near < SHAFT_DIAMETER_MM / 2:
+        raise ValueError(
+            f"servo {servo.name!r}: expected shaft_offset_mm of at most "
+            f"{servo.size_mm[0] / 2 - SHAFT_DIAMETER_MM / 2:g}, so that the shaft is on the case, "
+            f"got {servo.shaft_offset_mm:g}"
+        )
     half_width = servo.size_mm[1] / 2
     case = box((far, near), (-half_width, half_width), (case_bottom(servo), -HORN_HEIGHT_MM))
     case = case.chamfer(0.8, None, case.edges())
@@ -61,7 +74,7 @@ def servo_solid(servo: Servo) -> Solid:
         ears -= cylinder((x, 0, lower - 1), (x, 0, upper + 1), EAR_HOLE_DIAMETER_MM / 2)
     # The collar and the shaft begin inside the case: solids that only touch do not become one.
     collar_top = -HORN_HEIGHT_MM + COLLAR_HEIGHT_MM
-    collar = cylinder((0, 0, -HORN_HEIGHT_MM - 2), (0, 0, collar_top), COLLAR_DIAMETER_MM / 2)
+    collar = cylinder((0, 0, -HORN_HEIGHT_MM - 2), (0, 0, collar_top), min(COLLAR_RADIUS_MM, near, half_width))
     shaft = cylinder((0, 0, -HORN_HEIGHT_MM - 2), (0, 0, -1), SHAFT_DIAMETER_MM / 2)
     horn = cylinder((0, 0, -HORN_THICKNESS_MM), (0, 0, 0), HORN_DIAMETER_MM / 2)
     return single_solid([case, ears, collar, shaft, horn], f"servo {servo.name}", "look at its size_mm")

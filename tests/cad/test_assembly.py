@@ -13,6 +13,7 @@ from cad.collisions import joint_grid, manifold_mm, overlaps
 from cad.gimbal_dimensions import PIN_RADIUS_MM, GimbalDimensions
 from cad.mirrors import LIP_OVERLAP_MM
 from cad.servo import HORN_DIAMETER_MM
+from cad.tessellation import tessellate
 from optics.mesh import Group
 from rigs import Rig
 
@@ -219,6 +220,19 @@ def test_a_fold_anchor_beside_the_camera_or_below_the_mirror_is_refused(aqua2):
     for anchor, expected in (((270.0, 0.0, 65.0), "expected y = 60"), ((270.0, 60.0, 20.0), "expected z of at least")):
         with pytest.raises(ValueError, match=rf"mount\.fold_anchor_mm.*{expected}"):
             build_assembly(replaced(aqua2.rig, "mount", fold_anchor_mm=anchor))
+
+
+def test_a_servo_whose_shaft_is_beside_its_case_is_refused(aqua2):
+    servo = aqua2.rig.servos.pan.model_copy(update={"shaft_offset_mm": 14.0})
+    with pytest.raises(ValueError, match=r"expected shaft_offset_mm of at most 12\.5.*got 14"):
+        build_assembly(replaced(aqua2.rig, "servos", pan=servo))
+
+
+@pytest.mark.parametrize("wall_mm", [1.2, 12.0])
+def test_thin_and_thick_walls_leave_the_fits_open(aqua2, wall_mm):
+    assembly = build_assembly(replaced(aqua2.rig, "mount", wall_mm=wall_mm))
+    meshes = [mesh for mesh in tessellate(assembly) if mesh.name != "hull"]
+    assert overlaps(meshes, assembly.layout, joint_grid(assembly.layout, 2)) == []
 
 
 def test_a_turned_camera_is_refused_by_key(aqua2):
