@@ -36,7 +36,7 @@ def unit(name: str, vector: ArrayLike) -> FloatArray:
         raise ValueError(f"expected {name} to have a direction, got {vector!r}")
     # Squares of very large or small components would overflow or vanish.
     array = array / largest
-    return array / float(np.linalg.norm(array))
+    return np.asarray(array / np.linalg.norm(array))
 
 
 def opaque(value: float) -> Any:

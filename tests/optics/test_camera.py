@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from optics.camera import FisheyeCamera, PinholeCamera, camera_from_spec
+from optics.backend import Float64
+from optics.camera import FisheyeCamera, PinholeCamera, _brown_conrady, camera_from_spec
 from rigs import Rig
 
 AFFINE = {"width_px": 640, "height_px": 480, "fx_px": 500.0, "fy_px": 510.0, "cx_px": 322.0, "cy_px": 236.0}
@@ -49,6 +50,23 @@ def test_pinhole_projects_as_opencv(name):
     pixels, valid = CAMERAS[name].project(points)
     assert valid.all()
     np.testing.assert_allclose(pixels, expected[:, 0], rtol=0, atol=SAME_FORMULA_PX)
+
+
+@pytest.mark.parametrize("name", ["five", "eight"])
+def test_the_inverse_climbs_along_the_true_slope(name):
+    """The Jacobian that Newton and the fold use, against OpenCV's derivatives of the pixel by the translation.
+
+    At unit depth these are fx and fy times the Jacobian of the distortion; a wrong one would still converge, slowly.
+    """
+    camera = CAMERAS[name]
+    parameters = camera.parameters()
+    for x, y in ((0.0, 0.0), (0.3, -0.2), (-0.5, 0.4)):
+        expected = cv2.projectPoints(
+            np.array([[x, y, 1.0]]), np.zeros(3), np.zeros(3), MATRIX, np.array(camera.distortion)
+        )[1][:, 3:5]
+        _, _, jacobian = _brown_conrady(parameters["coefficients"], Float64(x), Float64(y))
+        found = np.array([np.array(entry)[0] for entry in jacobian]).reshape(2, 2) * [[500], [510]]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=SAME_FORMULA_PX)
 
 
 @pytest.mark.parametrize("name", ["equidistant", "fisheye"])
