@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import manifold3d
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 from trimesh.proximity import closest_point_naive
 
 from cad.assembly import Assembly, Part
 from cad.collisions import Gap, Overlap, joint_grid, manifold_mm, overlaps, smallest_gaps
 from cad.fold_bracket import FLANGE_LENGTH_MM
-from cad.shapes import cylinder, location_mm
-from cad.tessellation import tessellate, welded
-from optics.layout import Layout
-from optics.mesh import Group, PartMesh, Role
-from rigs import FlatPortSpec, Mount, Problem, Rig
+from cad.tessellation import tessellate
+from optics.layout import FloatArray, Layout
+from optics.mesh import PartMesh, Role
+from rigs import DomePortSpec, FlatPortSpec, Mount, Problem, Rig
 
 VOLUME_TOLERANCE = 0.01
 """Relative; the tessellation's chords cut curved parts by less."""
@@ -25,6 +26,8 @@ CONTACT_DEPTH_MM = 0.5
 """How far a flange may sink into a curved hull: the printed part is filed or shimmed to that."""
 GRID_STEPS = 5
 PORT_VIEW_TOLERANCE_MM3 = 1.0
+RIM_POINTS = 64
+DOME_SEGMENTS = 128
 CLEARANCE_TOLERANCE_MM = 0.1
 """Twice the tessellation's tolerance."""
 
@@ -114,27 +117,47 @@ def _coordinates(point: ArrayLike) -> str:
 
 
 def _view_of_the_port(rig: Rig, hull: PartMesh, layout: Layout) -> list[Problem]:
-    """No part of the hull stands between a flat port and M1."""
-    if not isinstance(rig.port, FlatPortSpec) or rig.fold_mirror is None:
-        return []
-    normal = np.array(rig.port.normal) / np.linalg.norm(rig.port.normal)
-    start = (rig.port.distance_mm + rig.port.thickness_mm) * normal
-    end = start + rig.fold_mirror.distance_mm * normal
-    view = location_mm(layout.body_from_camera) * cylinder(start, end, rig.port.aperture_diameter_mm / 2)
-    points, corners = view.tessellate(0.1, 0.2)
-    body = welded(np.array([tuple(point) for point in points]), np.array(corners))
-    mesh = PartMesh(
-        name="view",
-        group=Group.FIXED,
-        role=Role.HULL,
-        vertices_m=np.asarray(body.vertices) / 1000,
-        faces=np.asarray(body.faces, dtype=np.int32),
-    )
-    volume = (manifold_mm(mesh) ^ manifold_mm(hull)).volume()
-    if volume <= PORT_VIEW_TOLERANCE_MM3:
+    """No part of the hull stands between the port and M1."""
+    if (_light_to_fold_mirror(rig, layout) ^ manifold_mm(hull)).volume() <= PORT_VIEW_TOLERANCE_MM3:
         return []
     expected = "a camera whose port looks into the water: the hull stands in front of it"
     return [Problem(place="camera.position_mm", value=rig.camera.position_mm, expected=expected)]
+
+
+def _light_to_fold_mirror(rig: Rig, layout: Layout) -> manifold3d.Manifold:
+    """Water that light crosses from the port to M1, as a body in the body frame, millimetres.
+
+    Behind a flat port that is all in front of its aperture, whatever the refraction; else the pyramid from the
+    pinhole to M1, less the dome.
+    """
+    if rig.fold_mirror is None:
+        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    body_from_camera = layout.body_from_camera
+    if isinstance(rig.port, FlatPortSpec):
+        normal = np.array(rig.port.normal) / np.linalg.norm(rig.port.normal)
+        around = Rotation.align_vectors(normal, [0, 0, 1])[0]
+        angles = np.linspace(0, 2 * np.pi, RIM_POINTS, endpoint=False)
+        rim = rig.port.aperture_diameter_mm / 2 * around.apply(_circle(angles))
+        start = (rig.port.distance_mm + rig.port.thickness_mm) * normal
+        end = start + rig.fold_mirror.distance_mm * normal
+        return _hull_of(body_from_camera.apply(np.vstack([rim + start, rim + end]) / 1000))
+    half = np.array([rig.fold_mirror.width_mm, rig.fold_mirror.height_mm]) / 2000
+    corners = [[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)]
+    light = _hull_of(np.vstack([body_from_camera.translation, layout.body_from_m1.apply(corners)]))
+    if isinstance(rig.port, DomePortSpec):
+        dome = manifold3d.Manifold.sphere(rig.port.inner_radius_mm + rig.port.thickness_mm, DOME_SEGMENTS)
+        centre = 1000 * body_from_camera.apply(np.array(rig.port.centre_mm) / 1000)
+        light = light - dome.translate(tuple(centre))
+    return light
+
+
+def _circle(angles: FloatArray) -> FloatArray:
+    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+
+
+def _hull_of(points_m: FloatArray) -> manifold3d.Manifold:
+    """Convex hull of points, millimetres."""
+    return manifold3d.Manifold.hull_points(np.ascontiguousarray(1000 * points_m))
 
 
 def _collisions(meshes: Sequence[PartMesh], layout: Layout, poses: Sequence[Pose]) -> list[Problem]:

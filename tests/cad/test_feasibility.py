@@ -9,6 +9,7 @@ from build123d import Pos
 
 from cad.assembly import build_assembly
 from cad.feasibility import assembly_problems
+from rigs import NoPortSpec
 
 
 def replaced(rig, section, **changes):
@@ -74,3 +75,11 @@ def test_a_gap_smaller_than_the_clearance_is_found(aqua2):
     problems = assembly_problems(rig, build_assembly(rig))
     assert {p.place for p in problems} == {"mount.clearance_mm"}
     assert any("between mirror_holder and fold_bracket" in p.expected for p in problems)
+
+
+def test_a_bare_camera_inside_the_hull_is_found_and_one_in_front_of_it_is_not(aqua2):
+    rig = aqua2.rig.model_copy(update={"port": NoPortSpec(shape="none")})
+    problems = assembly_problems(rig, build_assembly(rig), grid_steps=2)
+    assert [p.place for p in problems] == ["camera.position_mm"]
+    outside = replaced(rig, "camera", position_mm=(326.0, 60.0, 0.0))
+    assert assembly_problems(outside, build_assembly(outside), grid_steps=2) == []
