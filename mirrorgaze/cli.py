@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import typer
 
-from mirrorgaze.commands import doctor, render, rig_files
+from mirrorgaze.commands import design, doctor, render, rig_files
 from mirrorgaze.errors import with_exit_status
 
 COMMANDS = (
-    doctor.doctor,
+    design.design,
+    design.export,
     rig_files.rigs,
     rig_files.new,
     rig_files.check,
     rig_files.schema,
     render.render,
+    doctor.doctor,
 )
 """Every command, in the order in which `mirrorgaze --help` shows them."""
 

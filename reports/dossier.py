@@ -1,0 +1,237 @@
+"""The design dossier: one rig in, a folder out that an engineer can use.
+
+Views at a handful of gazes, the mount's files, maps of usable field of view and coverage, one page that opens from
+disk, and a summary for machines. Each stage's files appear whole; an interrupted dossier goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.assembly import build_assembly
+from cad.export import export_mount
+from cad.feasibility import assembly_problems
+from cad.meshes import rig_meshes
+from optics.analysis import Fate, coverage
+from optics.gaze import inverse_gaze
+from optics.layout import Layout
+from reports import page
+from reports.figures import FATE_NAMES, draw_coverage, draw_usable_fov
+from reports.progress import Announce, Stages, write_text
+from reports.tables import rig_facts, write_poses, write_sphere
+from rigs import Rig, RigError
+from scenes.renderer import FastRenderer
+from scenes.stage import stage
+from scenes.views import view_of
+
+GAZES_DEG = {
+    "ahead": (0.0, 0.0),
+    "target": (30.0, -20.0),
+    "left": (70.0, 0.0),
+    "right": (-70.0, 0.0),
+    "down": (0.0, -50.0),
+    "up": (0.0, 50.0),
+    "behind": (180.0, 0.0),
+}
+"""Azimuth and elevation of the dossier's views; those outside the joint limits are left out."""
+
+VIEW_SAMPLES = 4
+GRID_POSES = 91
+"""Steps of each joint over its range in the coverage maps."""
+
+Result = dict[str, Any]
+
+
+def design(rig: Rig, folder: Path, *, announce: Announce) -> Path:
+    """Make the dossier of a rig.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors, physically possible (`optics.feasibility`).
+    folder : Path
+        New, empty, or an earlier dossier, which is brought up to date.
+    announce : callable
+        Takes lines of progress.
+
+    Returns
+    -------
+    Path
+        The report, `report.html`.
+
+    Raises
+    ------
+    RigError
+        When the mount cannot be built as the rig says (parts collide, do not fit the printer, ...).
+    ValueError
+        For a rig without mirrors.
+    FileExistsError
+        When the folder holds something else.
+    """
+    if not rig.has_mirrors:
+        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none: there is no mount to design")
+    start = time.perf_counter()
+    stages = Stages.open(folder, rig, announce)
+    mount = stages.run("mount", lambda: _mount(rig, folder))
+    views = stages.run("views", lambda: _views(rig, folder))
+    maps = stages.run("coverage", lambda: _maps(rig, folder))
+    announce("report ...")
+    results = {"mount": mount, "views": views, "coverage": maps}
+    report = folder / "report.html"
+    write_text(folder / "summary.json", json.dumps({"rig": rig.model_dump(mode="json"), **results}, indent=2))
+    write_text(report, _report(rig, folder, results))
+    announce(f"{report} in {time.perf_counter() - start:.0f} s")
+    return report
+
+
+def _mount(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
+    assembly = build_assembly(rig)
+    problems = assembly_problems(rig, assembly)
+    if problems:
+        raise RigError(rig.name, problems)
+    files = export_mount(rig, folder / "mount")
+    parts = []
+    for part, mesh in zip(assembly.parts, rig_meshes(rig), strict=True):
+        size = np.ptp(mesh.vertices_m, axis=0) * 1000
+        corners = mesh.vertices_m[mesh.faces]
+        # Divergence theorem: a closed surface's volume is the sum of its faces' signed tetrahedra.
+        volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+        parts.append(
+            {
+                "name": part.name,
+                "role": str(part.role),
+                "moves_with": str(part.group),
+                "printed": part.printed,
+                "size_mm": [round(float(side), 2) for side in size],
+                "volume_cm3": round(float(volume) * 1e6, 3),
+            }
+        )
+    return {"parts": parts, "files": [str(file.relative_to(folder)) for file in files]}, files
+
+
+def _views(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
+    target = folder / "views"
+    target.mkdir(exist_ok=True)
+    renderer = FastRenderer(rig, rig_meshes(rig), stage(rig), samples=VIEW_SAMPLES)
+    layout = Layout.from_rig(rig)
+    views, files = [], []
+    for name, (azimuth, elevation) in GAZES_DEG.items():
+        solutions = inverse_gaze(layout, np.radians(azimuth), np.radians(elevation))
+        if not len(solutions):
+            continue
+        # Of several ways to look there, the one nearest to rest.
+        q1_deg, q2_deg = np.degrees(solutions[np.abs(solutions).max(axis=1).argmin()])
+        path = target / f"{name}.png"
+        view = view_of(renderer, q1_deg=float(q1_deg), q2_deg=float(q2_deg), path=path)
+        facts = view.as_dict()
+        # How long a frame took is not a property of the design, and would differ from run to run.
+        del facts["time_s"]
+        views.append({"name": name, **facts, "file": f"views/{path.name}"})
+        files.append(path)
+    return {"views": views}, files
+
+
+def _maps(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
+    layout = Layout.from_rig(rig)
+    q1, q2 = (np.radians(np.linspace(joint.min_deg, joint.max_deg, GRID_POSES)) for joint in (layout.pan, layout.tilt))
+    result = coverage(rig, rig_meshes(rig), q1=q1, q2=q2)
+    target = folder / "coverage"
+    target.mkdir(exist_ok=True)
+    files = [target / name for name in ("usable_fov.png", "coverage.png", "poses.csv", "sphere.csv")]
+    draw_usable_fov(result, files[0])
+    draw_coverage(result, rig, files[1])
+    write_poses(result, rig, files[2])
+    write_sphere(result, files[3])
+    best = np.unravel_index(result.solid_angle_sr.argmax(), result.solid_angle_sr.shape)
+    counts = result.pixels.sum(axis=(0, 1))
+    summary = {
+        "poses": int(result.solid_angle_sr.size),
+        "covered_fraction": result.covered_fraction,
+        "upper_fraction": result.upper_fraction,
+        "lower_fraction": result.lower_fraction,
+        "usable_solid_angle_sr": {
+            "mean": float(result.solid_angle_sr.mean()),
+            "largest": float(result.solid_angle_sr.max()),
+            "largest_at_deg": [float(result.q1_deg[best[1]]), float(result.q2_deg[best[0]])],
+        },
+        "share_of_image": {fate.name.lower(): float(counts[fate] / counts.sum()) for fate in Fate},
+    }
+    return summary, files
+
+
+def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
+    maps, views, mount = results["coverage"], results["views"]["views"], results["mount"]
+    usable = maps["usable_solid_angle_sr"]
+    header = f'<h1>{page.text(rig.name)}</h1><p class="lead">{page.text(rig.description)}</p>'
+    key_numbers = page.tiles(
+        [
+            (f"{maps['covered_fraction']:.1%}", "of all directions seen through both mirrors"),
+            (f"{maps['upper_fraction']:.1%} / {maps['lower_fraction']:.1%}", "of the upper / lower hemisphere"),
+            (f"{usable['largest'] * 1000:.0f} msr", "largest usable field of view of a pose"),
+            (f"{maps['share_of_image']['seen']:.1%}", "of the image shows the gaze, mean over all poses"),
+        ]
+    )
+    pictures = [page.picture(folder / view["file"], _caption(view)) for view in views]
+    losses = [[FATE_NAMES[fate], f"{maps['share_of_image'][fate.name.lower()]:.1%}"] for fate in FATE_NAMES]
+    parts = [
+        [
+            part["name"],
+            "print" if part["printed"] else "buy" if part["role"] in ("servo", "mirror") else "reference",
+            " × ".join(f"{side:.0f}" for side in part["size_mm"]),
+            f"{part['volume_cm3']:.1f}",
+            part["moves_with"],
+        ]
+        for part in mount["parts"]
+    ]
+    sections = [
+        header,
+        key_numbers,
+        page.section("What the camera sees", page.gallery(pictures)),
+        page.section(
+            "Usable field of view and coverage",
+            page.picture(folder / "coverage/usable_fov.png", f"{maps['poses']} poses over the joint ranges"),
+            page.picture(folder / "coverage/coverage.png", "All directions around the robot; red: edge of the gaze"),
+            page.table(["Where the image goes, mean over all poses", "Share"], losses, numbers=[1]),
+        ),
+        page.section(
+            "Mount",
+            page.table(["Part", "", "Size (mm)", "Volume (cm³)", "Moves with"], parts, numbers=[3]),
+        ),
+        page.section("Rig", page.table(["", ""], rig_facts(rig))),
+        page.section("Files", page.bullets(_files(mount))),
+        page.section("What this leaves out", page.bullets(LIMITS)),
+        f"<footer>Made by mirrorgaze from the rig file <code>{page.text(rig.name)}</code>.</footer>",
+    ]
+    return page.page(f"{rig.name}: design dossier", sections)
+
+
+LIMITS = (
+    "Geometry is computed at 550 nm with an ideal pinhole: no depth of field, no dispersion, perfectly flat mirrors.",
+    "Coverage counts directions as seen from far away; a direction counts when a ray of the image's 64 × 48 grid looks "
+    "into its cell of the sphere.",
+    "Views show single scattering in water of constant properties under a flat sea; no blur by forward scattering, no "
+    "sensor noise.",
+    "Collisions are looked for on a grid of poses, not between them. Loads, buoyancy and slicing are not checked yet.",
+)
+
+
+def _caption(view: Result) -> str:
+    gaze = view["gaze_deg"]
+    return (
+        f"{view['name']}: q1 = {view['q1_deg']:.1f}°, q2 = {view['q2_deg']:.1f}°; gaze azimuth {gaze['azimuth']:.0f}°, "
+        f"elevation {gaze['elevation']:.0f}°, roll {gaze['roll']:.0f}°; {view['region_px']['gaze']} gaze pixels"
+    )
+
+
+def _files(mount: Result) -> list[str]:
+    return [
+        "summary.json: every number of this page",
+        "views/*.png: the pictures above, at full size",
+        "coverage/poses.csv: gaze, usable solid angle and losses of every pose; coverage/sphere.csv: every direction",
+        *(f"{file}" for file in mount["files"]),
+    ]
