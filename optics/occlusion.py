@@ -86,7 +86,7 @@ def first_hit(parameters: dict[str, Any], origin: Any, direction: Any, maximum_d
         return Hit(distance=Float32(dr.inf), part=UInt32(0), role=UInt32(0))
     ray = _ray(origin, direction, maximum_distance)
     found = parameters["scene"].ray_intersect_preliminary(ray, coherent=True, active=active)
-    hit = active & found.is_valid()
+    hit = found.is_valid()
     return Hit(
         distance=dr.select(hit, found.t, dr.inf),
         part=dr.gather(UInt32, parameters["part_of_face"], found.prim_index, hit),

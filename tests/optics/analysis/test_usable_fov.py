@@ -109,16 +109,17 @@ def test_boxes_of_each_group_block_what_their_slabs_do(rig: Rig, group: Group, r
     assert 0 < pixels[:, FATE_OF_ROLE[role]].sum() < 0.9 * pixels[:, :6].sum()
 
 
-def test_each_loss_goes_to_the_first_part_in_the_way(rig: Rig) -> None:
+@pytest.mark.parametrize(("servo_m", "hull_m"), [(0.2, 0.3), (0.3, 0.2)])
+def test_each_loss_goes_to_the_first_part_in_the_way(rig: Rig, servo_m: float, hull_m: float) -> None:
     origin = Layout.from_rig(rig).body_from_gimbal.translation
+    post = np.array([[0, -0.02, -0.5], [0.02, 0.02, 0.5]])
+    wide_post = post * [1, 3, 1]
+    (servo_low, servo_high), (hull_low, hull_high) = (
+        (wide_post if distance > 0.25 else post) + [distance, 0, 0] for distance in (servo_m, hull_m)
+    )
     parts = [
-        box_part([0.2, -0.02, -0.3], [0.22, 0.02, 0.3], group=Group.PAN, role=Role.SERVO),
-        box_part(
-            origin + np.array([0.3, -0.06, -0.5]),
-            origin + np.array([0.32, 0.06, 0.5]),
-            group=Group.FIXED,
-            role=Role.HULL,
-        ),
+        box_part(servo_low, servo_high, group=Group.PAN, role=Role.SERVO),
+        box_part(origin + hull_low, origin + hull_high, group=Group.FIXED, role=Role.HULL),
         box_part([-0.01, -0.01, 0.02], [0.01, 0.01, 0.03], group=Group.TILT, role=Role.MIRROR),
     ]
     pixels = assert_same_views(rig, parts)
