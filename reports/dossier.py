@@ -44,6 +44,10 @@ VIEW_SAMPLES = 4
 GRID_POSES = 91
 """Steps of each joint over its range in the coverage maps."""
 
+IMAGE_CELLS = (160, 120)
+"""Columns and rows into which the image is divided for the maps: some hundred rays through the mirrors even where M2
+fills little of the image, so that the sphere shows no false holes."""
+
 Result = dict[str, Any]
 
 
@@ -116,7 +120,7 @@ def _mount(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
 
 def _views(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
     target = folder / "views"
-    target.mkdir(exist_ok=True)
+    target.mkdir(parents=True, exist_ok=True)
     renderer = FastRenderer(rig, rig_meshes(rig), stage(rig), samples=VIEW_SAMPLES)
     layout = Layout.from_rig(rig)
     views, files = [], []
@@ -139,9 +143,9 @@ def _views(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
 def _maps(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
     layout = Layout.from_rig(rig)
     q1, q2 = (np.radians(np.linspace(joint.min_deg, joint.max_deg, GRID_POSES)) for joint in (layout.pan, layout.tilt))
-    result = coverage(rig, rig_meshes(rig), q1=q1, q2=q2)
+    result = coverage(rig, rig_meshes(rig), q1=q1, q2=q2, columns=IMAGE_CELLS[0], rows=IMAGE_CELLS[1])
     target = folder / "coverage"
-    target.mkdir(exist_ok=True)
+    target.mkdir(parents=True, exist_ok=True)
     files = [target / name for name in ("usable_fov.png", "coverage.png", "poses.csv", "sphere.csv")]
     draw_usable_fov(result, files[0])
     draw_coverage(result, rig, files[1])
@@ -212,8 +216,8 @@ def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
 
 LIMITS = (
     "Geometry is computed at 550 nm with an ideal pinhole: no depth of field, no dispersion, perfectly flat mirrors.",
-    "Coverage counts directions as seen from far away; a direction counts when a ray of the image's 64 × 48 grid looks "
-    "into its cell of the sphere.",
+    "Coverage counts directions as seen from far away; a direction counts when a ray of the image's "
+    f"{IMAGE_CELLS[0]} × {IMAGE_CELLS[1]} grid looks into its cell of the sphere.",
     "Views show single scattering in water of constant properties under a flat sea; no blur by forward scattering, no "
     "sensor noise.",
     "Collisions are looked for on a grid of poses, not between them. Loads, buoyancy and slicing are not checked yet.",
@@ -221,10 +225,12 @@ LIMITS = (
 
 
 def _caption(view: Result) -> str:
-    gaze = view["gaze_deg"]
+    # Adding zero turns the -0 of a rounded tiny angle into 0.
+    gaze = {name: round(value) + 0 for name, value in view["gaze_deg"].items()}
+    q1, q2 = (round(view[name], 1) + 0 for name in ("q1_deg", "q2_deg"))
     return (
-        f"{view['name']}: q1 = {view['q1_deg']:.1f}°, q2 = {view['q2_deg']:.1f}°; gaze azimuth {gaze['azimuth']:.0f}°, "
-        f"elevation {gaze['elevation']:.0f}°, roll {gaze['roll']:.0f}°; {view['region_px']['gaze']} gaze pixels"
+        f"{view['name']}: q1 = {q1}°, q2 = {q2}°; gaze azimuth {gaze['azimuth']}°, elevation "
+        f"{gaze['elevation']}°, roll {gaze['roll']}°; {view['region_px']['gaze']} gaze pixels"
     )
 
 

@@ -8,6 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from optics.analysis import Coverage, Fate
@@ -70,7 +71,13 @@ def draw_coverage(coverage: Coverage, rig: Rig, path: Path) -> None:
         axes = figure.subplots()
         looks = np.where(coverage.covered, coverage.sphere / coverage.solid_angle_sr.size, np.nan)
         image = axes.imshow(
-            looks, origin="lower", extent=(-180, 180, -1, 1), aspect="auto", cmap=COLOUR_MAP, interpolation="nearest"
+            looks,
+            origin="lower",
+            extent=(-180, 180, -1, 1),
+            aspect="auto",
+            cmap=COLOUR_MAP,
+            norm=LogNorm(),
+            interpolation="nearest",
         )
         axes.set_facecolor("#e5e7eb")
         axes.set_xlim(180, -180)  # the robot's left is on the left

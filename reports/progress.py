@@ -21,7 +21,7 @@ Announce = Callable[[str], None]
 
 @dataclass
 class Stages:
-    """Finished stages of one piece of work in one folder.
+    """Finished stages of one piece of work in one folder, which appears with the first of them.
 
     A stage's result is plain JSON data; it is trusted again only for the same rig and the same program, and only
     while every file it wrote is still there.
@@ -45,12 +45,10 @@ class Stages:
         state = folder / STATE_FILE
         if folder.exists() and not state.is_file() and (not folder.is_dir() or any(folder.iterdir())):
             raise FileExistsError(f"{folder}: expected a new folder, an empty one or an earlier dossier")
-        folder.mkdir(parents=True, exist_ok=True)
         stages = cls(folder=folder, key=key, announce=announce)
         if state.is_file():
             saved = json.loads(state.read_text(encoding="utf-8"))
             stages.done = saved["done"] if saved["key"] == key else {}
-        stages._save()
         return stages
 
     def run(self, name: str, work: Callable[[], tuple[dict[str, Any], list[Path]]]) -> dict[str, Any]:
@@ -67,6 +65,7 @@ class Stages:
         return result
 
     def _save(self) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / STATE_FILE, json.dumps({"key": self.key, "done": self.done}, indent=1))
 
 

@@ -1,0 +1,138 @@
+"""The design dossier of aqua2, made once: what it holds, and that it can be interrupted and repeated."""
+
+import csv
+import json
+import re
+
+import pytest
+
+from optics.analysis import Fate
+from reports import dossier
+from reports.dossier import design
+from rigs import Rig, RigError
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("dossier") / "aqua2"
+    lines = []
+    design(Rig.load("aqua2"), folder, announce=lines.append)
+    return folder, lines
+
+
+def rows_of(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_everything_an_engineer_needs_is_there(made):
+    folder, lines = made
+    for name in ("report.html", "summary.json", "coverage/poses.csv", "coverage/sphere.csv", "coverage/coverage.png"):
+        assert (folder / name).stat().st_size > 1000, name
+    assert {path.stem for path in (folder / "views").iterdir()} == set(dossier.GAZES_DEG)
+    assert (folder / "mount/aqua2.step").is_file()
+    assert (folder / "mount/yoke.stl").is_file()
+    assert [line.split()[0] for line in lines[:4]] == ["mount", "views", "coverage", "report"]
+    assert not list(folder.rglob("*.partial*"))
+
+
+def test_report_opens_without_a_network(made):
+    """Self-contained: no address but data URIs, no script."""
+    html = (made[0] / "report.html").read_text(encoding="utf-8")
+    sources = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)""", html)
+    assert len(sources) == len(dossier.GAZES_DEG) + 2
+    assert all(source.startswith("data:image/png;base64,") for source in sources)
+    assert not re.search(r"https?://|<script|@import|url\(", html)
+
+
+def test_summary_agrees_with_the_tables(made):
+    """Two ways to the same number: the summary's from the arrays, these from the CSV files."""
+    folder = made[0]
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["coverage"]
+    sphere = rows_of(folder / "coverage/sphere.csv")
+    covered = sum(row["rays"] != "0" for row in sphere) / len(sphere)
+    assert covered == pytest.approx(summary["covered_fraction"], abs=1e-12)
+    poses = rows_of(folder / "coverage/poses.csv")
+    assert len(poses) == summary["poses"] == dossier.GRID_POSES**2
+    usable = [float(row["usable_solid_angle_sr"]) for row in poses]
+    assert sum(usable) / len(usable) == pytest.approx(summary["usable_solid_angle_sr"]["mean"], rel=1e-5)
+    cells = dossier.IMAGE_CELLS[0] * dossier.IMAGE_CELLS[1]
+    names = [f"{fate.name.lower()}_cells" for fate in Fate]
+    assert all(sum(int(row[name]) for name in names) == cells for row in poses[::97])
+    # Eq. 5 of the paper, on a pose away from the zenith.
+    row = next(row for row in poses if row["q1_deg"] == "-77.5000")
+    assert float(row["azimuth_deg"]) == pytest.approx(-77.5, abs=1e-4)
+    assert float(row["elevation_deg"]) == pytest.approx(2 * float(row["q2_deg"]), abs=1e-4)
+
+
+def test_views_show_where_they_look(made):
+    views = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["views"]["views"]
+    for view in views:
+        azimuth, elevation = dossier.GAZES_DEG[view["name"]]
+        turn = (view["gaze_deg"]["azimuth"] - azimuth + 180) % 360 - 180
+        assert turn == pytest.approx(0, abs=1e-9)
+        assert view["gaze_deg"]["elevation"] == pytest.approx(elevation, abs=1e-9)
+        assert view["region_px"]["gaze"] > 10_000
+    seen = {view["name"]: view["target_px"] for view in views}
+    # The tank's ball hangs on the gaze axis of this view, to the centimetre: 5 px at 2 m.
+    assert seen["target"] == pytest.approx([319.5, 239.5], abs=5)
+
+
+def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
+    folder, _ = made
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    lines = []
+    design(Rig.load("aqua2"), folder, announce=lines.append)
+    assert lines[:3] == ["mount: done before", "views: done before", "coverage: done before"]
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatch):
+    """Interrupted in the views, the mount is not made again, and the page is the same to the byte."""
+    folder = tmp_path / "aqua2"
+    with monkeypatch.context() as patched:
+        patched.setattr(dossier, "view_of", _interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            design(Rig.load("aqua2"), folder, announce=lambda line: None)
+    assert not (folder / "report.html").exists()
+    lines = []
+    design(Rig.load("aqua2"), folder, announce=lines.append)
+    assert lines[:2] == ["mount: done before", "views ..."]
+    for name in ("report.html", "summary.json", "coverage/poses.csv", "views/target.png"):
+        assert (folder / name).read_bytes() == (made[0] / name).read_bytes(), name
+
+
+def test_a_changed_rig_is_made_anew(made, tmp_path):
+    folder = tmp_path / "aqua2"
+    rig = Rig.load("aqua2")
+    stages = dossier.Stages.open(folder, rig, lambda line: None)
+    stages.run("mount", lambda: ({"parts": []}, []))
+    wider = rig.model_copy(update={"gaze_mirror": rig.gaze_mirror.model_copy(update={"width_mm": 81.0})})
+    assert dossier.Stages.open(folder, rig, lambda line: None).done
+    assert not dossier.Stages.open(folder, wider, lambda line: None).done
+
+
+def test_a_folder_with_something_else_is_left_alone(tmp_path):
+    (tmp_path / "thesis.tex").write_text("precious")
+    with pytest.raises(FileExistsError, match="expected a new folder, an empty one or an earlier dossier"):
+        design(Rig.load("aqua2"), tmp_path, announce=lambda line: None)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_a_rig_without_mirrors_has_no_dossier(tmp_path):
+    with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench'"):
+        design(Rig.load("bench"), tmp_path / "out", announce=lambda line: None)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_mount_that_does_not_fit_the_printer_is_named(tmp_path):
+    """The bed is a key of the rig: the problem names it, and nothing is written."""
+    rig = Rig.load("aqua2")
+    small = rig.model_copy(update={"mount": rig.mount.model_copy(update={"printer_bed_mm": (100.0, 100.0, 100.0)})})
+    with pytest.raises(RigError, match="printer_bed_mm"):
+        design(small, tmp_path / "out", announce=lambda line: None)
+    assert not (tmp_path / "out").exists()
+
+
+def _interrupt(*arguments, **options):
+    raise KeyboardInterrupt
