@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray, check_points, opaque, to_columns, to_vectors
+from optics.arrays import FloatArray, check_points, opaque, to_columns, to_rows
 from optics.backend import Array3f64, dr
 from rigs import Camera as CameraSpec
 
@@ -104,7 +104,7 @@ class Camera(ABC):
             return np.empty((0, 3)), np.empty(0, dtype=np.bool_)
         kind, distorted = self.kind
         direction, valid = kind.direction(self.parameters(), distorted, *to_columns(pixels))
-        return to_vectors(direction), np.array(valid)
+        return to_rows(direction), np.array(valid)
 
     def project(self, directions: ArrayLike) -> tuple[FloatArray, np.ndarray[Any, np.dtype[np.bool_]]]:
         """Directions in air (any length) to pixels; the inverse of `unproject`."""
@@ -113,7 +113,7 @@ class Camera(ABC):
             return np.empty((0, 2)), np.empty(0, dtype=np.bool_)
         kind, distorted = self.kind
         u, v, valid = kind.pixel(self.parameters(), distorted, Array3f64(*to_columns(directions)))
-        return np.stack([np.array(u), np.array(v)], axis=1), np.array(valid)
+        return to_rows((u, v)), np.array(valid)
 
 
 @dataclass(frozen=True, kw_only=True)

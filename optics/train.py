@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.arrays import FloatArray, check_points, opaque, to_columns, to_vectors
+from optics.arrays import FloatArray, check_points, opaque, to_columns, to_rows
 from optics.backend import Array3f64, Int32, dr
 from optics.camera import Camera, camera_from_spec
 from optics.layout import Layout
@@ -120,8 +120,8 @@ class OpticalTrain:
             return _no_rays()
         origin, direction, status, transmittance = compiled_trace(*self.kind)(self.parameters(), *to_columns(pixels))
         return Rays(
-            origin_m=to_vectors(origin),
-            direction=to_vectors(direction),
+            origin_m=to_rows(origin),
+            direction=to_rows(direction),
             status=np.array(status),
             transmittance=np.array(transmittance),
         )
@@ -132,7 +132,7 @@ class OpticalTrain:
         if not len(points_m):
             return Image(pixels=np.empty((0, 2)), status=np.empty(0, dtype=np.int32))
         u, v, status = compiled_project(*self.kind)(self.parameters(), Array3f64(*to_columns(points_m)))
-        return Image(pixels=np.stack([np.array(u), np.array(v)], axis=1), status=np.array(status))
+        return Image(pixels=to_rows((u, v)), status=np.array(status))
 
 
 def _no_rays() -> Rays:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from optics.arrays import check_points, check_vector, opaque, to_columns, to_vectors, unit
+from optics.arrays import check_points, check_vector, opaque, to_columns, to_rows, unit
 from optics.backend import Array3f64
 
 
 def test_points_keep_their_numbers_through_dr_jit():
     points = np.random.default_rng(0).normal(size=(9, 3))
-    assert (to_vectors(Array3f64(*to_columns(points))) == points).all()
+    assert (to_rows(Array3f64(*to_columns(points))) == points).all()
 
 
 def test_columns_of_a_transposed_array_are_not_mixed_up():
     """A view with foreign strides: Dr.Jit reads memory in order."""
     points = np.arange(12.0).reshape(3, 4).T
-    assert (to_vectors(Array3f64(*to_columns(points))) == points).all()
+    assert (to_rows(Array3f64(*to_columns(points))) == points).all()
 
 
 def test_an_opaque_number_is_double_precision():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from matplotlib.path import Path as Polygon
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.arrays import to_columns, to_vectors
+from optics.arrays import to_columns, to_rows
 from optics.backend import Array3f64
 from optics.mirror import PlaneMirror, Reflection, strike, unfold
 
@@ -61,9 +61,9 @@ def test_two_reflections_turn_by_twice_the_angle_between_the_mirrors(first, seco
 
 @given(normal=vectors, point=points, centre=points)
 def test_the_kernel_reflects_points_as_the_transform(normal, point, centre):
-    up = np.cross(normal, [0.3, -0.5, 0.7]) if np.linalg.norm(np.cross(normal, [0.3, -0.5, 0.7])) > 0.1 else (1, 0, 0)
+    up = np.eye(3)[np.argmin(np.abs(normal))]
     mirror = PlaneMirror(point_m=centre, normal=normal, up=up)
-    found = to_vectors(unfold(mirror.parameters(), Array3f64(*point)))[0]
+    found = to_rows(unfold(mirror.parameters(), Array3f64(*point)))[0]
     np.testing.assert_allclose(found, mirror.reflection.apply(point), rtol=0, atol=ROUNDING)
 
 
@@ -94,8 +94,8 @@ def test_a_ray_strikes_the_front_the_back_or_nothing():
     assert np.array(hit.front).tolist() == [True, False, False, False, False, False]
     assert np.array(hit.back).tolist() == [False, True, False, False, False, False]
     np.testing.assert_allclose(np.array(hit.distance)[:4], [1, 2, -1, 1], rtol=0, atol=ROUNDING)
-    np.testing.assert_allclose(to_vectors(hit.point)[0], [0, 0, 1], rtol=0, atol=ROUNDING)
-    np.testing.assert_allclose(to_vectors(hit.direction)[:2], [[0, 0, -1], [0, 0, 1]], rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(to_rows(hit.point)[0], [0, 0, 1], rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(to_rows(hit.direction)[:2], [[0, 0, -1], [0, 0, 1]], rtol=0, atol=ROUNDING)
 
 
 OUTLINES = {

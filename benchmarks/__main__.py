@@ -1,0 +1,54 @@
+"""`python -m benchmarks [train|coverage|render ...] [--json]`: measure, and print a table (or JSON for machines).
+
+Each module of this package has ``run() -> list of rows``; a row's `ratio` says how many times better `ours` is than
+`peer`, whichever way the unit counts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+NAMES = ("train", "coverage", "render")
+COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the benchmarks named, all by default; 2 for a name that does not exist."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Speed side by side with other codes.")
+    parser.add_argument("names", nargs="*", metavar="name", help=f"{', '.join(NAMES)}; all by default")
+    parser.add_argument("--json", action="store_true", help="print rows for machines")
+    options = parser.parse_args(arguments)
+    unknown = [name for name in options.names if name not in NAMES]
+    if unknown:
+        print(f"expected benchmarks among {', '.join(NAMES)}, got {', '.join(unknown)}", file=sys.stderr)
+        return 2
+    rows = []
+    for name in options.names or NAMES:
+        print(f"{name} ...", file=sys.stderr, flush=True)
+        rows += importlib.import_module(f"benchmarks.{name}").run()
+    if options.json:
+        print(json.dumps(rows, indent=2))
+    else:
+        Console().print(table(rows))
+    return 0
+
+
+def table(rows: list[dict[str, Any]]) -> Table:
+    """Rows as people read them: numbers to three digits, the ratio as a factor."""
+    result = Table(*COLUMNS)
+    for row in rows:
+        cells = {**row, "ours": f"{row['ours']:.3g}", "peer": f"{row['peer']:.3g}", "ratio": f"{row['ratio']:.3g} x"}
+        result.add_row(*(str(cells[column]) for column in COLUMNS))
+    return result
+
+
+if __name__ == "__main__":
+    sys.exit(main())

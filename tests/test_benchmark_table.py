@@ -1,0 +1,45 @@
+"""The benchmarks' command: names, rows for people and rows for machines. What they measure is not run here."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+import types
+
+import pytest
+
+main_module = importlib.import_module("benchmarks.__main__")
+
+ROW = {"name": "a name", "ours": 1234.5, "peer": 0.5, "unit": "G", "ratio": 2469.0, "note": "peer: somebody"}
+
+
+@pytest.fixture
+def benchmarks(monkeypatch):
+    """Stand-ins that count how often they are run."""
+    runs = []
+    for name in main_module.NAMES:
+        stand_in = types.ModuleType(f"benchmarks.{name}")
+        stand_in.run = lambda name=name: runs.append(name) or [{**ROW, "name": name}]
+        monkeypatch.setitem(sys.modules, f"benchmarks.{name}", stand_in)
+    return runs
+
+
+def test_all_benchmarks_are_run_by_default(benchmarks, capsys):
+    assert main_module.main(["--json"]) == 0
+    assert benchmarks == ["train", "coverage", "render"]
+    assert [row["name"] for row in json.loads(capsys.readouterr().out)] == benchmarks
+
+
+def test_named_benchmarks_are_run_in_the_order_given(benchmarks, capsys):
+    assert main_module.main(["render", "train"]) == 0
+    assert benchmarks == ["render", "train"]
+    output = capsys.readouterr().out
+    assert "2.47e+03 x" in output
+    assert "peer" in output
+
+
+def test_an_unknown_name_is_bad_input(benchmarks, capsys):
+    assert main_module.main(["train", "speed"]) == 2
+    assert benchmarks == []
+    assert capsys.readouterr().err == "expected benchmarks among train, coverage, render, got speed\n"
