@@ -113,7 +113,7 @@ def _launch(
     """Follow every ray at every pose of a launch: counts and solid angles by pose and fate, and the sphere.
 
     It is compiled once for each set of groups that have parts; numbers, meshes and sizes are its inputs. It is not
-    frozen: a frozen function is recorded anew for each scene and size, which costs more than it saves here.
+    frozen: a frozen function would be recorded anew for nearly every scene and size, and would warn of it.
     """
     lane = dr.arange(UInt32, pose_count * ray_count)
     pose = lane // dr.opaque(UInt32, ray_count)
