@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from optics.backend import Float32, UInt32, dr, mi
 from optics.mesh import Group, PartMesh, Role, merge
+from optics.ray_scene import mesh_scene
 
 ROLES = tuple(Role)
 """Order of the roles in `Hit.role`."""
@@ -53,7 +54,7 @@ class Occluder:
         if len(groups) > 1:
             raise ValueError(f"expected parts of one group, got {' and '.join(groups)}")
         vertices, faces, part_of_face = merge(self.parts)
-        object.__setattr__(self, "_scene", _scene(vertices, faces) if len(faces) else None)
+        object.__setattr__(self, "_scene", mesh_scene(vertices, faces) if len(faces) else None)
         object.__setattr__(self, "_part_of_face", part_of_face)
 
     @classmethod
@@ -98,13 +99,3 @@ def _ray(origin: Any, direction: Any, maximum_distance: Any) -> Any:
     # An infinite end would make Embree's intervals NaN; nothing on a rig is that far away.
     end = dr.minimum(mi.Float(maximum_distance), dr.largest(mi.Float))
     return mi.Ray3f(mi.Point3f(origin), mi.Vector3f(direction), end, 0.0, [])
-
-
-def _scene(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Any:
-    """Scene of one mesh: a scene of many would be merged by Mitsuba, and its faces renumbered."""
-    mesh = mi.Mesh("parts", vertex_count=len(vertices_m), face_count=len(faces))
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = mi.Float(vertices_m.ravel().astype(np.float32))
-    parameters["faces"] = mi.UInt32(faces.ravel().astype(np.uint32))
-    parameters.update()
-    return mi.load_dict({"type": "scene", "parts": mesh})
