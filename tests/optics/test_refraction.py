@@ -16,6 +16,9 @@ ROUNDING = 4e-15
 DIVIDED = 1e-13
 """As ROUNDING, for quotients whose denominators fall to a tenth near grazing incidence."""
 
+CANCELLED = 1e-10
+"""The real-number form of a metal's reflectance subtracts numbers that agree to 1e-5 where n k is smallest."""
+
 angles = st.floats(0.0, 1.5)
 azimuths = st.floats(-np.pi, np.pi)
 indices = st.floats(1.0, 2.0)
@@ -131,12 +134,10 @@ def test_unpolarised_faces_multiply_to_less_than_a_window():
     assert 0 < window[1] / product[1] - 1 < 1e-3
 
 
-@given(angle=angles, n=st.floats(0.1, 3.0), k=st.floats(0.0, 8.0), n_medium=indices)
+@given(angle=angles, n=st.floats(0.04, 3.0), k=st.floats(0.1, 8.0), n_medium=indices)
 def test_a_metal_reflects_as_its_complex_index_says(angle, n, k, n_medium):
     """The real-number formula against Fresnel's amplitudes with the complex index n + ik."""
     r_s, r_p, _ = amplitudes(np.cos(angle), n_medium, n + 1j * k)
     expected = (abs(r_s) ** 2 + abs(r_p) ** 2) / 2
     found = np.array(conductor_reflectance(Float64(np.cos(angle)), n, k, n_medium))
-    # Without absorption the critical angle has an infinite slope: half the digits are lost next to it.
-    tolerance = 1e-7 if k < 1e-6 else 1e-10
-    np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=CANCELLED)
