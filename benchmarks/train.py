@@ -1,8 +1,8 @@
 """Ray-surfaces per second: our compiled train beside Optiland's NumPy backend, on the same rays in one run.
 
 The train is the aqua2's: two faces of the port, M1 and M2; a second one has a dome for a port. Optiland is given the
-rays behind the camera's model and traces surfaces without bounds. Ours starts from pixels and also gives a status and
-the window's transmittance per ray; the row called "bounded" checks the port's aperture and the mirrors' outlines too.
+rays behind the camera's model and traces surfaces without bounds. Ours starts from pixels and also gives a status
+per ray; the row called "bounded" checks the port's aperture and the mirrors' outlines too.
 Both leave the point on M2 and the direction behind it; `run` fails where these differ by more than 1e-9 mm.
 """
 

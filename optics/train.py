@@ -39,14 +39,11 @@ class Rays:
         Camera frame; directions are unit vectors. Where the status is not OK, of the last surface passed.
     status : array, shape (n,)
         `Status` of each ray.
-    transmittance : array, shape (n,)
-        Fresnel transmittance of the port, 0 where the ray does not get out of it.
     """
 
     origin_m: FloatArray
     direction: FloatArray
     status: StatusArray
-    transmittance: FloatArray
 
     @property
     def region(self) -> StatusArray:
@@ -118,13 +115,16 @@ class OpticalTrain:
         pixels = check_points("pixels", pixels, 2)
         if not len(pixels):
             return _no_rays()
-        origin, direction, status, transmittance = compiled_trace(*self.kind)(self.parameters(), *to_columns(pixels))
-        return Rays(
-            origin_m=to_rows(origin),
-            direction=to_rows(direction),
-            status=np.array(status),
-            transmittance=np.array(transmittance),
-        )
+        origin, direction, status = compiled_trace(*self.kind)(self.parameters(), *to_columns(pixels))
+        return Rays(origin_m=to_rows(origin), direction=to_rows(direction), status=np.array(status))
+
+    def transmittance(self, pixels: ArrayLike) -> FloatArray:
+        """Fresnel transmittance of the port for pixels, shape (n, 2); 0 where the ray does not get out of it."""
+        pixels = check_points("pixels", pixels, 2)
+        if not len(pixels):
+            return np.empty(0)
+        passed = compiled_transmittance(*self.kind[:3])(self.parameters(), *to_columns(pixels))
+        return np.array(passed)
 
     def project(self, points_m: ArrayLike) -> Image:
         """Find where points, shape (n, 3), camera frame, metres, appear through the whole train."""
@@ -138,7 +138,7 @@ class OpticalTrain:
 def _no_rays() -> Rays:
     # An empty batch never reaches Dr.Jit, whose frozen functions end the process when they meet an array of width 0.
     empty = np.empty((0, 3))
-    return Rays(origin_m=empty, direction=empty.copy(), status=np.empty(0, dtype=np.int32), transmittance=np.empty(0))
+    return Rays(origin_m=empty, direction=empty.copy(), status=np.empty(0, dtype=np.int32))
 
 
 def pixel_grid(camera: Camera, columns: int | None = None, rows: int | None = None) -> FloatArray:
@@ -166,12 +166,25 @@ def compiled_trace(
     """Frozen kernel of `OpticalTrain.trace` for one kind of train."""
 
     @dr.freeze
-    def trace(parameters: dict[str, Any], u: Any, v: Any) -> tuple[Any, Any, Any, Any]:
+    def trace(parameters: dict[str, Any], u: Any, v: Any) -> tuple[Any, Any, Any]:
         direction, valid = camera.direction(parameters["camera"], distorted, u, v)
         status = dr.select(dr.isfinite(u + v), Int32(Status.OK), Int32(Status.INVALID_INPUT))
         return follow(port, parameters, direction, _where_ok(status, ~valid, Status.OUTSIDE_CAMERA_MODEL))
 
     return trace  # type: ignore[no-any-return]
+
+
+@cache
+def compiled_transmittance(camera: type[Camera], distorted: bool, port: type[Port]) -> Callable[..., Any]:
+    """Frozen kernel of `OpticalTrain.transmittance`; apart from the trace's, which it would slow down by a fifth."""
+
+    @dr.freeze
+    def transmittance(parameters: dict[str, Any], u: Any, v: Any) -> Any:
+        direction, valid = camera.direction(parameters["camera"], distorted, u, v)
+        # Multiplied by one per ray: without a port the transmittance would be one number for all.
+        return port.leave(parameters["port"], direction).transmittance * dr.select(valid & dr.isfinite(u + v), 1.0, 0.0)
+
+    return transmittance  # type: ignore[no-any-return]
 
 
 @cache
@@ -199,7 +212,7 @@ def compiled_project(
         status = _where_ok(status, ~valid, Status.OUTSIDE_CAMERA_MODEL)
         width, height = parameters["size"]
         outside = (u < -0.5) | (u > width) | (v < -0.5) | (v > height)
-        origin, outgoing, status, _ = follow(port, parameters, direction, status)
+        origin, outgoing, status = follow(port, parameters, direction, status)
         status = _where_ok(status, dr.dot(points - origin, outgoing) <= 0, Status.BACK_OF_MIRROR)
         status = _where_ok(status, outside, Status.OUTSIDE_IMAGE)
         return dr.select(has_pixel, u, dr.nan), dr.select(has_pixel, v, dr.nan), status
@@ -207,10 +220,10 @@ def compiled_project(
     return project  # type: ignore[no-any-return]
 
 
-def follow(port: type[Port], parameters: dict[str, Any], direction: Any, status: Any) -> tuple[Any, Any, Any, Any]:
+def follow(port: type[Port], parameters: dict[str, Any], direction: Any, status: Any) -> tuple[Any, Any, Any]:
     """Kernel: rays from the pinhole through the port and over the mirrors.
 
-    Returns the point and direction at the last surface passed, the status and the port's transmittance.
+    Returns the point and direction at the last surface passed, and the status.
     """
     exit_ = port.leave(parameters["port"], direction)
     status = _where_ok(status, ~exit_.transmitted, Status.TOTAL_REFLECTION)
@@ -222,7 +235,7 @@ def follow(port: type[Port], parameters: dict[str, Any], direction: Any, status:
         status = _where_ok(status, ~hit.front, missed)
         alive = status == Int32(Status.OK)
         point, outgoing = dr.select(alive, hit.point, point), dr.select(alive, hit.direction, outgoing)
-    return point, outgoing, status, exit_.transmittance
+    return point, outgoing, status
 
 
 def _where_ok(status: Any, condition: Any, failure: Status) -> Any:

@@ -153,10 +153,11 @@ class FastRenderer:
         centres = pixel_grid(train.camera, columns, rows)
         cell = np.array([train.camera.width_px / columns, train.camera.height_px / rows])
         offsets = _spread(self.samples) * cell
-        rays = bare.trace((centres[:, np.newaxis] + offsets).reshape(-1, 2))
+        pixels = (centres[:, np.newaxis] + offsets).reshape(-1, 2)
+        rays = bare.trace(pixels)
         pose = camera_pose(self.rig.camera)
         # Radiance falls by the square of the index on its way from the water into the air before the lens.
-        gain = rays.transmittance * (train.port.n_inside / train.port.n_water) ** 2
+        gain = bare.transmittance(pixels) * (train.port.n_inside / train.port.n_water) ** 2
         return {
             "origin": _columns32(pose.apply(rays.origin_m)),
             "direction": _columns32(pose.rotation.apply(rays.direction)),

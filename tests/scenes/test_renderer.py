@@ -107,7 +107,7 @@ def test_radiance_in_the_air_is_that_of_the_water_by_t_over_n_squared():
     gain = np.array(renderer._rays["gain"])
     train = OpticalTrain.from_rig(rig)
     n_port, n_water = train.port.n_port, train.port.n_water
-    middle = OpticalTrain.from_rig(rig).trace([[rig.camera.cx_px, rig.camera.cy_px]]).transmittance[0]
+    middle = train.transmittance([[rig.camera.cx_px, rig.camera.cy_px]])[0]
     fresnel = 4 * n_port / (1 + n_port) ** 2 * 4 * n_port * n_water / (n_port + n_water) ** 2
     assert middle == pytest.approx(fresnel, rel=1e-12)
     assert (gain <= fresnel / n_water**2 * (1 + 1e-6)).all()
