@@ -19,12 +19,6 @@ def mirrorgaze(*arguments: str):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
 def impossible_rig(here):
     document = load_document(preset_path("aqua2"))
     document["fold_mirror"]["distance_mm"] = 10.0

@@ -20,12 +20,6 @@ def mirrorgaze(*arguments: str):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
 def bad_rig(here):
     document = load_document(preset_path("aqua2"))
     document["camera"]["fx_px"] = -1
