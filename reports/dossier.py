@@ -25,6 +25,7 @@ from reports.figures import FATE_NAMES, draw_coverage, draw_usable_fov
 from reports.progress import Announce, Stages, write_text
 from reports.tables import rig_facts, write_poses, write_sphere
 from rigs import Rig, RigError
+from scenes.portrait import write_portraits
 from scenes.renderer import FastRenderer
 from scenes.stage import stage
 from scenes.views import view_of
@@ -39,6 +40,9 @@ GAZES_DEG = {
     "behind": (180.0, 0.0),
 }
 """Azimuth and elevation of the dossier's views; those outside the joint limits are left out."""
+
+PORTRAIT_Q1_DEG = 20.0
+PORTRAIT_CAPTION = f"From outside, in air, at q1 = {PORTRAIT_Q1_DEG:g}°, q2 = 0°"
 
 VIEW_SAMPLES = 4
 GRID_POSES = 91
@@ -137,7 +141,8 @@ def _views(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
         del facts["time_s"]
         views.append({"name": name, **facts, "file": f"views/{path.name}"})
         files.append(path)
-    return {"views": views}, files
+    portraits = write_portraits(rig, rig_meshes(rig), target, q1=np.radians(PORTRAIT_Q1_DEG), q2=0.0)
+    return {"views": views, "portraits": [f"views/{path.name}" for path in portraits]}, files + portraits
 
 
 def _maps(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
@@ -204,6 +209,7 @@ def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
         ),
         page.section(
             "Mount",
+            page.gallery(page.picture(folder / file, PORTRAIT_CAPTION) for file in results["views"]["portraits"]),
             page.table(["Part", "", "Size (mm)", "Volume (cm³)", "Moves with"], parts, numbers=[3]),
         ),
         page.section("Rig", page.table(["", ""], rig_facts(rig))),

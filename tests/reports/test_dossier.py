@@ -10,6 +10,7 @@ from optics.analysis import Fate
 from reports import dossier
 from reports.dossier import design
 from rigs import Rig, RigError
+from scenes.portrait import VIEWPOINTS
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,8 @@ def test_everything_an_engineer_needs_is_there(made):
     folder, lines = made
     for name in ("report.html", "summary.json", "coverage/poses.csv", "coverage/sphere.csv", "coverage/coverage.png"):
         assert (folder / name).stat().st_size > 1000, name
-    assert {path.stem for path in (folder / "views").iterdir()} == set(dossier.GAZES_DEG)
+    portraits = {f"outside_{name}" for name in VIEWPOINTS}
+    assert {path.stem for path in (folder / "views").iterdir()} == set(dossier.GAZES_DEG) | portraits
     assert (folder / "mount/aqua2.step").is_file()
     assert (folder / "mount/yoke.stl").is_file()
     assert [line.split()[0] for line in lines[:4]] == ["mount", "views", "coverage", "report"]
@@ -40,7 +42,7 @@ def test_report_opens_without_a_network(made):
     """Self-contained: no address but data URIs, no script."""
     html = (made[0] / "report.html").read_text(encoding="utf-8")
     sources = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)""", html)
-    assert len(sources) == len(dossier.GAZES_DEG) + 2
+    assert len(sources) == len(dossier.GAZES_DEG) + len(VIEWPOINTS) + 2
     assert all(source.startswith("data:image/png;base64,") for source in sources)
     assert not re.search(r"https?://|<script|@import|url\(", html)
 
