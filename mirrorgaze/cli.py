@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import typer
 
-from mirrorgaze.commands import design, doctor, render, rig_files
+from mirrorgaze.commands import design, doctor, render, rig_files, tolerance
 from mirrorgaze.errors import with_exit_status
 
 COMMANDS = (
@@ -20,6 +20,7 @@ COMMANDS = (
     rig_files.check,
     rig_files.schema,
     render.render,
+    tolerance.tolerance,
     doctor.doctor,
 )
 """Every command, in the order in which `mirrorgaze --help` shows them."""
