@@ -1,0 +1,136 @@
+"""Dome ports: spherical shells, centred on the pinhole or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from optics.arrays import check_vector, opaque, opaque_vector
+from optics.backend import Array3f64, dr
+from optics.port_interface import AIM_ITERATIONS, AIM_TOLERANCE, Exit, Port, check_positive, index_parameters
+from optics.refraction import refract, window_transmittance
+
+
+@dataclass(frozen=True, kw_only=True)
+class DomePort(Port):
+    """Spherical shell around `centre_m`; the pinhole (origin) must be inside.
+
+    Parameters
+    ----------
+    centre_m : (3,)
+        Centre of both spheres, camera frame; (0, 0, 0) is a centred dome, which refracts nothing.
+    radius_m : float
+        Inner face.
+    thickness_m : float
+    n_inside, n_port, n_water : float
+    aperture_radius_m : float, optional
+        Clear radius of the dome's rim around its axis (the camera's z through the centre); None: unbounded.
+    """
+
+    centre_m: ArrayLike = (0.0, 0.0, 0.0)
+    radius_m: float
+    thickness_m: float
+    n_inside: float = 1.0
+    n_port: float = 1.49
+    n_water: float = 1.333
+    aperture_radius_m: float | None = None
+
+    def __post_init__(self) -> None:
+        check_positive(self, "radius_m", "thickness_m", "n_inside", "n_port", "n_water", "aperture_radius_m")
+        offset = float((check_vector("centre_m", self.centre_m) ** 2).sum() ** 0.5)
+        if offset >= self.radius_m:
+            raise ValueError(f"expected the pinhole inside the dome of radius_m {self.radius_m}, got it {offset} off")
+
+    def parameters(self) -> dict[str, Any]:
+        """Numbers of the port for the kernels."""
+        return {
+            "centre": opaque_vector(check_vector("centre_m", self.centre_m)),
+            "inner": opaque(self.radius_m),
+            "outer": opaque(self.radius_m + self.thickness_m),
+            **index_parameters(self),
+            "aperture": opaque(self.aperture_radius_m or float("inf")),
+        }
+
+    @staticmethod
+    def leave(parameters: dict[str, Any], direction: Any) -> Exit:
+        """Kernel: two refractions at concentric spheres."""
+        centre = parameters["centre"]
+        at_inner = direction * _exit_distance(-centre, direction, parameters["inner"])
+        inner_normal = (at_inner - centre) / parameters["inner"]
+        in_port, entered = refract(direction, inner_normal, parameters["ratio_in"])
+        at_outer = at_inner + in_port * _exit_distance(at_inner - centre, in_port, parameters["outer"])
+        outer_normal = (at_outer - centre) / parameters["outer"]
+        in_water, left = refract(in_port, outer_normal, parameters["ratio_out"])
+        rim = dr.square(at_inner.x - centre.x) + dr.square(at_inner.y - centre.y)
+        inside = (at_inner.z > centre.z) & (rim <= dr.square(parameters["aperture"]))
+        transmittance = window_transmittance(
+            (
+                dr.dot(direction, inner_normal),
+                dr.dot(in_port, inner_normal),
+                dr.dot(in_port, outer_normal),
+                dr.dot(in_water, outer_normal),
+            ),
+            (parameters["n_inside"], parameters["n_port"], parameters["n_water"]),
+        )
+        transmitted = entered & left
+        return Exit(
+            point=at_outer,
+            direction=in_water,
+            inside=inside,
+            transmitted=transmitted,
+            transmittance=dr.select(inside & transmitted, transmittance, 0),
+        )
+
+    @staticmethod
+    def aim(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
+        """Kernel: Newton on the angle at the pinhole in the plane of refraction.
+
+        That plane contains the centre, the pinhole and the point. In it ``n r sin(incidence)`` is conserved along
+        the ray (Born & Wolf, section 3.2.1, spherical symmetry), so the polar angle it sweeps around the centre is a
+        sum of arcsines of the angle at the pinhole; it must equal the polar angle of the point.
+        """
+        centre = parameters["centre"]
+        offset = dr.norm(centre)
+        # A centred dome has no preferred axis: any will do, for the swept angle is then the angle itself.
+        axis = dr.select(offset > 0, -centre / offset, Array3f64(0, 0, 1))
+        radial = point - centre
+        distance = dr.norm(radial)
+        along = dr.dot(radial, axis)
+        sideways = radial - axis * along
+        across = dr.norm(sideways)
+        target = dr.atan2(across, along)
+        angle = target
+        step = dr.zeros(type(distance), 1)
+        steps_of_index = (
+            (offset, parameters["inner"], parameters["n_inside"]),
+            (parameters["inner"], parameters["outer"], parameters["n_port"]),
+            (parameters["outer"], distance, parameters["n_water"]),
+        )
+        for _ in range(AIM_ITERATIONS):
+            invariant = parameters["n_inside"] * offset * dr.sin(angle)
+            rate_of_invariant = parameters["n_inside"] * offset * dr.cos(angle)
+            # Sums are written out: += would change Dr.Jit's arrays in place, and with them `angle`.
+            # At the pinhole the ray's angle to the radius is `angle` itself, beyond 90 degrees too.
+            swept, rate = angle, 1.0
+            for position, (near, far, index) in enumerate(steps_of_index):
+                if position > 0:
+                    sine = invariant / (index * near)
+                    swept = swept + dr.safe_asin(sine)
+                    rate = rate + rate_of_invariant / (index * near) * dr.rsqrt(1 - dr.square(sine))
+                sine = invariant / (index * far)
+                swept = swept - dr.safe_asin(sine)
+                rate = rate - rate_of_invariant / (index * far) * dr.rsqrt(1 - dr.square(sine))
+            step = (target - swept) / rate
+            angle = dr.clip(angle + step, 0, dr.pi)
+        converged = dr.abs(step) <= AIM_TOLERANCE * (1 + angle)
+        outwards = dr.select(across > 0, sideways / across, 0)
+        direction = axis * dr.cos(angle) + outwards * dr.sin(angle)
+        return dr.normalize(direction), converged, distance > parameters["outer"]
+
+
+def _exit_distance(start: Any, direction: Any, radius: Any) -> Any:
+    """Distance along unit `direction` from `start` (relative to the centre, inside) to the sphere."""
+    half_b = dr.dot(start, direction)
+    return dr.sqrt(dr.square(half_b) - dr.squared_norm(start) + dr.square(radius)) - half_b
