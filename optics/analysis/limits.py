@@ -75,15 +75,11 @@ def with_mirrors(rig: Rig, m1_m: tuple[float, float], m2_m: tuple[float, float])
     return rig.model_copy(update=changes)
 
 
-def too_large(rig: Rig) -> list[Binding]:
-    """What mirrors of a rig's sizes run into: port, hull, each other, the printer's bed."""
+def larger_than_bed(rig: Rig) -> list[Binding]:
+    """Mirrors whose trays the rig's printer has no room for."""
     assert rig.fold_mirror is not None and rig.gaze_mirror is not None and rig.mount is not None
-    found = [
-        # What is wrong elsewhere in the file stays wrong whatever the mirrors' sizes.
-        Binding(constraint="clearance" if "_mirror." in problem.place else "rig file", message=str(problem))
-        for problem in feasibility_problems(rig)
-    ]
     bed = sorted(rig.mount.printer_bed_mm)
+    found = []
     for name, plate in (("M1", rig.fold_mirror), ("M2", rig.gaze_mirror)):
         short, long = sorted((plate.width_mm, plate.height_mm))
         # A tray is thin: it may lie on any face of the printer's volume.
@@ -94,6 +90,15 @@ def too_large(rig: Rig) -> list[Binding]:
             )
             found.append(Binding(constraint="printer bed", message=message))
     return found
+
+
+def out_of_room(rig: Rig) -> list[Binding]:
+    """What mirrors of a rig's sizes run into: port, hull, each other."""
+    return [
+        # What is wrong elsewhere in the file stays wrong whatever the mirrors' sizes.
+        Binding(constraint="clearance" if "_mirror." in problem.place else "rig file", message=str(problem))
+        for problem in feasibility_problems(rig)
+    ]
 
 
 def out_of_reach(grid: Grid, gaze: GazeRange) -> list[Binding]:
@@ -211,4 +216,5 @@ def _fits(rig: Rig, extents: Extents) -> bool:
     if not (np.isfinite(extents.m1_m).all() and np.isfinite(extents.m2_m).all()):
         return False
     (m1,), (m2,) = (2 * extents.m1_m, 2 * extents.m2_m)
-    return not too_large(with_mirrors(rig, tuple(m1), tuple(m2)))
+    sized = with_mirrors(rig, tuple(m1), tuple(m2))
+    return not (larger_than_bed(sized) or out_of_room(sized))

@@ -19,10 +19,11 @@ from optics.analysis.limits import (
     Request,
     cut_by_port,
     grazing,
+    larger_than_bed,
     largest_window,
     longest_range,
     out_of_reach,
-    too_large,
+    out_of_room,
     with_mirrors,
 )
 from optics.analysis.outlines import Outlines, outlines_around
@@ -104,7 +105,7 @@ def size_mirrors(rig: Rig, request: Request) -> Sizing:
             m1 = _outlines([on_m1], request)
             m2 = _outlines([on_m2, *_zoomed(rig, bundle, request.gaze, grid, on_m2)], request)
             sized = with_mirrors(rig, m1.rectangle_m, m2.rectangle_m)
-            bindings += too_large(sized)
+            bindings += larger_than_bed(sized) + out_of_room(sized)
     window_factor = 1.0
     second_range: Interval | None = request.gaze.second
     if bindings:

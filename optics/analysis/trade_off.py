@@ -15,7 +15,7 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.analysis.footprint import bare_train, centred_extents, pixel_bundle
 from optics.analysis.gaze_range import GazeRange, Grid, pose_grid
-from optics.analysis.limits import Request, too_large, with_mirrors
+from optics.analysis.limits import Request, larger_than_bed, out_of_room, with_mirrors
 from optics.analysis.usable_fov import usable_fov
 from optics.arrays import FloatArray
 from optics.layout import Layout
@@ -210,7 +210,8 @@ def _judged(rig: Rig, m1_m: FloatArray, m2_m: FloatArray, hull: Sequence[PartMes
     bare, past_hull, past_plates = (_seen_sr(sized, parts, views) for parts in ([], hull, plates))
     masses = [_mass_kg(sized.fold_mirror), _mass_kg(sized.gaze_mirror)]
     centres = [layout.body_from_m1.translation, layout.body_from_gimbal.translation]
-    bindings = too_large(sized)
+    # The bed first: room for a plate that is far too large takes long to look for.
+    bindings = larger_than_bed(sized) or out_of_room(sized)
     return _Design(
         m1_mm=(sized.fold_mirror.width_mm, sized.fold_mirror.height_mm),
         m2_mm=(sized.gaze_mirror.width_mm, sized.gaze_mirror.height_mm),
