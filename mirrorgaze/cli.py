@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import typer
 
-from mirrorgaze.commands import design, doctor, render, rig_files, tolerance
+from mirrorgaze.commands import design, doctor, render, rig_files, sizing, tolerance
 from mirrorgaze.errors import with_exit_status
 
 COMMANDS = (
@@ -19,6 +19,7 @@ COMMANDS = (
     rig_files.new,
     rig_files.check,
     rig_files.schema,
+    sizing.size,
     render.render,
     tolerance.tolerance,
     doctor.doctor,
