@@ -106,6 +106,19 @@ def virtual_camera(layout: Layout, q1: float, q2: float) -> RigidTransform:
     return m2.after(m1) * layout.body_from_camera
 
 
+def virtual_centre(layout: Layout, q1: ArrayLike, q2: ArrayLike) -> FloatArray:
+    """Centre of the virtual camera in the body frame, metres, for joint values of any shape; shape (..., 3).
+
+    M1 puts the camera's image d1 + d2 above the centre of M2, on the pan axis. M2 turns about that centre, so the
+    second image keeps its distance: it moves on a sphere of radius d1 + d2, opposite to the gaze. With pan alone its
+    path is a circle about the pan axis, with tilt alone a great circle.
+    """
+    centre = layout.body_from_gimbal.translation
+    image = PlaneMirror.from_pose(layout.body_from_m1).reflection.apply(layout.body_from_camera.translation)
+    radius = np.linalg.norm(image - centre)
+    return np.asarray(centre - radius * forward_gaze(layout, q1, q2).direction)
+
+
 def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
     return np.asarray(vector - 2 * (vector * normal).sum(axis=-1, keepdims=True) * normal)
 
