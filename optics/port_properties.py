@@ -21,6 +21,9 @@ from rigs import Rig
 TRACED_SLOPE = 1e-4
 """Half the step of the central difference along traced rays: its own error is 1e-8, rounding's 1e-12."""
 
+COAXIAL = 1e-9
+"""Sine of the angle of two axes that count as one: what it changes grows with its square."""
+
 EDGE_SAMPLES = 2000
 """Pixels between the principal point and an edge at which a port's rim is looked for."""
 
@@ -137,7 +140,7 @@ def _dome_magnification(port: DomePort) -> tuple[float, float]:
         raise ValueError(f"expected an optical axis that gets through the dome, got centre_m {port.centre_m}")
     turn = float(signs @ np.arcsin(invariant / limits))
     rate = 1 + port.n_inside * offset * cosine * float(signs @ (1 / np.sqrt(limits**2 - invariant**2)))
-    if sine == 0:
+    if sine < COAXIAL:
         return 1 / rate, 1 / rate
     # sin(a + turn) / sin(a), written so that it holds on to small angles next to a = pi.
     across = float(np.cos(turn)) + cosine * float(np.sin(turn)) / sine

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from optics.camera import FisheyeCamera, PinholeCamera
@@ -20,9 +20,6 @@ CAMERA = PinholeCamera(width_px=800, height_px=600, fx_px=400.0, fy_px=400.0, cx
 
 CENTRAL_DIFFERENCE = 1e-7
 """Step 1e-4: squared, times a third derivative that is below ten for these ports."""
-
-DIFFERENCE_FAR_OFF = 1e-6
-"""As above, for pinholes up to 15 mm from the wall: the third derivative may reach a hundred."""
 
 ROUNDING = 1e-12
 
@@ -50,9 +47,11 @@ def test_a_centred_dome_changes_nothing():
 
 
 @given(x=st.floats(-0.02, 0.02), y=st.floats(-0.02, 0.02), z=st.floats(-0.03, 0.03), n_port=st.floats(1.4, 1.8))
+@example(x=5e-324, y=0.0, z=0.01, n_port=1.5)
+@example(x=0.0, y=2e-60, z=0.0156, n_port=1.5)
 def test_a_decentred_dome_against_exact_rays(x, y, z, n_port):
     port = DomePort(centre_m=(x, y, z), radius_m=0.05, thickness_m=0.006, n_port=n_port)
-    np.testing.assert_allclose(axial_magnification(port), traced_magnification(port), rtol=DIFFERENCE_FAR_OFF)
+    np.testing.assert_allclose(axial_magnification(port), traced_magnification(port), rtol=CENTRAL_DIFFERENCE)
 
 
 @given(backwards=st.floats(1e-4, 0.0499))
