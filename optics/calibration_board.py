@@ -53,7 +53,7 @@ class Board:
 
 
 BOARDS = {
-    "a1": Board(columns=41, rows=29, square_m=0.02, distances_m=(0.16, 0.2, 0.26), sideways=(0.0,)),
-    "a4": Board(columns=9, rows=7, square_m=0.03, distances_m=(0.35,), sideways=(-0.6, 0.0, 0.6)),
+    "large": Board(columns=41, rows=29, square_m=0.02, distances_m=(0.16, 0.2, 0.26), sideways=(0.0,)),
+    "small": Board(columns=9, rows=7, square_m=0.03, distances_m=(0.35,), sideways=(-0.6, 0.0, 0.6)),
 }
-"""One sheet that fills a wide image (A1), and one that is carried around in it (A4)."""
+"""One that fills a wide image (840 x 600 mm with its outer squares), and one that is carried around in it (300 x 240)."""

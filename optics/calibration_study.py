@@ -99,7 +99,7 @@ class Calibration:
 def calibration_study(
     rig: Rig,
     *,
-    board: Board = BOARDS["a1"],
+    board: Board = BOARDS["large"],
     radius_px: float = FULL_DISC_PX,
     noise_px: float = 0.0,
     seed: int = 0,

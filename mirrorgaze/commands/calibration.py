@@ -20,7 +20,7 @@ EXPLANATION = """\
 Why 1.84 is not the index: on the axis a flat port lengthens the focal length by n exactly, further out by more (the
 image is a pincushion). A pinhole without radial terms averages this over the image: distant points that fill a disc
 evenly give the ratio 'even disc', which grows with the disc and is 1.84 at 875 px for the paper's camera. Without
-radial terms and with unknown poses the ratio follows the board, not the water: try --board a4. The rms of tens of
+radial terms and with unknown poses the ratio follows the board, not the water: try --board small. The rms of tens of
 pixels says that the model does not fit. With radial terms the ratio is close to n, and more so on smaller discs.
 The paper prints no distortion and no rms, and its change of cx, cy is not explained by an untilted port."""
 
@@ -32,7 +32,7 @@ def calibrate_study(
     ] = 870.0,
     noise: Annotated[float, typer.Option("--noise-px", metavar="PX", help="Standard deviation of corners.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
-    board: Annotated[str, typer.Option(help="a1: fills the image; a4: is carried around in it.")] = "a1",
+    board: Annotated[str, typer.Option(help="large: fills the image; small: is carried around in it.")] = "large",
     json: JsonOption = False,
 ) -> None:
     """Calibrate a camera through its port: table 1 of the paper.

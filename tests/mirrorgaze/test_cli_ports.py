@@ -57,7 +57,7 @@ def test_calibrate_study_answers_machines():
         (["port", "bench", "--distance-mm", "5"], "expected object_distance_m beyond the port's outer face, 0.011 m"),
         (["port", "bench", "--nearest-focus-mm", "-3"], "expected nearest_focus_m > 0, got -0.003"),
         (["port", "benhc"], "did you mean 'bench'?"),
-        (["calibrate-study", "bench", "--board", "a3"], "expected --board to be one of a1, a4, got 'a3'"),
+        (["calibrate-study", "bench", "--board", "huge"], "expected --board to be one of large, small, got 'huge'"),
         (["calibrate-study", "bench", "--radius-px", "20"], "expected at least 5 views"),
     ],
 )

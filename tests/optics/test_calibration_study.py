@@ -37,7 +37,7 @@ FLOAT32_PX = 1e-3
 """OpenCV is given float32 corners (6e-5 px at 1000 px), with thousands of them: focal lengths are better than this."""
 
 
-def views_of(port, *, radius_px=870.0, noise_px=0.0, seed=0, board="a1", camera=CAMERA):
+def views_of(port, *, radius_px=870.0, noise_px=0.0, seed=0, board="large", camera=CAMERA):
     train = OpticalTrain(camera=camera, port=port)
     rng = np.random.default_rng(seed)
     return checkerboard_views(train, BOARDS[board], radius_px=radius_px, noise_px=noise_px, rng=rng)
@@ -150,7 +150,7 @@ def test_salt_lengthens_the_focal_length_a_little_as_in_the_paper(study):
 
 def test_without_radial_terms_the_board_decides(study):
     """A small sheet carried around finds 0.67, one that fills the image 1.93; with five terms both find 1.34-1.36."""
-    small = {found.model: found for found in calibration_study(BENCH, board=BOARDS["a4"], media=[Medium.DISTILLED])}
+    small = {found.model: found for found in calibration_study(BENCH, board=BOARDS["small"], media=[Medium.DISTILLED])}
     assert small[Model.PINHOLE].ratio < 0.8
     assert study[Medium.DISTILLED, Model.PINHOLE].ratio > 1.8
     five = [small[Model.FIVE_TERMS].ratio, study[Medium.DISTILLED, Model.FIVE_TERMS].ratio]
