@@ -56,4 +56,4 @@ BOARDS = {
     "large": Board(columns=41, rows=29, square_m=0.02, distances_m=(0.16, 0.2, 0.26), sideways=(0.0,)),
     "small": Board(columns=9, rows=7, square_m=0.03, distances_m=(0.35,), sideways=(-0.6, 0.0, 0.6)),
 }
-"""One that fills a wide image (840 x 600 mm with its outer squares), and one that is carried around in it (300 x 240)."""
+"""One that fills a wide image (840 x 600 mm with its outer squares), one that is carried around in it (300 x 240)."""

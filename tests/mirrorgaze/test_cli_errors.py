@@ -70,6 +70,7 @@ def test_a_value_error_of_a_library_keeps_its_traceback():
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.__name__)
 def test_every_command_shows_an_example(command):
-    result = CliRunner().invoke(app, [command.__name__, "--help"])
+    name = command.__name__.replace("_", "-")
+    result = CliRunner().invoke(app, [name, "--help"])
     assert result.exit_code == 0
-    assert f"Example:\n    mirrorgaze {command.__name__}" in result.stdout
+    assert f"Example:\n    mirrorgaze {name}" in result.stdout
