@@ -106,6 +106,9 @@ def size_mirrors(rig: Rig, request: Request) -> Sizing:
             m2 = _outlines([on_m2, *_zoomed(rig, bundle, request.gaze, grid, on_m2)], request)
             sized = with_mirrors(rig, m1.rectangle_m, m2.rectangle_m)
             bindings += larger_than_bed(sized) + out_of_room(sized)
+    if sized is None:
+        # What is wrong elsewhere in the rig file keeps any window from fitting: it has to be named all the same.
+        bindings += [binding for binding in out_of_room(rig) if binding.constraint == "rig file"]
     window_factor = 1.0
     second_range: Interval | None = request.gaze.second
     if bindings:
