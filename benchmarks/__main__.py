@@ -1,4 +1,4 @@
-"""`python -m benchmarks [train|coverage|render ...] [--json]`: measure, and print a table (or JSON for machines).
+"""`python -m benchmarks [NAME ...] [--json]`: measure, and print a table (or JSON for machines).
 
 Each module of this package has ``run() -> list of rows``; a row's `ratio` says how many times better `ours` is than
 `peer`, whichever way the unit counts.
@@ -16,7 +16,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-NAMES = ("train", "coverage", "render")
+NAMES = ("train", "projection", "coverage", "render")
 COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
 
 

@@ -15,6 +15,10 @@ from optics.arrays import FloatArray
 from optics.gaze import forward_gaze
 from optics.layout import Layout
 
+NO_AZIMUTH = 1e-9
+"""Cosine of an elevation below which the zenith is taken as reached: rounding of 1e-16 in the direction would turn the
+azimuth by more than 1e-7 rad there."""
+
 
 def direction_jacobian(layout: Layout, q1: ArrayLike, q2: ArrayLike) -> FloatArray:
     """Derivative of the gaze's direction (body frame) with respect to (q1, q2), shape (..., 3, 2), 1/rad.
@@ -45,8 +49,7 @@ def angle_jacobian(layout: Layout, q1: ArrayLike, q2: ArrayLike) -> FloatArray:
         azimuth = (x * slope[..., 1, :] - y * slope[..., 0, :]) / level**2
         elevation = slope[..., 2, :] / level
     jacobian = np.stack([azimuth, elevation], axis=-2)
-    # Rounding leaves a zenith 1e-16 off; what is divided by that is noise.
-    return np.asarray(np.where(level[..., np.newaxis] > np.finfo(np.float64).eps, jacobian, np.nan))
+    return np.asarray(np.where(level[..., np.newaxis] > NO_AZIMUTH, jacobian, np.nan))
 
 
 def manipulability(layout: Layout, q2: ArrayLike) -> FloatArray:

@@ -13,12 +13,9 @@ from numpy.typing import ArrayLike
 
 from optics.arrays import FloatArray
 from optics.gaze import inverse_gaze
-from optics.gaze_jacobian import manipulability
+from optics.gaze_jacobian import NO_AZIMUTH, manipulability
 from optics.layout import Layout
 from rigs import Rig
-
-AT_ZENITH = 1e-9
-"""Cosine of the gimbal's elevation below which every pan looks the same way, to 1e-9 rad."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +58,7 @@ def joint_solutions(layout: Layout, azimuth: float, elevation: float, q: ArrayLi
     to it) is the one.
     """
     found = inverse_gaze(layout, azimuth, elevation)
-    singular = manipulability(layout, found[:, 1]) < AT_ZENITH
+    singular = manipulability(layout, found[:, 1]) < NO_AZIMUTH
     pan = np.clip(np.asarray(q, dtype=np.float64)[0], *np.radians([layout.pan.min_deg, layout.pan.max_deg]))
     return np.unique(np.column_stack([np.where(singular, pan, found[:, 0]), found[:, 1]]), axis=0)
 

@@ -1,4 +1,4 @@
-"""The virtual camera as OpenCV and ROS know cameras: the pinhole that comes closest to port and mirrors, and by how much.
+"""The virtual camera as OpenCV and ROS know cameras: the pinhole closest to port and mirrors, and how close it is.
 
 Behind a flat or decentred port there is no single centre of projection, so that no pinhole fits all distances. The fit
 belongs to the pixels of the gaze region at one pose and to the distances it was made at; its residual says what else

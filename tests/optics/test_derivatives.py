@@ -1,0 +1,244 @@
+"""Derivatives of the projection: closed forms, central differences and their order, Newton differentiated directly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from optics.backend import Array3f64, Float64, dr
+from optics.camera import camera_from_spec
+from optics.derivatives import POSE, parameter_names, projection_jacobian
+from optics.layout import Layout
+from optics.mirror import PlaneMirror
+from optics.port import port_from_spec
+from optics.status import Status
+from optics.train import OpticalTrain, pixel_grid
+from rigs import Joint, Rig
+
+Q1, Q2 = 0.3, 0.1
+
+AQUA2 = Rig.load("aqua2")
+BLUEROV2 = Rig.load("bluerov2")
+
+TURNED_JOINTS = AQUA2.joints.model_copy(
+    update={
+        "pan": Joint(min_deg=-170, max_deg=170, offset_deg=12.0, sign=-1),
+        "tilt": Joint(min_deg=-90, max_deg=90, offset_deg=-7.0, sign=-1),
+    }
+)
+
+RIGS = {
+    "flat": AQUA2,
+    "tilted": AQUA2.model_copy(
+        update={"port": AQUA2.port.model_copy(update={"normal": (0.1, -0.15, 1.0)}), "joints": TURNED_JOINTS}
+    ),
+    "centred dome": BLUEROV2,
+    "decentred dome": BLUEROV2.model_copy(
+        update={
+            "port": BLUEROV2.port.model_copy(update={"centre_mm": (2.0, -3.0, -8.0)}),
+            "camera": BLUEROV2.camera.model_copy(
+                update={"yaw_deg": 20.0, "pitch_deg": -10.0, "distortion": (-0.1, 0.02, 8e-4, -6e-4, 0.0)}
+            ),
+        }
+    ),
+    "bench": Rig.load("bench"),
+}
+
+STEP = 2e-3
+"""Metres, radians, and units of an index or a pixel: far above rounding, far below the curvature of anything."""
+
+ROUNDING_PX = 1e-12
+"""Of a projected pixel, as `test_train` sees it. A difference quotient magnifies it by 1 / STEP."""
+
+
+def points_of(rig, count=12):
+    """What some pixels see through the unbounded train, one of them on the axis, at 0.4 to 4 m."""
+    train = unbounded(rig)
+    pixels = np.vstack([pixel_grid(train.camera, 4, 3), [[train.camera.cx_px, train.camera.cy_px]]])
+    rays = train.trace(pixels)
+    seen = rays.status == Status.OK
+    reach = np.geomspace(0.4, 4, len(pixels))[:, np.newaxis]
+    assert seen[-1]
+    return (rays.origin_m + reach * rays.direction)[seen]
+
+
+def unbounded(rig, q1=Q1, q2=Q2):
+    train = OpticalTrain.from_rig(rig, q1=q1 if rig.has_mirrors else 0.0, q2=q2 if rig.has_mirrors else 0.0)
+    mirrors = tuple(replace(mirror, outline_m=None) for mirror in train.mirrors)
+    return replace(train, port=replace(train.port, aperture_radius_m=None), mirrors=mirrors)
+
+
+def changed(rig, name, step):
+    """The train with one parameter changed, made by the public classes and `from_rig`."""
+    train = unbounded(rig)
+    if name in ("q1", "q2"):
+        return unbounded(rig, **{"q1": Q1, "q2": Q2, name: {"q1": Q1, "q2": Q2}[name] + step})
+    if name.endswith("_mirror_distance_m"):
+        section = name.removesuffix("_distance_m")
+        plate = getattr(rig, section)
+        moved = plate.model_copy(update={"distance_mm": plate.distance_mm + 1000 * step})
+        return unbounded(rig.model_copy(update={section: moved}))
+    if name.startswith(("m1_", "m2_")):
+        return replace(train, mirrors=changed_mirrors(rig, name, step))
+    if name in ("fx_px", "fy_px", "cx_px", "cy_px"):
+        return replace(train, camera=replace(train.camera, **{name: getattr(train.camera, name) + step}))
+    return replace(train, port=changed_port(train.port, name, step))
+
+
+def changed_mirrors(rig, name, step):
+    which, freedom = name.split("_", 1)
+    offset = step * np.eye(6)[POSE.index(freedom)]
+    motion = RigidTransform.from_components(offset[:3], Rotation.from_rotvec(offset[3:]))
+    layout = Layout.from_rig(rig)
+    poses = [layout.camera_from_m1, layout.camera_from_m2(Q1, Q2)]
+    index = ("m1", "m2").index(which)
+    poses[index] = poses[index] * motion
+    return tuple(PlaneMirror.from_pose(pose) for pose in poses)
+
+
+def changed_port(port, name, step):
+    if name.startswith("port_tilt"):
+        turn = Rotation.from_rotvec(step * np.eye(3)["xy".index(name[-1])])
+        return replace(port, normal=tuple(turn.apply(port.normal)))
+    if name.startswith("port_centre"):
+        shift = step * np.eye(3)["xyz".index(name.split("_")[2])]
+        return replace(port, centre_m=tuple(np.asarray(port.centre_m) + shift))
+    field = name.removeprefix("port_")
+    return replace(port, **{field: getattr(port, field) + step})
+
+
+def quotient(rig, points, name, step):
+    """Central difference quotient, its error falling with the square of the step."""
+    ends = []
+    for way in (step, -step):
+        if name.startswith("point"):
+            shift = way * np.eye(3)["xyz".index(name.split("_")[1])]
+            ends.append(unbounded(rig).project(points + shift).pixels)
+        else:
+            ends.append(changed(rig, name, way).project(points).pixels)
+    return (ends[0] - ends[1]) / (2 * step)
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_every_derivative_is_the_limit_of_difference_quotients(rig):
+    """Central differences converge to it with the second order: halving the step quarters the error.
+
+    Where they do not differ from it but for rounding, the parameter acts linearly and there is no order to see.
+    Extrapolating two quotients (Richardson) leaves a fourth-order error, here under a fiftieth of the second-order one.
+    """
+    rig = RIGS[rig]
+    points = points_of(rig)
+    found = projection_jacobian(rig, points, q1=Q1, q2=Q2)
+    np.testing.assert_allclose(found.pixels, unbounded(rig).project(points).pixels, rtol=0, atol=ROUNDING_PX)
+    for name in parameter_names(rig):
+        coarse, fine = (quotient(rig, points, name, step) for step in (STEP, STEP / 2))
+        exact = found.of(name)
+        rounding = 20 * ROUNDING_PX / STEP
+        error, finer = np.linalg.norm(coarse - exact), np.linalg.norm(fine - exact)
+        np.testing.assert_allclose((4 * fine - coarse) / 3, exact, rtol=0, atol=rounding + 0.02 * finer, err_msg=name)
+        if error > 1e4 * rounding:
+            assert np.log2(error / finer) == pytest.approx(2, abs=0.05), name
+
+
+def test_without_a_port_the_slopes_are_those_of_a_pinhole():
+    """Of u = fx x / z + cx: du/dx = fx / z, du/dz = -fx x / z^2, du/dfx = x / z."""
+    bench = Rig.load("bench")
+    rig = Rig.model_validate({**bench.model_dump(), "port": {"shape": "none"}})
+    camera = rig.camera.model_copy(update={"distortion": (0.0,) * 5})
+    rig = rig.model_copy(update={"camera": camera})
+    x, y, z = point = np.array([0.1, -0.2, 2.0])
+    found = projection_jacobian(rig, [point])
+    expected = {
+        "point_x_m": (camera.fx_px / z, 0),
+        "point_y_m": (0, camera.fy_px / z),
+        "point_z_m": (-camera.fx_px * x / z**2, -camera.fy_px * y / z**2),
+        "fx_px": (x / z, 0),
+        "fy_px": (0, y / z),
+        "cx_px": (1, 0),
+        "cy_px": (0, 1),
+    }
+    assert set(expected) == set(found.parameters)
+    for name, slope in expected.items():
+        np.testing.assert_allclose(found.of(name)[0], slope, rtol=1e-14, atol=1e-13)
+
+
+def test_on_the_axis_of_a_flat_port_the_slope_is_the_apparent_depth():
+    """Paraxial: a point at depths a, b, c in air, window, water appears at a + b / n_port + c / n_water."""
+    rig = Rig.load("bench")
+    port, camera = port_from_spec(rig.port, rig.water), rig.camera.model_copy(update={"distortion": (0.0,) * 5})
+    rig = rig.model_copy(update={"camera": camera})
+    depth = 1.5 - port.distance_m - port.thickness_m
+    apparent = port.distance_m + port.thickness_m / port.n_port + depth / port.n_water
+    found = projection_jacobian(rig, [[0, 0, 1.5]], parameters=("point_x_m", "point_y_m"))
+    np.testing.assert_allclose(
+        found.values[0], np.diag([camera.fx_px, camera.fy_px]) / apparent, rtol=1e-13, atol=1e-10
+    )
+
+
+def test_a_fisheye_has_slopes_on_its_axis():
+    """The image is f t there, a pinhole's; the formula of the model divides zero by zero."""
+    pinhole = RIGS["bench"].camera.model_dump(exclude={"model", "distortion"})
+    rig = Rig.model_validate(
+        {**RIGS["bench"].model_dump(), "camera": {"model": "fisheye", **pinhole}, "port": {"shape": "none"}}
+    )
+    found = projection_jacobian(rig, [[0, 0, 2.0], [1e-7, 0, 2.0]], parameters=("point_x_m", "point_y_m", "point_z_m"))
+    expected = np.array([[rig.camera.fx_px / 2, 0, 0], [0, rig.camera.fy_px / 2, 0]])
+    # Off the axis by 5e-8 the slope along z is f times that, over 2 m.
+    np.testing.assert_allclose(found.values, np.stack([expected] * 2), rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("rig", ["tilted", "decentred dome"])
+def test_the_last_newton_step_carries_the_same_derivative(rig):
+    """Where F = 0, d(x - F/F')/dp = -F_p/F': `aim` differentiated as it stands, off the axis, gives the same."""
+    rig = Rig.model_validate({**RIGS["bench"].model_dump(), "port": RIGS[rig].port.model_dump()})
+    points = points_of(rig)[:-1]
+    found = projection_jacobian(rig, points, parameters=("point_x_m", "point_y_m", "point_z_m"))
+    camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
+    leaves = [Float64(np.ascontiguousarray(column)) for column in points.T]
+    dr.enable_grad(*leaves)
+    model, distorted = camera.kind
+    direction, _, _ = port.aim(port.parameters(), Array3f64(*leaves))
+    for row, value in enumerate(model.pixel(camera.parameters(), distorted, direction)[:2]):
+        dr.backward_from(value, flags=dr.ADFlag.ClearInterior)
+        slopes = np.stack([dr.grad(leaf).numpy() for leaf in leaves], axis=1)
+        dr.clear_grad(leaves)
+        # Slopes are hundreds of pixels per metre.
+        np.testing.assert_allclose(found.values[:, row], slopes, rtol=1e-11, atol=1e-9)
+
+
+def test_a_plane_does_not_mind_being_moved_within_itself():
+    found = projection_jacobian(AQUA2, points_of(AQUA2), q1=Q1, q2=Q2)
+    for mirror in ("m1", "m2"):
+        for freedom in ("x_m", "y_m", "turn_z"):
+            np.testing.assert_allclose(found.of(f"{mirror}_{freedom}"), 0, atol=1e-10)
+    # The tilt axis is M2's x; a positive tilt raises the normal, which is a negative turn about it.
+    np.testing.assert_allclose(found.of("m2_turn_x"), -found.of("q2"), rtol=1e-12, atol=1e-9)
+
+
+def test_poses_may_differ_from_point_to_point():
+    q1, q2 = np.array([0.3, -0.8, 1.1]), np.array([0.1, 0.4, -0.2])
+    points = np.stack([points_of(AQUA2)[0]] * 3)
+    together = projection_jacobian(AQUA2, points, q1=q1, q2=q2)
+    for index in range(3):
+        alone = projection_jacobian(AQUA2, points[[index]], q1=q1[index], q2=q2[index])
+        np.testing.assert_allclose(together.pixels[index], alone.pixels[0], rtol=0, atol=ROUNDING_PX)
+        np.testing.assert_allclose(together.values[index], alone.values[0], rtol=1e-12, atol=1e-9)
+
+
+def test_a_point_without_a_pixel_has_no_derivative():
+    bench = RIGS["bench"]
+    found = projection_jacobian(bench, [[0, 0, 1e-3], [np.nan, 0, 1], [0.1, 0.1, 1.0]])
+    assert np.isnan(found.values[:2]).all()
+    assert np.isnan(found.pixels[:2]).all()
+    assert np.isfinite(found.values[2]).all()
+    assert projection_jacobian(bench, np.empty((0, 3))).values.shape == (0, 2, len(parameter_names(bench)))
+
+
+def test_wrong_arguments_are_refused():
+    with pytest.raises(ValueError, match=r"expected parameters among point_x_m, .*, got q1"):
+        projection_jacobian(RIGS["bench"], [[0, 0, 1]], parameters=("q1",))
+    with pytest.raises(ValueError, match=r"expected q2 of shape \(\) or \(1,\), got \(2,\)"):
+        projection_jacobian(AQUA2, [[0, 0, 1]], q2=[0.0, 0.1])
