@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import typer
 
-from mirrorgaze.commands import calibration, design, doctor, gaze, ports, render, rig_files, sizing, tolerance
+from mirrorgaze.commands import calibration, coverage, design, doctor, gaze, ports, render, rig_files, sizing, tolerance
 from mirrorgaze.errors import with_exit_status
 
 COMMANDS = (
@@ -21,6 +21,7 @@ COMMANDS = (
     rig_files.schema,
     sizing.size,
     render.render,
+    coverage.coverage,
     gaze.gaze,
     gaze.virtual_camera,
     ports.port,

@@ -21,8 +21,9 @@ from optics.analysis import Fate, coverage
 from optics.gaze import inverse_gaze
 from optics.layout import Layout
 from reports import page
-from reports.figures import FATE_NAMES, draw_coverage, draw_usable_fov
+from reports.figures import FATE_NAMES, draw_usable_fov
 from reports.progress import Announce, Stages, write_text
+from reports.sphere_figures import draw_coverage
 from reports.tables import rig_facts, write_poses, write_sphere
 from rigs import Rig, RigError
 from scenes.portrait import write_portraits
@@ -48,7 +49,7 @@ VIEW_SAMPLES = 4
 GRID_POSES = 91
 """Steps of each joint over its range in the coverage maps."""
 
-IMAGE_CELLS = (160, 120)
+IMAGE_CELLS = (128, 96)
 """Columns and rows into which the image is divided for the maps: some hundred rays through the mirrors even where M2
 fills little of the image, so that the sphere shows no false holes."""
 
@@ -164,7 +165,7 @@ def _maps(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
         "upper_fraction": result.upper_fraction,
         "lower_fraction": result.lower_fraction,
         "usable_solid_angle_sr": {
-            "mean": float(result.solid_angle_sr.mean()),
+            "mean": result.mean_solid_angle_sr,
             "largest": float(result.solid_angle_sr.max()),
             "largest_at_deg": [float(result.q1_deg[best[1]]), float(result.q2_deg[best[0]])],
         },
@@ -186,7 +187,8 @@ def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
         ]
     )
     pictures = [page.picture(folder / view["file"], _caption(view)) for view in views]
-    losses = [[FATE_NAMES[fate], f"{maps['share_of_image'][fate.name.lower()]:.1%}"] for fate in FATE_NAMES]
+    shares = {name: maps["share_of_image"][fate.name.lower()] for fate, name in FATE_NAMES.items()}
+    losses = [[name, f"{share:.1%}"] for name, share in shares.items() if share]
     parts = [
         [
             part["name"],
@@ -204,7 +206,10 @@ def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
         page.section(
             "Usable field of view and coverage",
             page.picture(folder / "coverage/usable_fov.png", f"{maps['poses']} poses over the joint ranges"),
-            page.picture(folder / "coverage/coverage.png", "All directions around the robot; red: edge of the gaze"),
+            page.picture(
+                folder / "coverage/coverage.png",
+                "All directions around the robot, equal areas equal; red: where the axis can point",
+            ),
             page.table(["Where the image goes, mean over all poses", "Share"], losses, numbers=[1]),
         ),
         page.section(

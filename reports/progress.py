@@ -33,15 +33,17 @@ class Stages:
     done: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @classmethod
-    def open(cls, folder: Path, rig: Rig, announce: Announce) -> Stages:
+    def open(cls, folder: Path, rig: Rig, announce: Announce, *, settings: str = "") -> Stages:
         """Take up work in a folder: new, empty, or one that this function opened before.
+
+        What was done for other settings is done anew.
 
         Raises
         ------
         FileExistsError
             When the folder holds something else.
         """
-        key = work_key(rig)
+        key = work_key(rig, settings)
         state = folder / STATE_FILE
         if folder.exists() and not state.is_file() and (not folder.is_dir() or any(folder.iterdir())):
             raise FileExistsError(f"{folder}: expected a new folder, an empty one or an earlier dossier")
@@ -76,9 +78,9 @@ def write_text(path: Path, text: str) -> None:
     partial.replace(path)
 
 
-def work_key(rig: Rig) -> str:
-    """Hash of the rig, of its hull file if it has one, and of the program itself."""
-    digest = hashlib.sha256(rig.model_dump_json().encode())
+def work_key(rig: Rig, settings: str = "") -> str:
+    """Hash of the rig, of its hull file if it has one, of the settings, and of the program itself."""
+    digest = hashlib.sha256((rig.model_dump_json() + settings).encode())
     if rig.hull is not None and rig.hull.shape == "file":
         digest.update(rig.hull.file.read_bytes())
     root = Path(__file__).parent.parent

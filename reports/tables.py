@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from optics.analysis import Coverage, Fate
-from optics.analysis.sphere import cell_centres
+from optics.analysis.blind import OUT_OF_REACH, BlindPatch, blind_causes
+from optics.analysis.convergence import Refinement
+from optics.analysis.sphere import cell_directions
 from optics.gaze import forward_gaze
 from optics.layout import Layout
 from reports.progress import write_text
@@ -34,14 +36,59 @@ def write_poses(coverage: Coverage, rig: Rig, path: Path) -> None:
 
 
 def write_sphere(coverage: Coverage, path: Path) -> None:
-    """One row per cell of the equal-area sphere: how many rays of all poses look into it."""
-    azimuths, elevations = cell_centres(coverage.sphere.shape[1], coverage.sphere.shape[0])
+    """One row per cell of the sphere: how many poses see it, how finely, and what makes it blind."""
+    x, y, z = cell_directions(coverage.nside).T
+    azimuth, elevation = np.degrees(np.arctan2(y, x)), np.degrees(np.arcsin(z))
+    causes = blind_causes(coverage)
     rows = (
-        [f"{azimuth:.4f}", f"{elevation:.4f}", str(count)]
-        for elevation, line in zip(np.degrees(elevations), coverage.sphere, strict=True)
-        for azimuth, count in zip(np.degrees(azimuths), line, strict=True)
+        [str(k), f"{azimuth[k]:.4f}", f"{elevation[k]:.4f}", str(poses), f"{resolution:.3f}", cause_name(cause)]
+        for k, (poses, resolution, cause) in enumerate(
+            zip(coverage.poses_seeing, coverage.pixels_per_degree, causes, strict=True)
+        )
     )
-    _write(path, ["azimuth_deg", "elevation_deg", "rays"], rows)
+    header = ["healpix_ring", "azimuth_deg", "elevation_deg", "poses", "pixels_per_degree", "blind_because_of"]
+    _write(path, header, rows)
+
+
+def write_blind(patches: Sequence[BlindPatch], path: Path) -> None:
+    """One row per blind patch, the largest first."""
+    header = ["azimuth_deg", "elevation_deg", "radius_deg", "solid_angle_sr", "blind_because_of", "share"]
+    rows = (
+        [
+            *(f"{value:.3f}" for value in (patch.azimuth_deg, patch.elevation_deg, patch.radius_deg)),
+            f"{patch.solid_angle_sr:.6f}",
+            cause_name(OUT_OF_REACH if patch.cause is None else patch.cause),
+            f"{patch.cause_share:.3f}",
+        ]
+        for patch in patches
+    )
+    _write(path, header, rows)
+
+
+def write_convergence(study: Sequence[Refinement], path: Path) -> None:
+    """One row per refinement and quantity: three values, observed order, estimate at a step of zero."""
+    header = ["halved", "quantity", "coarse", "middle", "fine", "order", "estimate"]
+    rows = (
+        [
+            refinement.name,
+            quantity,
+            *(f"{value:.8g}" for value in found.values),
+            *("" if value is None else f"{value:.6g}" for value in (found.order, found.estimate)),
+        ]
+        for refinement in study
+        for quantity, found in (
+            ("covered_fraction", refinement.covered_fraction),
+            ("mean_solid_angle_sr", refinement.mean_solid_angle_sr),
+        )
+    )
+    _write(path, header, rows)
+
+
+def cause_name(cause: int) -> str:
+    """Word of the tables for what makes a direction blind; empty where it is seen."""
+    if cause == OUT_OF_REACH:
+        return "reach"
+    return "" if cause == Fate.SEEN else Fate(cause).name.lower()
 
 
 def rig_facts(rig: Rig) -> list[tuple[str, str]]:

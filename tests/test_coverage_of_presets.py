@@ -7,6 +7,7 @@ import pytest
 
 from cad.meshes import rig_meshes
 from optics.analysis import Fate, coverage
+from optics.analysis.fate import BLOCKERS
 from optics.layout import Layout
 from optics.mesh import Role
 from rigs import Rig
@@ -26,13 +27,13 @@ def test_presets_see_most_of_the_sphere_past_their_mount(name: str) -> None:
     parts = rig_meshes(rig)
     q1 = np.radians(np.linspace(layout.pan.min_deg, layout.pan.max_deg, 32))
     q2 = np.radians(np.sort([0.0, 45.0, *np.linspace(layout.tilt.min_deg, layout.tilt.max_deg, 30)]))
-    bare, built = (coverage(rig, kept, q1=q1, q2=q2, sphere=(90, 46)) for kept in ([], parts))
+    bare, built = (coverage(rig, kept, q1=q1, q2=q2, nside=16) for kept in ([], parts))
     horizontal, zenith = (int(np.abs(np.degrees(q2) - angle).argmin()) for angle in (0.0, 45.0))
     middle = len(q1) // 2
     assert (built.pixels[..., Fate.SEEN] <= bare.pixels[..., Fate.SEEN]).all()
     assert built.solid_angle_sr[horizontal, middle] > 0.9 * bare.solid_angle_sr[horizontal, middle]
-    assert built.pixels[zenith, middle, Fate.FOLD_MIRROR] > 0
-    assert (built.sphere <= bare.sphere).all()
+    assert built.pixels[zenith, middle, Fate.MIRROR_PLATE] > 0
+    assert (built.poses_seeing <= bare.poses_seeing).all()
     assert 0.8 < built.covered_fraction < bare.covered_fraction
 
 
@@ -41,11 +42,17 @@ def test_each_part_takes_its_share() -> None:
     parts = rig_meshes(rig)
     grid = {"q1": np.radians(np.linspace(-77, 77, 16)), "q2": np.radians(np.linspace(-32, 122, 16))}
     lost = {}
-    for role, fate in ((Role.HULL, Fate.HULL), (Role.MOUNT, Fate.MOUNT), (Role.MIRROR, Fate.FOLD_MIRROR)):
+    for role, fates in (
+        (Role.HULL, [Fate.HULL]),
+        (Role.MOUNT, [Fate.FOLD_BRACKET, Fate.MOUNT]),
+        (Role.SERVO, [Fate.SERVO]),
+        (Role.MIRROR, [Fate.MIRROR_PLATE]),
+    ):
         alone = coverage(rig, [part for part in parts if part.role is role], **grid).pixels
-        assert alone[..., [Fate.HULL, Fate.MOUNT, Fate.FOLD_MIRROR]].sum() == alone[..., fate].sum()
+        assert alone[..., list(BLOCKERS)].sum() == alone[..., fates].sum()
+        fate = fates[0]
         lost[fate] = alone[..., fate].sum()
     together = coverage(rig, parts, **grid).pixels
     # The first part in the way takes the blame, so that together each takes at most what it takes alone.
     assert 0 < together[..., Fate.HULL].sum() <= lost[Fate.HULL]
-    assert 0 < together[..., Fate.FOLD_MIRROR].sum() <= lost[Fate.FOLD_MIRROR]
+    assert 0 < together[..., Fate.MIRROR_PLATE].sum() <= lost[Fate.MIRROR_PLATE]

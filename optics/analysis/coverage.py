@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.analysis.fate import Fate
+from optics.analysis.fate import Fate, by_fate, by_region
 from optics.analysis.poses import Progress, trace_poses
+from optics.analysis.sphere import cell_directions, check_nside
 from optics.analysis.usable_fov import check_counts, joint_values
 from optics.arrays import FloatArray
+from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import Rig
 
@@ -29,16 +31,28 @@ class Coverage:
         Number of cells of the image by their `Fate`.
     solid_angle_by_fate_sr : array, shape (n2, n1, len(Fate))
         Their solid angle in the water.
-    sphere : array, shape (rows, columns)
-        How many pairs of a pose and a cell of the image look into each cell of the sphere; `optics.analysis.sphere`
-        says where the cells are. All have the same solid angle.
+    solid_angle_by_region_sr : array, shape (n2, n1, len(Region), len(Fate))
+        The same by region of the image and what the region shows there: SEEN is open water, a part what it hides.
+    nside : int
+        Of the sphere of directions, whose cells `optics.analysis.sphere` numbers; all have the same solid angle.
+    poses_seeing : array, shape (cells,)
+        Number of poses that see each cell of the sphere: how long a search may dwell there.
+    rays : array, shape (len(Fate), cells)
+        Pairs of a pose and a cell of the image that M2 points at each cell of the sphere, by what they meet: open
+        water (SEEN) or a part.
+    pixels_per_degree : array, shape (cells,)
+        Best resolution at which a pose sees each cell; zero where none does.
     """
 
     q1_deg: FloatArray
     q2_deg: FloatArray
     pixels: NDArray[np.int64]
     solid_angle_by_fate_sr: FloatArray
-    sphere: NDArray[np.int64]
+    solid_angle_by_region_sr: FloatArray
+    nside: int
+    poses_seeing: NDArray[np.int64]
+    rays: NDArray[np.int64]
+    pixels_per_degree: FloatArray
 
     @property
     def solid_angle_sr(self) -> FloatArray:
@@ -46,9 +60,18 @@ class Coverage:
         return self.solid_angle_by_fate_sr[..., Fate.SEEN]
 
     @property
+    def mean_solid_angle_sr(self) -> float:
+        """Mean of the solid angle seen over both mirrors over the joint values' ranges, by the trapezoidal rule.
+
+        A plain mean over the grid would count the ends of the ranges twice.
+        """
+        weights = np.outer(_trapezoid(self.q2_deg), _trapezoid(self.q1_deg))
+        return float((weights * self.solid_angle_sr).sum())
+
+    @property
     def covered(self) -> NDArray[np.bool_]:
-        """Cells of the sphere that some pose shows, shape (rows, columns)."""
-        return self.sphere > 0
+        """Cells of the sphere that some pose shows, shape (cells,)."""
+        return self.poses_seeing > 0
 
     @property
     def covered_fraction(self) -> float:
@@ -63,12 +86,17 @@ class Coverage:
     @property
     def upper_fraction(self) -> float:
         """Share of the upper hemisphere that some pose shows."""
-        return float(self.covered[len(self.sphere) // 2 :].mean())
+        return self._covered_share(1)
 
     @property
     def lower_fraction(self) -> float:
         """Share of the lower hemisphere that some pose shows."""
-        return float(self.covered[: len(self.sphere) // 2].mean())
+        return self._covered_share(-1)
+
+    def _covered_share(self, side: int) -> float:
+        # The ring on the horizon belongs half to each hemisphere.
+        weights = np.heaviside(side * cell_directions(self.nside)[:, 2], 0.5)
+        return float((weights * self.covered).sum() / weights.sum())
 
 
 def coverage(
@@ -79,7 +107,7 @@ def coverage(
     q2: ArrayLike,
     columns: int = 64,
     rows: int = 48,
-    sphere: tuple[int, int] = (360, 180),
+    nside: int = 64,
     progress: Progress | None = None,
 ) -> Coverage:
     """Coverage of all pairs of the given joint values.
@@ -95,8 +123,8 @@ def coverage(
         Joint values, radians.
     columns, rows : int
         Cells into which the image is divided.
-    sphere : (int, int)
-        Columns (azimuth) and rows (sine of the elevation, even) of the sphere of directions.
+    nside : int
+        Fineness of the sphere of directions, a power of two: it has 12 nside^2 cells, at 64 of 0.92 degrees.
     progress : callable, optional
         Called with the number of poses done and their total.
 
@@ -110,21 +138,45 @@ def coverage(
     A cell of the sphere is covered when the centre of a cell of the image looks into it. Directions count as seen
     from far away: the centimetres between the poses' viewpoints are left out. The rule leaves false holes where rays
     are fewer than cells of the sphere, and counts cells at the rim as wholly covered. The defaults (cells of the image
-    and of the sphere both about 0.8 degrees wide) suit some 90 x 90 poses; with few poses take a coarser sphere or
-    more rays.
+    and of the sphere both about 0.9 degrees wide) suit some 90 x 90 poses; with few poses take a coarser sphere or
+    more rays. `optics.analysis.convergence` says how far a result is off.
     """
     q1, q2 = joint_values(rig, q1=q1, q2=q2)
-    check_counts(columns=columns, rows=rows, sphere_columns=sphere[0], sphere_rows=sphere[1])
-    if sphere[1] % 2:
-        raise ValueError(f"expected an even number of rows of the sphere, got {sphere[1]}")
+    check_counts(columns=columns, rows=rows)
+    check_nside(nside)
     grid1, grid2 = np.meshgrid(q1, q2)
     views = trace_poses(
-        rig, parts, q1=grid1.ravel(), q2=grid2.ravel(), columns=columns, rows=rows, sphere=sphere, progress=progress
+        rig, parts, q1=grid1.ravel(), q2=grid2.ravel(), columns=columns, rows=rows, nside=nside, progress=progress
     )
+    by_region_sr = by_region(views.solid_angle_sr)
     return Coverage(
         q1_deg=np.degrees(q1),
         q2_deg=np.degrees(q2),
-        pixels=views.pixels.reshape(*grid1.shape, len(Fate)),
-        solid_angle_by_fate_sr=views.solid_angle_sr.reshape(*grid1.shape, len(Fate)),
-        sphere=views.sphere,
+        pixels=by_fate(views.pixels).reshape(*grid1.shape, -1),
+        solid_angle_by_fate_sr=by_fate(views.solid_angle_sr).reshape(*grid1.shape, -1),
+        solid_angle_by_region_sr=by_region_sr.reshape(*grid1.shape, *by_region_sr.shape[1:]),
+        nside=nside,
+        poses_seeing=views.poses_seeing,
+        rays=views.rays,
+        pixels_per_degree=views.pixels_per_degree,
     )
+
+
+def joint_grid(rig: Rig, step_deg: float) -> tuple[FloatArray, FloatArray]:
+    """Values of both joints from limit to limit, radians, in equal steps of at most `step_deg`."""
+    if not 0 < step_deg < np.inf:
+        raise ValueError(f"expected a step of the joints > 0 degrees, got {step_deg:g}")
+    layout = Layout.from_rig(rig)
+    q1, q2 = (
+        # A range of whole steps must not gain one by rounding.
+        np.radians(np.linspace(j.min_deg, j.max_deg, int(np.ceil((j.max_deg - j.min_deg) / step_deg - 1e-9)) + 1))
+        for j in (layout.pan, layout.tilt)
+    )
+    return q1, q2
+
+
+def _trapezoid(values: FloatArray) -> FloatArray:
+    """Weights of the trapezoidal rule over sorted values, with the sum 1; of a single value its own."""
+    if len(values) == 1 or np.ptp(values) == 0:
+        return np.full(len(values), 1 / len(values))
+    return np.asarray(np.abs(np.gradient(values) * np.r_[0.5, np.ones(len(values) - 2), 0.5]) / np.ptp(values))

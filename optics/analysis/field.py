@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.analysis.fate import Fate, fate_of_role_table, fates_of_status
+from optics.analysis.fate import Fate, fates_at_parts, fates_of_status
 from optics.arrays import FloatArray, to_columns
 from optics.backend import Array3f64, Bool, Float64
 from optics.camera import Camera
 from optics.layout import Layout
 from optics.occlusion import Occluder, first_hit
 from optics.port import NoPort, Port
+from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 
 SKIN_M = 1e-4
@@ -28,34 +29,49 @@ a mirror at up to 89.9 degrees from its normal does not hit that mirror's own pl
 
 @dataclass(frozen=True, kw_only=True)
 class FoldedField:
-    """Rays behind M1, in the body frame, and what became of the others.
+    """Rays of the image's cells as far as they are the same at all poses, in the body frame.
 
     Attributes
     ----------
     solid_angle_sr : array, shape (n,)
         Of every cell of the image in the water.
     fate : array, shape (n,)
-        `Fate` of every cell up to M1; SEEN where the ray goes on from there.
-    port_m : array, shape (k, 3)
-        Points on the port's outer face at which the rays that go on began, in the order of the cells.
-    origin_m, direction : arrays, shape (k, 3)
-        Those rays behind M1: points on M1, unit vectors.
+        `Fate` of every cell by port and M1 alone: SEEN where M1 sends its ray on, MISSED_M1 for the direct view.
     cell : array, shape (k,)
-        Their cells.
-    blocked_at_m : array, shape (k,)
-        Distance along such a ray at which a fixed part stops it; infinite where none does.
-    blocked_by : array, shape (k,)
-        `Fate` of a ray that is stopped there.
+        Cells whose rays leave the port; the arrays below follow their order.
+    folded : array, shape (k,)
+        Whether the ray meets M1's face; else it belongs to the direct view.
+    port_m, port_direction : arrays, shape (k, 3)
+        Points on the port's outer face, unit vectors.
+    length_m : array, shape (k,)
+        From there to M1; infinite in the direct view.
+    origin_m, direction : arrays, shape (k, 3)
+        Rays behind M1: points on M1, unit vectors. Those at the port in the direct view.
+    before : Stops
+        What of the fixed parts stops the rays between port and M1, or in the direct view anywhere.
+    behind : Stops
+        What of the fixed parts stops the rays behind M1, were there no M2.
     """
 
     solid_angle_sr: FloatArray
     fate: NDArray[np.int32]
+    cell: NDArray[np.int64]
+    folded: NDArray[np.bool_]
     port_m: FloatArray
+    port_direction: FloatArray
+    length_m: FloatArray
     origin_m: FloatArray
     direction: FloatArray
-    cell: NDArray[np.int64]
-    blocked_at_m: FloatArray
-    blocked_by: NDArray[np.uint32]
+    before: Stops
+    behind: Stops
+
+
+@dataclass(frozen=True)
+class Stops:
+    """Where rays are stopped, metres along them (infinite: nowhere), and the `Fate` of those that are; shape (k,)."""
+
+    distance_m: FloatArray
+    fate: NDArray[np.uint32]
 
 
 def pixel_solid_angles(camera: Camera, port: Port, columns: int | None = None, rows: int | None = None) -> FloatArray:
@@ -82,9 +98,23 @@ def pixel_solid_angles(camera: Camera, port: Port, columns: int | None = None, r
     v = np.linspace(-0.5, camera.height_px - 0.5, rows + 1)
     corners = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
     rays = OpticalTrain(camera=camera, port=_without_rim(port)).trace(corners)
-    directions = np.where((rays.status == 0)[:, np.newaxis], rays.direction, np.nan).reshape(rows + 1, columns + 1, 3)
+    directions = np.where((rays.status == Status.OK)[:, np.newaxis], rays.direction, np.nan).reshape(
+        rows + 1, columns + 1, 3
+    )
     a, b, c, d = directions[:-1, :-1], directions[:-1, 1:], directions[1:, 1:], directions[1:, :-1]
     return np.nan_to_num(_triangle(a, b, c) + _triangle(a, c, d)).ravel()
+
+
+def pixels_per_degree(camera: Camera, port: Port, columns: int | None = None, rows: int | None = None) -> FloatArray:
+    """Resolution in the water of the cells of an image: the root of the pixels per solid angle, along a degree.
+
+    Flat mirrors keep it. Shape (rows * columns,); zero where a cell has no direction in the water.
+    """
+    columns, rows = columns or camera.width_px, rows or camera.height_px
+    solid_angle = pixel_solid_angles(camera, port, columns, rows)
+    pixels = camera.width_px / columns * camera.height_px / rows
+    per_steradian = np.divide(pixels, solid_angle, out=np.zeros_like(solid_angle), where=solid_angle > 0)
+    return np.asarray(np.sqrt(per_steradian) * np.pi / 180)
 
 
 def folded_field(train: OpticalTrain, layout: Layout, fixed: Occluder, columns: int, rows: int) -> FoldedField:
@@ -101,27 +131,30 @@ def folded_field(train: OpticalTrain, layout: Layout, fixed: Occluder, columns: 
         Cells of the image.
     """
     pixels = pixel_grid(train.camera, columns, rows)
-    behind_port = dataclasses.replace(train, mirrors=()).trace(pixels)
-    behind_m1 = dataclasses.replace(train, mirrors=train.mirrors[:1]).trace(pixels)
-    fate = fates_of_status(behind_m1.status)
-    reached = np.flatnonzero(fate == Fate.SEEN)
-    start, end = (layout.body_from_camera.apply(rays.origin_m[reached]) for rays in (behind_port, behind_m1))
-    towards = layout.body_from_camera.rotation.apply(behind_port.direction[reached])
-    distance, blocker = _blocked_by(fixed, start, towards, np.linalg.norm(end - start, axis=1))
-    fate[reached] = np.where(np.isfinite(distance), blocker, fate[reached])
-    going_on = np.isinf(distance)
-    origin = end[going_on]
-    direction = layout.body_from_camera.rotation.apply(behind_m1.direction[reached[going_on]])
-    blocked_at, blocked_by = _blocked_by(fixed, origin, direction, np.full(len(origin), np.inf))
+    at_port = dataclasses.replace(train, mirrors=()).trace(pixels)
+    at_m1 = dataclasses.replace(train, mirrors=train.mirrors[:1]).trace(pixels)
+    fate = fates_of_status(at_m1.status)
+    cell = np.flatnonzero(at_port.status == Status.OK)
+    turn = layout.body_from_camera.rotation
+    port_m, origin_m = (layout.body_from_camera.apply(rays.origin_m[cell]) for rays in (at_port, at_m1))
+    port_direction, direction = (turn.apply(rays.direction[cell]) for rays in (at_port, at_m1))
+    folded = fate[cell] == Fate.SEEN
+    length = np.where(folded, np.linalg.norm(origin_m - port_m, axis=1), np.inf)
+    before = _stops(fixed, port_m, port_direction, length)
+    back = fate[cell] == Fate.BACK_OF_MIRROR
+    before.distance_m[back], before.fate[back] = 0.0, Fate.BACK_OF_MIRROR
     return FoldedField(
         solid_angle_sr=pixel_solid_angles(train.camera, train.port, columns, rows),
         fate=fate,
-        port_m=start[going_on],
-        origin_m=origin,
+        cell=cell,
+        folded=folded,
+        port_m=port_m,
+        port_direction=port_direction,
+        length_m=length,
+        origin_m=origin_m,
         direction=direction,
-        cell=reached[going_on],
-        blocked_at_m=blocked_at,
-        blocked_by=blocked_by,
+        before=before,
+        behind=_stops(fixed, origin_m, direction, np.full(len(cell), np.inf)),
     )
 
 
@@ -136,15 +169,14 @@ def _triangle(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return np.asarray(2 * np.arctan2(volume, below))
 
 
-def _blocked_by(
-    fixed: Occluder, origin_m: FloatArray, direction: FloatArray, length_m: FloatArray
-) -> tuple[FloatArray, NDArray[np.uint32]]:
-    """Distance at which a fixed part stops rays between two surfaces, infinite where none does, and their fate."""
+def _stops(fixed: Occluder, origin_m: FloatArray, direction: FloatArray, length_m: FloatArray) -> Stops:
+    """What of the fixed parts stops rays between two surfaces."""
     if len(origin_m) == 0:
-        return np.empty(0), np.empty(0, dtype=np.uint32)
+        return Stops(np.empty(0), np.empty(0, dtype=np.uint32))
     along = Array3f64(*to_columns(direction))
     start = Array3f64(*to_columns(origin_m)) + along * SKIN_M
     hit = first_hit(fixed.parameters(), start, along, Float64(length_m) - 2 * SKIN_M, Bool(True))
     distance = np.broadcast_to(np.array(hit.distance, dtype=np.float64), len(origin_m)) + SKIN_M
-    role = np.broadcast_to(np.array(hit.role), len(origin_m))
-    return distance, fate_of_role_table()[role]
+    part = np.broadcast_to(np.array(hit.part), len(origin_m))
+    stopped = np.isfinite(distance)
+    return Stops(distance, np.where(stopped, fates_at_parts(fixed.parts)[part], Fate.SEEN).astype(np.uint32))

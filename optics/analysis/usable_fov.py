@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.analysis.fate import Fate
+from optics.analysis.fate import Fate, by_fate, by_region
 from optics.analysis.poses import trace_poses
 from optics.arrays import FloatArray
 from optics.layout import Layout
@@ -28,12 +28,15 @@ class UsableFov:
         Number of cells of the image by their `Fate`.
     solid_angle_by_fate_sr : array, shape (n, len(Fate))
         Their solid angle in the water.
+    solid_angle_by_region_sr : array, shape (n, len(Region), len(Fate))
+        The same by region of the image and what the region shows there: SEEN is open water, a part what it hides.
     """
 
     q1_deg: FloatArray
     q2_deg: FloatArray
     pixels: NDArray[np.int64]
     solid_angle_by_fate_sr: FloatArray
+    solid_angle_by_region_sr: FloatArray
 
     @property
     def solid_angle_sr(self) -> FloatArray:
@@ -72,12 +75,13 @@ def usable_fov(
     if q1.shape != q2.shape:
         raise ValueError(f"expected as many q1 as q2, got {q1.size} and {q2.size}")
     check_counts(columns=columns, rows=rows)
-    views = trace_poses(rig, parts, q1=q1, q2=q2, columns=columns, rows=rows, sphere=(1, 1))
+    views = trace_poses(rig, parts, q1=q1, q2=q2, columns=columns, rows=rows, nside=1)
     return UsableFov(
         q1_deg=np.degrees(q1),
         q2_deg=np.degrees(q2),
-        pixels=views.pixels,
-        solid_angle_by_fate_sr=views.solid_angle_sr,
+        pixels=by_fate(views.pixels),
+        solid_angle_by_fate_sr=by_fate(views.solid_angle_sr),
+        solid_angle_by_region_sr=by_region(views.solid_angle_sr),
     )
 
 

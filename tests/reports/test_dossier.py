@@ -4,6 +4,7 @@ import csv
 import json
 import re
 
+import numpy as np
 import pytest
 
 from optics.analysis import Fate
@@ -52,12 +53,13 @@ def test_summary_agrees_with_the_tables(made):
     folder = made[0]
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["coverage"]
     sphere = rows_of(folder / "coverage/sphere.csv")
-    covered = sum(row["rays"] != "0" for row in sphere) / len(sphere)
+    covered = sum(row["poses"] != "0" for row in sphere) / len(sphere)
     assert covered == pytest.approx(summary["covered_fraction"], abs=1e-12)
     poses = rows_of(folder / "coverage/poses.csv")
     assert len(poses) == summary["poses"] == dossier.GRID_POSES**2
-    usable = [float(row["usable_solid_angle_sr"]) for row in poses]
-    assert sum(usable) / len(usable) == pytest.approx(summary["usable_solid_angle_sr"]["mean"], rel=1e-5)
+    usable = np.reshape([float(row["usable_solid_angle_sr"]) for row in poses], (dossier.GRID_POSES, -1))
+    mean = np.trapezoid(np.trapezoid(usable, axis=1)) / (dossier.GRID_POSES - 1) ** 2
+    assert mean == pytest.approx(summary["usable_solid_angle_sr"]["mean"], rel=1e-5)
     cells = dossier.IMAGE_CELLS[0] * dossier.IMAGE_CELLS[1]
     names = [f"{fate.name.lower()}_cells" for fate in Fate]
     assert all(sum(int(row[name]) for name in names) == cells for row in poses[::97])

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from plain_boxes import box_part, slab_distance
 
 from optics.analysis import Fate, usable_fov
-from optics.analysis.fate import FATE_OF_ROLE, fates_of_status
+from optics.analysis.fate import BLOCKERS, fate_at_part, fates_of_status
 from optics.analysis.field import pixel_solid_angles
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
-from optics.status import Status
+from optics.status import Region, Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 
@@ -48,8 +48,8 @@ def plain_fates(rig: Rig, parts: list[PartMesh], q1: float, q2: float) -> NDArra
         Group.PAN: layout.body_from_pan(q1),
         Group.TILT: layout.body_from_m2(q1, q2),
     }
-    # How far a ray got before it was lost: a ray that misses M2 is not followed beyond M1.
-    stages = np.select([fates == Fate.SEEN, fates == Fate.MISSED_M1, fates == Fate.PORT], [3, 0, 0], 1)
+    # What misses a mirror is lost to its edge, whatever it meets.
+    both = fates == Fate.SEEN
     for stage in (2, 1, 0):
         length = np.linalg.norm(points[stage + 1] - points[stage], axis=1) if stage < 2 else np.full(len(fates), np.inf)
         hits = np.stack(
@@ -62,8 +62,8 @@ def plain_fates(rig: Rig, parts: list[PartMesh], q1: float, q2: float) -> NDArra
                 for part in parts
             ]
         )
-        blocked = (hits.min(axis=0) < length) & (stages > stage)
-        blockers = np.array([FATE_OF_ROLE[part.role] for part in parts])[hits.argmin(axis=0)]
+        blocked = (hits.min(axis=0) < length) & both
+        blockers = np.array([fate_at_part(part) for part in parts])[hits.argmin(axis=0)]
         fates = np.where(blocked, blockers, fates).astype(np.int32)
     return fates
 
@@ -86,7 +86,7 @@ NOWHERE = box_part([50, 50, 50], [51, 51, 51], group=Group.FIXED, role=Role.HULL
 def test_bare_mirrors_agree_with_the_trace_of_each_pose(rig: Rig) -> None:
     pixels = assert_same_views(rig, [])
     assert (pixels[0, [Fate.SEEN, Fate.MISSED_M2]] > 0).all()
-    assert pixels[:, [Fate.HULL, Fate.MOUNT, Fate.FOLD_MIRROR]].sum() == 0
+    assert pixels[:, list(BLOCKERS)].sum() == 0
 
 
 @pytest.mark.parametrize("group", list(Group))
@@ -106,7 +106,7 @@ def test_boxes_of_each_group_block_what_their_slabs_do(rig: Rig, group: Group, r
             low += 0.1 * np.sign(low)
         parts.append(box_part(low, low + size, group=group, role=role, name=f"box {k}"))
     pixels = assert_same_views(rig, parts)
-    assert 0 < pixels[:, FATE_OF_ROLE[role]].sum() < 0.9 * pixels[:, :6].sum()
+    assert 0 < pixels[:, fate_at_part(parts[0])].sum() < 0.9 * pixels[:, : Fate.HULL].sum()
 
 
 @pytest.mark.parametrize(("servo_m", "hull_m"), [(0.2, 0.3), (0.3, 0.2)])
@@ -123,7 +123,7 @@ def test_each_loss_goes_to_the_first_part_in_the_way(rig: Rig, servo_m: float, h
         box_part([-0.01, -0.01, 0.02], [0.01, 0.01, 0.03], group=Group.TILT, role=Role.MIRROR),
     ]
     pixels = assert_same_views(rig, parts)
-    assert (pixels[0, [Fate.HULL, Fate.MOUNT, Fate.FOLD_MIRROR]] > 0).all()
+    assert (pixels[0, [Fate.HULL, Fate.SERVO, Fate.MIRROR_PLATE]] > 0).all()
 
 
 @pytest.mark.parametrize("group", [Group.FIXED, Group.PAN])
@@ -136,6 +136,105 @@ def test_what_stands_between_port_and_fold_mirror_blocks(rig: Rig, group: Group)
     half = np.array([0.002, 0.004, 0.004])
     pixels = assert_same_views(rig, [box_part(middle - half, middle + half, group=group, role=Role.MOUNT)])
     assert pixels[0, Fate.MOUNT] > 0
+
+
+def plain_regions(rig: Rig, part: PartMesh, q1: float, q2: float) -> NDArray[np.int64]:
+    """Cells by `Region` and whether a fixed box hides what they show, shape (4, 2), each piece of way tried alone."""
+    layout = Layout.from_rig(rig)
+    train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
+    pixels = pixel_grid(train.camera, 64, 48)
+    whole = train.trace(pixels)
+    hidden = np.zeros(len(pixels), dtype=bool)
+    for count, last_way in enumerate((Region.DIRECT, Region.FOLD, Region.GAZE)):
+        rays, onwards = (
+            dataclasses.replace(train, mirrors=train.mirrors[:k]).trace(pixels) for k in (count, count + 1)
+        )
+        start = layout.body_from_camera.apply(rays.origin_m)
+        direction = layout.body_from_camera.rotation.apply(rays.direction)
+        length = np.linalg.norm(onwards.origin_m - rays.origin_m, axis=1) if count < 2 else np.inf
+        length = np.where(whole.region == last_way, np.inf, length)
+        hidden |= (whole.region >= last_way) & (slab_distance(part, start, direction) < length)
+    table = np.zeros((len(Region), 2), dtype=np.int64)
+    np.add.at(table, (whole.region, hidden.astype(int)), 1)
+    return table
+
+
+@pytest.mark.parametrize("size", [0.02, 0.1])
+@pytest.mark.parametrize("offset", [(0.05, 0.0, -0.3), (0.3, 0.05, 0.0), (0.25, 0.0, -0.1)])
+def test_each_region_shows_what_stands_before_it(rig: Rig, offset: tuple[float, float, float], size: float) -> None:
+    """Boxes ahead (direct view), below (fold view) and in the gaze's way, against slabs in NumPy and float64."""
+    layout = Layout.from_rig(rig)
+    middle = layout.body_from_m1.translation + np.array(offset)
+    box = box_part(middle - size, middle + size, group=Group.FIXED, role=Role.HULL)
+    fov = usable_fov(rig, [box], q1=Q1, q2=Q2)
+    solid_angle = pixel_solid_angles(
+        *(getattr(OpticalTrain.from_rig(rig), name) for name in ("camera", "port")), 64, 48
+    )
+    bare = usable_fov(rig, [], q1=Q1, q2=Q2)
+    np.testing.assert_allclose(fov.solid_angle_by_region_sr.sum(axis=-1), bare.solid_angle_by_region_sr.sum(axis=-1))
+    for k, (q1, q2) in enumerate(zip(Q1, Q2, strict=True)):
+        expected = plain_regions(rig, box, q1, q2)
+        shown = fov.solid_angle_by_region_sr[k]
+        for region in (Region.DIRECT, Region.FOLD, Region.GAZE):
+            # Cells differ by tens of per cent in solid angle: compare what no other number of cells could give.
+            assert (shown[region, Fate.HULL] == 0) == (expected[region, 1] == 0)
+            assert shown[region, Fate.HULL] <= expected[region, 1] * solid_angle.max() * (1 + ROUNDING_SR)
+            assert shown[region, Fate.HULL] >= expected[region, 1] * solid_angle.min() * (1 - ROUNDING_SR)
+            assert shown[region, Fate.SEEN] <= expected[region, 0] * solid_angle.max() * (1 + ROUNDING_SR)
+
+
+def test_every_region_loses_everything_to_an_opaque_world(rig: Rig) -> None:
+    around = box_part([-50, -50, -50], [50, 50, 50], group=Group.FIXED, role=Role.SERVO)
+    bare, hidden = (usable_fov(rig, parts, q1=Q1, q2=Q2) for parts in ([], [around]))
+    for region in (Region.DIRECT, Region.FOLD, Region.GAZE):
+        shown = hidden.solid_angle_by_region_sr[:, region]
+        np.testing.assert_allclose(shown[:, Fate.SERVO], bare.solid_angle_by_region_sr[:, region, Fate.SEEN])
+        assert (shown[:, Fate.SEEN] == 0).all()
+    # What misses the mirrors is lost to their edges all the same.
+    np.testing.assert_array_equal(hidden.pixels[:, Fate.MISSED_M2], bare.pixels[:, Fate.MISSED_M2])
+    np.testing.assert_array_equal(hidden.pixels[:, Fate.SERVO], bare.pixels[:, Fate.SEEN])
+
+
+def test_a_mast_on_the_yoke_stands_in_the_direct_view(rig: Rig) -> None:
+    """A moving part far out: the direct view, the same at all poses without it, follows the pan."""
+    mast = box_part([0.28, -0.02, 0.0], [0.32, 0.02, 0.5], group=Group.PAN, role=Role.MOUNT)
+    fov = usable_fov(rig, [mast], q1=np.radians([0.0, 5.0, 40.0]), q2=[0.0, 0.0, 0.0])
+    hidden = fov.solid_angle_by_region_sr[:, Region.DIRECT, Fate.MOUNT]
+    assert fov.solid_angle_by_region_sr[:, [Region.FOLD, Region.GAZE], Fate.MOUNT].shape == (3, 2)
+    assert hidden[0] != hidden[2]
+    assert hidden.max() > 0
+    total = fov.solid_angle_by_region_sr[:, Region.DIRECT].sum(axis=-1)
+    np.testing.assert_allclose(total, total[0])
+
+
+def test_parts_are_told_apart(rig: Rig) -> None:
+    wall = {"low": [5.0, -50.0, -50.0], "high": [6.0, 50.0, 50.0], "group": Group.FIXED}
+    for name, role, fate in [
+        ("fold_bracket", Role.MOUNT, Fate.FOLD_BRACKET),
+        ("yoke", Role.MOUNT, Fate.MOUNT),
+        ("pan_servo", Role.SERVO, Fate.SERVO),
+        ("hull", Role.HULL, Fate.HULL),
+        ("fold_mirror", Role.MIRROR, Fate.MIRROR_PLATE),
+    ]:
+        part = box_part(wall["low"], wall["high"], group=Group.FIXED, role=role, name=name)
+        pixels = usable_fov(rig, [part], q1=[0.0], q2=[0.0]).pixels[0]
+        assert pixels[fate] > 0
+        assert pixels[fate] == pixels[list(BLOCKERS)].sum()
+
+
+def test_the_housing_is_told_apart() -> None:
+    """The port's rim takes what passes a small window; total reflection has a column of its own."""
+    rig = Rig.load("aqua2")
+    small = rig.model_copy(update={"port": rig.port.model_copy(update={"aperture_diameter_mm": 12.0})})
+    pixels = usable_fov(small, [], q1=[0.0], q2=[0.0]).pixels[0]
+    train = OpticalTrain.from_rig(small)
+    status = train.trace(pixel_grid(train.camera, 64, 48)).status
+    assert pixels[Fate.PORT_RIM] == (status == Status.MISSED_PORT).sum() > 0
+    assert pixels[Fate.TOTAL_REFLECTION] == pixels[Fate.OUTSIDE_CAMERA_MODEL] == 0
+    assert fates_of_status(np.array([Status.TOTAL_REFLECTION, Status.OUTSIDE_CAMERA_MODEL])).tolist() == [
+        Fate.TOTAL_REFLECTION,
+        Fate.OUTSIDE_CAMERA_MODEL,
+    ]
 
 
 def mirror_plate(rig: Rig, group: Group) -> PartMesh:
@@ -171,7 +270,7 @@ def test_gaze_straight_up_meets_the_fold_mirror(rig: Rig) -> None:
     crossing = start - direction * (start[:, 2] / direction[:, 2])[:, np.newaxis]
     half = np.array([rig.fold_mirror.width_mm, rig.fold_mirror.height_mm]) / 2000
     on_m1 = (np.abs(crossing[:, :2]) <= half).all(axis=1) & (rays.status == Status.OK)
-    assert 0 < on_m1.sum() == fov.pixels[0, Fate.FOLD_MIRROR]
+    assert 0 < on_m1.sum() == fov.pixels[0, Fate.MIRROR_PLATE]
     assert fov.pixels[0, Fate.SEEN] == bare.pixels[0, Fate.SEEN] - on_m1.sum()
 
 

@@ -1,0 +1,58 @@
+"""What a rig sees of the sphere around the robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mirrorgaze.output import JsonOption, RigArgument, print_json, print_table
+
+
+def coverage(
+    rig: RigArgument,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder; out/RIG-coverage by default.")
+    ] = None,
+    step_deg: Annotated[
+        float, typer.Option(metavar="DEG", help="Largest step of both joints over their ranges, 0.25 to 90.")
+    ] = 1.0,
+    json: JsonOption = False,
+) -> None:
+    """Report what a rig covers: usable field of view, blind directions, resolution.
+
+    Writes a page that opens from disk (coverage.html), its figures, tables (CSV) and numbers (JSON). An interrupted
+    run goes on where it stopped.
+
+    \b
+    Example:
+      mirrorgaze coverage aqua2 -o out/aqua2-coverage --step-deg 2
+    """
+    import json as json_format
+
+    from mirrorgaze.loading import load_usable_rig
+    from reports.coverage_report import coverage_report
+
+    loaded = load_usable_rig(rig)
+    folder = output or Path("out") / f"{loaded.name}-coverage"
+    report = coverage_report(loaded, folder, step_deg=step_deg, announce=lambda line: typer.echo(line, err=True))
+    results = json_format.loads((folder / "coverage.json").read_text(encoding="utf-8"))
+    if json:
+        print_json(results)
+        return
+    maps = results["coverage"]
+    usable, poses = maps["usable_solid_angle_sr"], maps["poses_seeing_a_direction"]
+    covered, rim = maps["covered_fraction"], maps["rim_fraction"]
+    typer.echo(str(report))
+    print_table(
+        [
+            (
+                "  covered",
+                f"{covered:.1%} of all directions in {maps['poses']} poses, {covered - rim:.1%} without the rim",
+            ),
+            ("  usable", f"{1000 * usable['mean']:.1f} msr mean, {1000 * usable['largest']:.1f} msr at most"),
+            ("  redundancy", f"{poses['median']:.0f} poses see a direction (median)"),
+            ("  blind", f"{len(maps['blind_patches'])} patches"),
+        ]
+    )
