@@ -96,12 +96,22 @@ def _where_lines_meet(normals: FloatArray, limits: FloatArray) -> FloatArray:
 
 def _hull_of_discs(points_m: FloatArray, growth_m: FloatArray) -> FloatArray:
     """Convex hull of discs, each replaced by the polygon around it."""
+    points_m, growth_m = _near_the_rim(points_m, growth_m)
     if not growth_m.any():
         return _without_straight_corners(_hull(points_m))
     angles = 2 * np.pi * np.arange(ROUNDED_CORNERS) / ROUNDED_CORNERS
     rim = np.stack([np.cos(angles), np.sin(angles)], axis=1) / np.cos(np.pi / ROUNDED_CORNERS)
     shifted = [_hull(points_m + growth_m[:, np.newaxis] * corner) for corner in rim]
     return _without_straight_corners(_hull(np.concatenate(shifted)))
+
+
+def _near_the_rim(points_m: FloatArray, growth_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Leave out discs inside the polygon of the furthest points in a few directions (Akl & Toussaint 1978)."""
+    angles = 2 * np.pi * np.arange(ROUNDED_CORNERS) / ROUNDED_CORNERS
+    furthest = (points_m @ np.stack([np.cos(angles), np.sin(angles)])).argmax(axis=0)
+    edges = ConvexHull(points_m[furthest]).equations
+    beyond = (points_m @ edges[:, :2].T + edges[:, 2]).max(axis=1) + growth_m >= -STRAIGHT_M
+    return points_m[beyond], growth_m[beyond]
 
 
 def _hull(points_m: FloatArray) -> FloatArray:

@@ -165,16 +165,28 @@ def test_a_view_wider_than_45_degrees_never_meets_m1():
     assert sizing.second_range is None
 
 
+def test_mirrors_without_room_to_turn_are_named():
+    near = AQUA2.model_copy(update={"gaze_mirror": AQUA2.gaze_mirror.model_copy(update={"distance_mm": 70.0})})
+    sizing = binding_of(near)
+    assert names(sizing) == {"clearance"}
+    assert "expected room to turn: the sphere of" in sizing.bindings[0].message
+
+
 def test_what_would_fit_fits_and_a_little_more_does_not():
-    sizing = binding_of(window=image_part(0.3))
-    assert "clearance" in names(sizing)
-    assert any("expected room to turn" in binding.message for binding in sizing.bindings)
-    window = image_part(0.3)
-    assert binding_of(window=window.scaled(0.99 * sizing.window_factor)).bindings == ()
-    assert binding_of(window=window.scaled(sizing.window_factor + 0.02)).bindings != ()
-    low, high = sizing.second_range
-    assert binding_of(window=window, gaze=RANGE.with_second((low, high))).bindings == ()
-    assert np.radians(-30) < low < high <= np.radians(45)
+    """A bed of 120 x 160 mm, where M2, far below the hull, has to be longer."""
+    mount = AQUA2.mount.model_copy(update={"printer_bed_mm": (60.0, 120.0, 160.0)})
+    m2 = AQUA2.gaze_mirror.model_copy(update={"distance_mm": 200.0})
+    rig = AQUA2.model_copy(update={"mount": mount, "gaze_mirror": m2})
+    sizing = binding_of(rig)
+    assert names(sizing) == {"printer bed"}
+    window, (low, high) = image_part(0.2), sizing.second_range
+    # Bisected to 1 / 256; the range to one of 40 steps.
+    step = np.radians(75 / 40)
+    assert binding_of(rig, window.scaled(0.99 * sizing.window_factor)).bindings == ()
+    assert binding_of(rig, window.scaled(sizing.window_factor + 1 / 128)).bindings != ()
+    assert binding_of(rig, gaze=RANGE.with_second((low, high))).bindings == ()
+    assert np.radians(-30) < low and high == pytest.approx(np.radians(45))
+    assert binding_of(rig, gaze=RANGE.with_second((low - 1.01 * step, high))).bindings != ()
 
 
 def test_joints_that_do_not_reach_are_named_with_their_share():
