@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.arrays import FloatArray
@@ -79,8 +79,8 @@ def inverse_gaze(layout: Layout, azimuth: float, elevation: float) -> FloatArray
     -------
     q : array, shape (k, 2)
         (q1, q2), radians, sorted; empty where the joints do not reach. There are two ways to look anywhere, over the
-        front and over the zenith, each up to whole turns. At the zenith and the nadir of the gimbal every pan angle
-        would do; those along azimuth zero and pi are returned.
+        front and over the zenith, each up to whole turns; half a turn of tilt more would show the mirror's back. At the
+        zenith and the nadir of the gimbal every pan angle would do; those along azimuth zero and pi are returned.
     """
     if not (np.isfinite(azimuth) and np.isfinite(elevation)):
         raise ValueError(f"expected finite azimuth and elevation, got {azimuth} and {elevation}")
@@ -91,9 +91,15 @@ def inverse_gaze(layout: Layout, azimuth: float, elevation: float) -> FloatArray
         (q1, q2)
         for pan, twice_tilt in ((theta, phi), (theta + np.pi, np.pi - phi))
         for q1 in _within_limits(layout.pan, pan, period=2 * np.pi)
-        for q2 in _within_limits(layout.tilt, twice_tilt / 2, period=np.pi)
+        for q2 in _within_limits(layout.tilt, twice_tilt / 2, period=2 * np.pi)
     ]
     return np.array(sorted(found), dtype=np.float64).reshape(-1, 2)
+
+
+def faces_light(layout: Layout, q2: ArrayLike) -> NDArray[np.bool_]:
+    """Whether M2 turns its face, not its back or its edge, to the folded axis at tilt joint values `q2`, radians."""
+    tilt = layout.tilt.sign * np.asarray(q2, dtype=np.float64) + np.radians(layout.tilt.offset_deg)
+    return np.asarray(np.sin(FACE_ELEVATION_AT_ZERO + tilt) > 0)
 
 
 def virtual_camera(layout: Layout, q1: float, q2: float) -> RigidTransform:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from optics.gaze import forward_gaze, virtual_centre
+from optics.gaze import faces_light, forward_gaze, virtual_centre
 from optics.gaze_jacobian import NO_AZIMUTH, angle_jacobian, manipulability
 from optics.gaze_motion import JointSpeeds, gaze_speed, joint_solutions, move_time, nearest_solution
 from optics.layout import Layout
@@ -20,7 +20,7 @@ def gaze_at(rig: Rig, *, q1_deg: float, q2_deg: float, start_deg: tuple[float, f
     """Gaze of joint values within the limits, its Jacobian, and the time to get there from `start_deg`.
 
     `jacobian` is d(azimuth, elevation)/d(q1, q2), None where there is no azimuth; `condition` that of the direction's
-    Jacobian, None where pan does not turn the gaze.
+    Jacobian, None where pan does not turn the gaze; `faces_light` whether M2 does not show its back.
     """
     layout, speeds = Layout.from_rig(rig), JointSpeeds.from_rig(rig)
     q = np.radians([q1_deg, q2_deg])
@@ -34,6 +34,7 @@ def gaze_at(rig: Rig, *, q1_deg: float, q2_deg: float, start_deg: tuple[float, f
         "azimuth_deg": float(np.degrees(seen.azimuth)),
         "elevation_deg": float(np.degrees(seen.elevation)),
         "roll_deg": float(np.degrees(seen.roll)),
+        "faces_light": bool(faces_light(layout, q[1])),
         "time_s": float(move_time(speeds, np.radians(start_deg), q)),
         "virtual_centre_mm": (1000 * virtual_centre(layout, *q)).tolist(),
         "gaze_speed_deg_per_s": np.degrees(gaze_speed(layout, speeds, q[1])).tolist(),
@@ -55,6 +56,7 @@ def gaze_towards(
         {
             "q1_deg": float(np.degrees(q[0])),
             "q2_deg": float(np.degrees(q[1])),
+            "faces_light": bool(faces_light(layout, q[1])),
             "time_s": float(move_time(speeds, start, q)),
         }
         for q in joint_solutions(layout, azimuth, elevation, start)

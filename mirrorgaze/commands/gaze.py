@@ -112,6 +112,8 @@ def _pose_lines(report: dict[str, Any]) -> list[tuple[str, str]]:
     else:
         text = f"[{azimuth[0]:.4f} {azimuth[1]:.4f}; {elevation[0]:.4f} {elevation[1]:.4f}]"
         lines.append(("Jacobian", f"{text} of (azimuth, elevation) by (q1, q2)"))
+    if not report["faces_light"]:
+        lines.append(("beware", "the gaze mirror shows its back: nothing is seen there"))
     condition = report["condition"]
     lines.append(("condition", "singular: pan does not turn the gaze" if condition is None else f"{condition:.3g}"))
     return lines

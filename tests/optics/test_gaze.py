@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from optics.gaze import forward_gaze, gaze_mirror_normal, inverse_gaze, virtual_camera
+from optics.gaze import faces_light, forward_gaze, gaze_mirror_normal, inverse_gaze, virtual_camera
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
 from rigs import Joint, Rig
@@ -55,6 +55,10 @@ def layouts(draw):
         }
     )
     return Layout.from_rig(rig)
+
+
+def elevation_in_gimbal(layout, direction):
+    return np.arcsin(np.clip(layout.body_from_gimbal.rotation.inv().apply(direction)[2], -1, 1))
 
 
 def within(joint, fraction):
@@ -105,6 +109,7 @@ def test_the_inverse_contains_the_joints_it_came_from(layout, pan, tilt):
     """For any limits, offsets, signs and camera attitude; away from the gimbal's zenith, where pan is free."""
     q = np.array([within(layout.pan, pan), within(layout.tilt, tilt)])
     assume(abs(np.cos(2 * layout.tilt_angle(q[1]))) > NEAR_ZENITH)
+    assume(faces_light(layout, q[1]))
     gaze = forward_gaze(layout, *q)
     # The body's own zenith makes the azimuth as uncertain, whatever the gimbal does.
     assume(np.cos(gaze.elevation) > NEAR_ZENITH)
@@ -120,7 +125,17 @@ def test_every_inverse_solution_looks_there_and_is_within_the_limits(layout, azi
     assert len(np.unique(found, axis=0)) == len(found)
     for q1, q2 in found:
         layout.check_joints(q1, q2)
+        # At the nadir the mirror is edge-on.
+        assert faces_light(layout, q2) or elevation_in_gimbal(layout, direction) < NEAR_ZENITH - np.pi / 2
         np.testing.assert_allclose(forward_gaze(layout, q1, q2).direction, direction, rtol=0, atol=ROUNDING)
+
+
+def test_the_mirror_faces_the_light_where_its_normal_points_up():
+    """M1 is above M2: a tilt of -45 degrees is edge-on, 135 too; between them the normal points upwards."""
+    assert faces_light(LAYOUT, np.radians([-44.9, 0, 90, 134.9])).all()
+    assert not faces_light(LAYOUT, np.radians([-45.1, -90, 135.1, 180])).any()
+    normal = gaze_mirror_normal(LAYOUT, 0.3, np.radians([-44.9, -45.1, 134.9, 135.1]))
+    assert (normal[:, 2] > 0).tolist() == [True, False, True, False]
 
 
 def test_behind_is_reached_over_the_zenith_only():
@@ -131,10 +146,10 @@ def test_behind_is_reached_over_the_zenith_only():
 
 
 def test_unlimited_joints_look_ahead_in_two_ways():
-    """Over the front and over the zenith, each up to whole turns of pan and half turns of tilt."""
+    """Over the front and over the zenith, up to whole turns; (0, -180) and (-180, -90) would look with the back."""
     free = Joint(min_deg=-180, max_deg=179)
     found = inverse_gaze(replace(LAYOUT, pan=free, tilt=free), 0.0, 0.0)
-    expected = [[-180, -90], [-180, 90], [0, -180], [0, 0]]
+    expected = [[-180, 90], [0, 0]]
     np.testing.assert_allclose(np.degrees(found), expected, rtol=0, atol=1e-12)
 
 

@@ -1,0 +1,46 @@
+"""Eqs. 1-3 of the paper describe the mirror that the layout describes."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from optics.layout import Layout
+from optics.paper_kinematics import camera_from_frame_1, frame_1_from_frame_2, gaze_mirror_by_paper, paper_joints
+from rigs import Rig
+
+AQUA2 = Rig.load("aqua2")
+LAYOUT = Layout.from_rig(AQUA2)
+D1_M, D2_M = AQUA2.fold_mirror.distance_mm / 1000, AQUA2.gaze_mirror.distance_mm / 1000
+
+ROUNDING = 1e-15
+"""One product of rotations, on lengths below a metre, twice over."""
+
+
+@given(q1=st.floats(-1.3, 1.3), q2=st.floats(-0.5, 2.1))
+def test_the_equations_place_the_same_mirror(q1, q2):
+    centre, normal = gaze_mirror_by_paper(*paper_joints(LAYOUT, q1, q2), d1_m=D1_M, d2_m=D2_M)
+    pose = LAYOUT.camera_from_m2(q1, q2)
+    np.testing.assert_allclose(centre, pose.translation, rtol=0, atol=2 * ROUNDING)
+    np.testing.assert_allclose(normal, pose.rotation.as_matrix()[:, 2], rtol=0, atol=2 * ROUNDING)
+
+
+def test_the_centre_does_not_move_with_the_joints():
+    """The paper's claim below eq. 2: with the axes crossing in the face, X_e is invariant; here (0, d2, d1)."""
+    for q in ((0.0, 0.0), (1.0, -0.5), (-2.0, 0.7)):
+        centre, _ = gaze_mirror_by_paper(*q, d1_m=0.1, d2_m=0.2)
+        np.testing.assert_allclose(centre, [0, 0.2, 0.1], rtol=0, atol=ROUNDING)
+
+
+def test_both_matrices_are_rigid_motions():
+    """SE(3), not SO(4) as printed: orthogonal with determinant 1, and a translation."""
+    for matrix in (camera_from_frame_1(0.1), frame_1_from_frame_2(0.4, -0.3, 0.2)):
+        np.testing.assert_allclose(matrix[:3, :3] @ matrix[:3, :3].T, np.eye(3), rtol=0, atol=ROUNDING)
+        assert np.linalg.det(matrix[:3, :3]) > 0
+        assert matrix[3].tolist() == [0, 0, 0, 1]
+
+
+def test_level_gaze_is_the_paper_tilt_of_45_degrees():
+    q1, q2 = np.degrees(paper_joints(LAYOUT, 0.0, 0.0))
+    np.testing.assert_allclose([q1, q2], [0, 45], rtol=0, atol=1e-13)
