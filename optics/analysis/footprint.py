@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from optics.arrays import FloatArray, opaque, opaque_vector, to_columns
 from optics.backend import Array3f64, Float64, Matrix3f64, UInt32, dr
 from optics.camera import camera_from_spec
-from optics.layout import Layout, pan_from_m2
+from optics.gaze import gaze_mirror_normal
+from optics.layout import Layout
 from optics.mirror import Strike, strike
 from optics.port import port_from_spec
 from optics.train import OpticalTrain
@@ -140,12 +141,14 @@ def _footprint(rig: Rig, bundle: Bundle, *, mirror: int, poses: tuple[FloatArray
 
 def _parameters(layout: Layout, bundle: Bundle, q1: FloatArray, q2: FloatArray) -> dict[str, Any]:
     """Inputs of the kernel: rays, and M2's axes by pose, both in the camera frame."""
-    pans, pan = np.unique(q1, return_inverse=True)
-    tilts, tilt = np.unique(q2, return_inverse=True)
-    to_camera = layout.body_from_camera.rotation.inv()
-    from_pan = np.stack([(to_camera * layout.body_from_pan(q).rotation).as_matrix() for q in pans])[pan]
-    from_m2 = np.stack([pan_from_m2(layout.tilt_angle(q)).rotation.as_matrix() for q in tilts])[tilt]
-    m2 = from_pan @ from_m2
+    pan = layout.pan.sign * q1 + np.radians(layout.pan.offset_deg)
+    tilt_axis = np.stack([-np.sin(pan), np.cos(pan), np.zeros_like(pan)], axis=-1)
+    body_from_gimbal, body_from_camera = (
+        pose.rotation.as_matrix() for pose in (layout.body_from_gimbal, layout.body_from_camera)
+    )
+    m2_x, m2_normal = tilt_axis @ body_from_gimbal.T @ body_from_camera, gaze_mirror_normal(layout, q1, q2)
+    m2_normal = m2_normal @ body_from_camera
+    m2 = np.stack([m2_x, np.cross(m2_normal, m2_x), m2_normal], axis=-1)
     x, y, normal = layout.camera_from_m1.rotation.as_matrix().T
     down = -layout.camera_from_gimbal.rotation.as_matrix()[:, 2]
     return {

@@ -108,9 +108,12 @@ def _hull_of_discs(points_m: FloatArray, growth_m: FloatArray) -> FloatArray:
 def _near_the_rim(points_m: FloatArray, growth_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Leave out discs inside the polygon of the furthest points in a few directions (Akl & Toussaint 1978)."""
     angles = 2 * np.pi * np.arange(ROUNDED_CORNERS) / ROUNDED_CORNERS
-    furthest = (points_m @ np.stack([np.cos(angles), np.sin(angles)])).argmax(axis=0)
-    edges = ConvexHull(points_m[furthest]).equations
-    beyond = (points_m @ edges[:, :2].T + edges[:, 2]).max(axis=1) + growth_m >= -STRAIGHT_M
+    # Column by column: the points are many, and rows of two make NumPy slow.
+    x, y = np.ascontiguousarray(points_m.T)
+    furthest = [int((x * np.cos(angle) + y * np.sin(angle)).argmax()) for angle in angles]
+    beyond = np.zeros(len(points_m), dtype=np.bool_)
+    for a, b, offset in ConvexHull(points_m[furthest]).equations:
+        beyond |= a * x + b * y + growth_m >= -offset - STRAIGHT_M
     return points_m[beyond], growth_m[beyond]
 
 
