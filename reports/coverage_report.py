@@ -37,6 +37,9 @@ SMALLEST_STEP_DEG = 0.25
 
 LISTED_PATCHES = 8
 
+POLE_DEG = 88
+"""Elevation from which a patch is said to be straight up or down: two cells from the pole."""
+
 FIGURES: dict[str, Callable[[Coverage, Rig, Path], None]] = {
     "coverage.png": draw_coverage,
     "usable_fov.png": lambda result, rig, path: draw_usable_fov(result, path),
@@ -285,7 +288,7 @@ def _blind_table(patches: list[Result]) -> str:
     words = {cause_name(cause): name for cause, name in CAUSE_NAMES.items()}
     rows = [
         [
-            f"{patch['azimuth_deg'] + 0:.0f}°, {patch['elevation_deg'] + 0:.0f}°",
+            _place(patch["azimuth_deg"], patch["elevation_deg"]),
             f"{patch['radius_deg']:.1f}°",
             f"{1000 * patch['solid_angle_sr']:.1f}",
             f"{patch['solid_angle_sr'] / (4 * np.pi):.2%}",
@@ -300,6 +303,13 @@ def _blind_table(patches: list[Result]) -> str:
         rows.append([f"{len(left_out)} smaller", "", *rest])
     header = ["Blind patch around azimuth, elevation", "Radius", "Solid angle (msr)", "Of the sphere", "Because of"]
     return page.table(header, rows, numbers=[1, 2, 3])
+
+
+def _place(azimuth_deg: float, elevation_deg: float) -> str:
+    """Direction in words; at the poles azimuth has no meaning. Adding zero turns the -0 of rounding into 0."""
+    if abs(elevation_deg) > POLE_DEG:
+        return "straight up" if elevation_deg > 0 else "straight down"
+    return f"{round(azimuth_deg) + 0}°, {round(elevation_deg) + 0}°"
 
 
 def _region_table(regions: Result) -> str:
@@ -356,7 +366,8 @@ def _exactness(maps: Result, study: list[Refinement]) -> list[str]:
         "looks into it. The first loses half a cell at every edge, the second gains part of one: both are errors of "
         "first order in the step, of opposite sign, so that refining both at once need not move one way. Cells at the "
         f"rim of what is seen are {maps['rim_fraction']:.1%} of the sphere.",
-        "Each line halves its step twice with the others kept; order p: the error shrinks as step^p. “none”: the "
+        "Each line halves its step twice and keeps the others, as coarse as they may be: compare along a line, not "
+        "between lines. Order p: the error shrinks as step^p. “none”: the "
         "differences do not shrink steadily, so that nothing can be said beyond their size. The finest grids are "
         f"{grids}.",
     ]

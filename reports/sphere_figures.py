@@ -55,7 +55,7 @@ def draw_coverage(coverage: Coverage, rig: Rig, path: Path) -> None:
         marks: list[Artist] = [Patch(facecolor=CAUSE_COLOURS[cause], edgecolor=INK, linewidth=0.4) for cause in present]
         names = [f"blind: {CAUSE_NAMES[cause]}" for cause in present]
         marks.append(Line2D([], [], color=GAZE_COLOUR, linewidth=1.2))
-        names.append("where the optical axis can point")
+        names.append("limits of the joints, as seen along the optical axis")
         figure.legend(marks, names, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
         axes.set_title(f"Directions seen through both mirrors: {coverage.covered_fraction:.1%} of the sphere", pad=14)
         figure.colorbar(image, ax=axes, label=f"poses that see it, of {coverage.solid_angle_sr.size}", shrink=0.75)
