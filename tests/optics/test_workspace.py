@@ -60,7 +60,7 @@ def test_the_share_of_the_sphere_by_hand(pan, tilt, expected):
 @st.composite
 def ranges(draw):
     lowest = draw(st.floats(-300, 250))
-    return lowest, draw(st.floats(lowest + 1, min(lowest + 400, 360)))
+    return lowest, draw(st.floats(lowest + 1, min(lowest + 400, 359)))
 
 
 @given(pan=ranges(), tilt=ranges(), offset=st.floats(-90, 90), sign=st.sampled_from([1, -1]))
