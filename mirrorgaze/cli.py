@@ -9,7 +9,19 @@ from __future__ import annotations
 
 import typer
 
-from mirrorgaze.commands import calibration, coverage, design, doctor, gaze, ports, render, rig_files, sizing, tolerance
+from mirrorgaze.commands import (
+    calibration,
+    coverage,
+    design,
+    doctor,
+    gaze,
+    ports,
+    render,
+    rig_files,
+    search,
+    sizing,
+    tolerance,
+)
 from mirrorgaze.errors import with_exit_status
 
 COMMANDS = (
@@ -27,6 +39,7 @@ COMMANDS = (
     ports.port,
     calibration.calibrate_study,
     tolerance.tolerance,
+    search.search,
     doctor.doctor,
 )
 """Every command, in the order in which `mirrorgaze --help` shows them."""

@@ -11,11 +11,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from optics.analysis.tolerance import PERCENTILES, Errors, ToleranceStudy
-from reports.figures import RESOLUTION_DPI, STYLE
+from reports.figures import STYLE, save_figure
 from reports.progress import write_text
 
 FIRST_ORDER, FROZEN = "#2a9d8f", "#e9c46a"
@@ -93,10 +92,7 @@ def draw_tolerances(study: ToleranceStudy, path: Path) -> None:
         _distributions(
             right, (("as built", study.built, BUILT), ("joint offsets calibrated", study.calibrated, CALIBRATED))
         )
-        FigureCanvasAgg(figure)
-        partial = path.with_name(f".{path.stem}.partial.png")
-        figure.savefig(partial, dpi=RESOLUTION_DPI, metadata={"Software": None})
-        partial.replace(path)
+        save_figure(figure, path)
 
 
 def _ranking(axes: Axes, study: ToleranceStudy) -> None:

@@ -1,0 +1,64 @@
+"""Design search: mirrors that are the best compromise between what they show and what they cost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mirrorgaze.output import JsonOption, RigArgument, print_json, print_table
+
+
+def search(
+    rig: RigArgument,
+    objective: Annotated[
+        str, typer.Option(help="Two or more of coverage, area, swept-volume, resolution, with commas.")
+    ] = "coverage,area,swept-volume,resolution",
+    designs: Annotated[int, typer.Option(help="Designs to look at.", min=1, max=1_000_000)] = 10_000,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same files.", min=0)] = 0,
+    factor: Annotated[float, typer.Option(help="Numbers stay between the rig's divided and multiplied by it.")] = 1.5,
+    rigs: Annotated[int, typer.Option(help="Members of the front that become rig files.", min=1, max=60)] = 12,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Folder to write into; out/RIG-search by default."),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Search for better mirrors: distances and sizes that no other design beats in everything.
+
+    Writes the Pareto front (front.csv, search.png), some of its members as rig files whose mounts can be built, and
+    summary.json. An interrupted search goes on where it stopped.
+
+    \b
+    Example:
+      mirrorgaze search aqua2 --objective coverage,area,resolution --designs 10000 -o out/search
+    """
+    from mirrorgaze.loading import load_usable_rig
+    from reports.design_search import Wanted, search_into
+    from rigs.files import find_rig
+
+    wanted = Wanted(objectives=tuple(objective.split(",")), designs=designs, seed=seed, factor=factor, count=rigs)
+    loaded = load_usable_rig(rig)
+    folder = output or Path("out") / f"{loaded.name}-search"
+    found = search_into(loaded, find_rig(rig), folder, wanted, announce=_announce)
+    if json:
+        print_json(found)
+        return
+    typer.echo(f"{found['designs']} designs, {found['possible']} possible, {found['front']} on the front")
+    for name, count in found["rejected"].items():
+        typer.echo(f"  thrown out by {name}: {count}")
+    names = [item["name"] for item in found["objectives"]]
+    rows = [("", *names, "binding"), _row("as it is", found["own"], names)]
+    print_table(rows + [_row(item["file"], item, names) for item in found["chosen"]])
+    typer.echo(f"{folder}: front.csv, search.png, summary.json, {len(found['chosen'])} rig files")
+
+
+def _row(label: str, item: dict[str, Any], names: list[str]) -> tuple[str, ...]:
+    scores = ("-" if item["scores"][name] is None else f"{item['scores'][name]:.4g}" for name in names)
+    return (label, *scores, "; ".join(item["binding"]))
+
+
+def _announce(line: str) -> None:
+    # Progress goes to stderr, so that --json leaves stdout to the machine.
+    typer.echo(line, err=True)

@@ -1,0 +1,194 @@
+"""A design search in a folder: the front, some of its members as rig files that can be built, a figure and a summary.
+
+Scored batches and mounts that were looked at are remembered, so that an interrupted search goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.assembly import build_assembly
+from cad.feasibility import assembly_problems
+from cad.gimbal_base import base_stance
+from cad.gimbal_dimensions import GimbalDimensions
+from cad.meshes import rig_meshes
+from optics.analysis.objectives import PARAMETERS, objectives_named, rig_with
+from optics.analysis.search import Recorded, Search, search_designs
+from optics.analysis.search_choice import choose
+from optics.analysis.search_limits import binding, bounds_around, first_problem
+from optics.arrays import FloatArray
+from optics.layout import Layout
+from reports.progress import Announce, Stages, write_text
+from reports.search_figures import draw_front, front_rows, write_front
+from rigs import FileHull, Rig, load_document, save_document
+
+BASE = "mount.base_anchor_mm too near the pan axis or too low"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """What to search for; `count` members of the front become rig files."""
+
+    objectives: tuple[str, ...]
+    designs: int = 10_000
+    seed: int = 0
+    factor: float = 1.5
+    count: int = 12
+
+    def __post_init__(self) -> None:
+        objectives_named(self.objectives)
+        if self.designs < 1 or self.seed < 0 or self.count < 1:
+            raise ValueError(
+                f"expected designs > 0, seed >= 0 and count > 0, got {self.designs}, {self.seed} and {self.count}"
+            )
+
+    def __str__(self) -> str:
+        return f"{','.join(self.objectives)}; {self.designs} designs, seed {self.seed}, factor {self.factor:g}"
+
+
+def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, announce: Announce) -> dict[str, Any]:
+    """Search, and write what was found.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors, physically possible.
+    source : Path
+        Its file, whose comments the new rig files keep.
+    folder : Path
+        New, empty, or that of an earlier search, which goes on.
+    wanted : Wanted
+    announce : callable
+        Takes lines of progress.
+
+    Returns
+    -------
+    dict
+        What `summary.json` holds.
+
+    Raises
+    ------
+    ValueError
+        For a rig without mirrors, or when nothing is possible within the bounds.
+    FileExistsError
+        When the folder holds something else.
+    """
+    if not rig.has_mirrors:
+        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    bounds_around(rig, wanted.factor)
+    stages = Stages.open(folder, rig, announce, settings=str(wanted))
+
+    def checkpoint(name: str, work: Callable[[], Recorded]) -> Recorded:
+        def run() -> tuple[dict[str, Any], list[Path]]:
+            designs, scores = work()
+            return {"designs": designs.tolist(), "scores": scores.tolist()}, []
+
+        found = stages.run(name, run)
+        return (
+            np.array(found["designs"]).reshape(-1, len(PARAMETERS)),
+            np.array(found["scores"]).reshape(-1, len(wanted.objectives)),
+        )
+
+    def problem_of(design: FloatArray) -> str:
+        name = " x ".join(f"{value:g}" for value in design)
+        return str(stages.run(f"mount of {name} mm", lambda: ({"problem": _problem(rig, design)}, []))["problem"])
+
+    search = search_designs(
+        rig,
+        rig_meshes(rig),
+        wanted.objectives,
+        designs=wanted.designs,
+        seed=wanted.seed,
+        factor=wanted.factor,
+        buildable=_quick_problem,
+        checkpoint=checkpoint,
+    )
+    chosen, problems = choose(search, wanted.count, problem_of)
+    files = _write_rigs(rig, source, folder / "rigs", search, chosen)
+    announce("front.csv, search.png, summary.json ...")
+    write_front(
+        front_rows(search, rig, {row: f"rigs/{file.name}" for row, file in files.items()}), folder / "front.csv"
+    )
+    draw_front(search, chosen, folder / "search.png")
+    summary = _summary(rig, wanted, search, files, problems)
+    write_text(folder / "summary.json", json.dumps(summary, indent=2))
+    return summary
+
+
+def _quick_problem(rig: Rig) -> str:
+    """Whether the gimbal's base can stand where its anchor is: numbers only, no solids."""
+    try:
+        base_stance(GimbalDimensions.from_rig(rig), Layout.from_rig(rig))
+    except ValueError:
+        return BASE
+    return ""
+
+
+def _problem(rig: Rig, design: FloatArray) -> str:
+    """First thing wrong with a design, its mount built and moved over the joint range; empty when nothing is."""
+    first = first_problem(rig, design)
+    if first:
+        return first
+    made = rig_with(rig, design)
+    try:
+        problems = assembly_problems(made, build_assembly(made))
+    except ValueError as error:
+        return str(error)
+    return str(problems[0]) if problems else ""
+
+
+def _write_rigs(rig: Rig, source: Path, folder: Path, search: Search, chosen: Sequence[int]) -> dict[int, Path]:
+    """Rig files of chosen members, copies of the source with their comments; what an earlier search left goes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    files = {row: folder / f"{rig.name}-{number:02d}.toml" for number, row in enumerate(chosen, start=1)}
+    for old in set(folder.glob(f"{rig.name}-*.toml")) - set(files.values()):
+        old.unlink()
+    for row, file in files.items():
+        document = load_document(source)
+        document["name"] = file.stem
+        if isinstance(rig.hull, FileHull):
+            # A name relative to the source would not be found from here.
+            document["hull"]["file"] = str(rig.hull.file)
+        for (section, key), value in zip(PARAMETERS, search.designs[row].tolist(), strict=True):
+            document[section][key] = value
+        save_document(document, file)
+    return files
+
+
+def _summary(
+    rig: Rig, wanted: Wanted, search: Search, files: dict[int, Path], problems: dict[int, str]
+) -> dict[str, Any]:
+    names = [".".join(parameter) for parameter in PARAMETERS]
+
+    def described(row: int) -> dict[str, Any]:
+        scores = [None if np.isnan(value) else float(value) for value in search.scores[row]]
+        return {
+            "design_mm": dict(zip(names, search.designs[row].tolist(), strict=True)),
+            "scores": dict(zip(wanted.objectives, scores, strict=True)),
+            "binding": binding(rig, search.designs[row], search.low, search.high),
+        }
+
+    return {
+        "rig": rig.name,
+        "objectives": [
+            {"name": objective.name, "unit": objective.unit, "larger_is_better": objective.larger_is_better}
+            for objective in search.objectives
+        ],
+        "designs": len(search.designs),
+        "seed": wanted.seed,
+        "bounds_mm": {
+            name: [float(low), float(high)] for name, low, high in zip(names, search.low, search.high, strict=True)
+        },
+        "possible": int(np.isfinite(search.scores).all(axis=1).sum()),
+        "rejected": search.rejected,
+        "front": len(search.front),
+        "own": described(0),
+        "chosen": [{"file": f"rigs/{file.name}", **described(row)} for row, file in files.items()],
+        "thrown_out": [{**described(row), "problem": problem} for row, problem in problems.items()],
+    }
