@@ -7,7 +7,6 @@ x right, y down, z forward. Lengths are millimetres here and metres everywhere b
 from __future__ import annotations
 
 from collections.abc import Collection
-from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -195,7 +194,7 @@ class Rig(Section):
             raise ValueError(f"expected {missing}")
         return self
 
-    @cached_property
+    @property
     def has_mirrors(self) -> bool:
         """Whether this is a mirror gaze, not a bare camera behind a port."""
         return self.fold_mirror is not None
