@@ -73,6 +73,17 @@ def test_apply_writes_nothing_when_the_request_cannot_be_met(own):
     assert own.read_bytes() == before
 
 
+def test_apply_writes_nothing_when_the_mirrors_do_not_fit_the_printer(own):
+    document = load_document(own)
+    document["mount"]["printer_bed_mm"] = [50.0, 60.0, 80.0]
+    save_document(document, own)
+    before = own.read_bytes()
+    result = mirrorgaze("size", "mine.toml", *LEVEL, "--apply")
+    assert (result.exit_code, result.stderr) == (1, "")
+    assert "cannot be met, printer bed: M2 of " in result.stdout
+    assert own.read_bytes() == before
+
+
 def test_presets_are_not_written(own):
     before = preset_path("aqua2").read_bytes()
     for rig in ("aqua2", str(preset_path("aqua2"))):

@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from optics.analysis.footprint import gaze_footprint, pixel_bundle
 from optics.analysis.gaze_range import GazeRange
 from optics.analysis.limits import Request, larger_than_bed, with_mirrors
 from optics.analysis.sizing import passed_share, size_mirrors
@@ -90,6 +91,23 @@ def test_mirrors_one_percent_smaller_lose_some_of_it(exact, mirror, axis, missed
         assert set(found) <= {Status.OK, missed}
         lost += (found == missed).sum()
     assert lost > 0
+
+
+def test_the_furthest_pose_is_found_between_those_of_the_first_grid():
+    """A corner of the window reaches furthest sideways at a pan inside the range: 20000 pans say where, and no further.
+
+    The last zoom's steps are 0.1 degrees, over which an arc rises 4e-7 of its radius.
+    """
+    joints = GazeRange(first=(-1.2, 0.97), second=(-0.2, 0.3), in_joints=True)
+    request = Request(window=image_part(0.2), gaze=joints, margin_m=0.0, angle_tolerance=0.0)
+    width = size_mirrors(AQUA2, request).m2.rectangle_m[0]
+    corners, _ = pixel_bundle(OpticalTrain.from_rig(AQUA2), request.window.boundary(1))
+    pans = np.linspace(-1.2, 0.97, 20001)
+    widest = max(
+        2 * np.abs(gaze_footprint(AQUA2, corners, q1=pans, q2=np.full(len(pans), tilt)).points_m[..., 0]).max()
+        for tilt in joints.second
+    )
+    assert width == pytest.approx(widest, rel=1e-6)
 
 
 def grid_poses():
