@@ -20,6 +20,7 @@ from optics.analysis.tolerance_sources import (
     pulse_angle,
 )
 from optics.analysis.tolerance_train import DEVIATIONS, DeviantTrain
+from optics.derivatives import projection_jacobian
 from optics.layout import Layout
 from optics.train import OpticalTrain
 from optics.water import water_index
@@ -143,6 +144,30 @@ def test_parts_can_be_moved_in_the_rig_file_instead(rig: Rig) -> None:
     origin, direction = expected.view({}, pixel=(rig.camera.cx_px + 40.0, rig.camera.cy_px + 25.0))
     targets = (origin + 3.0 * direction)[0]
     np.testing.assert_allclose(train.image(targets, deviations), expected.image(targets, {}), atol=ROUNDING_PX)
+
+
+def test_sensitivities_are_those_of_automatic_differentiation(rig: Rig) -> None:
+    """Two codes: this kernel's central differences, and `optics.derivatives` on the traced ray."""
+    names = {"pan": "q1", "tilt": "q2", "port_thickness": "port_thickness_m", "n_port": "n_port", "n_water": "n_water"}
+    for mirror in ("m1", "m2"):
+        names |= {
+            f"{mirror}_shift": f"{mirror}_z_m",
+            f"{mirror}_x": f"{mirror}_turn_x",
+            f"{mirror}_y": f"{mirror}_turn_y",
+        }
+    if rig.port.shape == "flat":
+        names |= {"port_z": "port_distance_m", "port_tilt_x": "port_tilt_x", "port_tilt_y": "port_tilt_y"}
+    else:
+        names |= {f"port_{axis}": f"port_centre_{axis}_m" for axis in "xyz"}
+    bench = tolerance_module._Bench.of(rig, Q, 3.0)
+    ours = bench.sensitivities(tuple(names))[1]
+    theirs = projection_jacobian(rig, bench.targets_m, q1=Q[:, 0], q2=Q[:, 1], parameters=tuple(names.values())).values
+    for position, name in enumerate(names):
+        # Pixels are good to 1e-10 and the step is 1e-5: 1e-5 px per metre or radian; the rest is cut off, 1e-9.
+        scale = np.abs(theirs[:, :, position]).max()
+        np.testing.assert_allclose(
+            ours[position], theirs[:, :, position], atol=2e-5 + 10 * DIFFERENCE_QUOTIENT * scale, err_msg=name
+        )
 
 
 def test_small_errors_add_up_linearly(rig: Rig) -> None:
