@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from optics.arrays import FloatArray, check_points, opaque_vector, to_columns, to_rows
 from optics.backend import Array3f64, Float64, dr
 from optics.camera import camera_from_spec
-from optics.layout import FACE_ELEVATION_AT_ZERO, FOLD_DIRECTION, Layout
+from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
 from optics.mirror import strike, unfold
 from optics.port import DomePort, FlatPort, NoPort, port_from_spec
 from rigs import Rig
@@ -231,7 +231,7 @@ def _port(port: Any, leaves: dict[str, Any]) -> dict[str, Any]:
 def _mirrors(layout: Layout, leaves: dict[str, Any]) -> list[dict[str, Any]]:
     """M1 and M2 in the camera frame, unbounded."""
     axial = Array3f64(0, 0, leaves["fold_mirror_distance_m"])
-    folded = axial + opaque_vector(FOLD_DIRECTION) * leaves["gaze_mirror_distance_m"]
+    folded = axial + opaque_vector(layout.fold_direction) * leaves["gaze_mirror_distance_m"]
     pan = layout.pan.sign * leaves["q1"] + np.radians(layout.pan.offset_deg)
     elevation = layout.tilt.sign * leaves["q2"] + FACE_ELEVATION_AT_ZERO + np.radians(layout.tilt.offset_deg)
     (sine, cosine), (rise, run) = dr.sincos(pan), dr.sincos(elevation)

@@ -20,7 +20,8 @@ from optics.envelope import (
     sphere_distance,
     window_centre,
 )
-from optics.layout import FACE_ELEVATION_AT_ZERO, Layout, camera_pose, fold_mirror_pose
+from optics.gaze import faces_light
+from optics.layout import Layout, camera_pose, fold_mirror_pose
 from optics.mirror import PlaneMirror
 from optics.port import port_from_spec
 from optics.status import Status
@@ -89,7 +90,7 @@ def _joint_ranges(rig: Rig) -> Iterator[Problem]:
     assert rig.joints is not None and rig.servos is not None
     for name in ("pan", "tilt"):
         yield from _joint_range(name, getattr(rig.joints, name), getattr(rig.servos, name))
-    yield from _gaze_mirror_turned_away(rig.joints.tilt)
+    yield from _gaze_mirror_turned_away(rig)
 
 
 def _joint_range(name: str, joint: Joint, servo: Servo) -> Iterator[Problem]:
@@ -110,16 +111,19 @@ def _joint_range(name: str, joint: Joint, servo: Servo) -> Iterator[Problem]:
             )
 
 
-def _gaze_mirror_turned_away(tilt: Joint) -> Iterator[Problem]:
-    """The folded axis comes from above: M2 shows it its face while its normal is above the horizontal."""
+def _gaze_mirror_turned_away(rig: Rig) -> Iterator[Problem]:
+    """The folded axis comes along the gimbal's z: M2 shows it its face while its normal is on that side."""
+    assert rig.joints is not None
+    layout = Layout.from_rig(rig)
     for key in ("min_deg", "max_deg"):
-        angle = tilt.sign * getattr(tilt, key) + tilt.offset_deg
-        elevation = np.degrees(FACE_ELEVATION_AT_ZERO) + angle
-        if np.sin(np.radians(elevation)) <= 0:
+        value = getattr(rig.joints.tilt, key)
+        if not faces_light(layout, np.radians(value)):
+            angle = rig.joints.tilt.sign * value + rig.joints.tilt.offset_deg
+            shown = "-45 and 135" if rig.joints.tilt.sign == layout.tilt.sign else "-135 and 45"
             yield Problem(
                 place=f"joints.tilt.{key}",
-                value=getattr(tilt, key),
-                expected=f"an optical angle between -45 and 135 deg, not {angle:g}: there M2 turns its back to M1",
+                value=value,
+                expected=f"an optical angle between {shown} deg, not {angle:g}: there M2 turns its back to M1",
             )
 
 
@@ -193,7 +197,10 @@ def _box_hull(rig: Rig, hull: BoxHull) -> Iterator[Problem]:
             expected=f"a port that looks out of the hull; the middle of its outer face is {_mm(depth)} mm inside",
         )
     assert rig.mount is not None
-    for key in ("fold_anchor_mm", "base_anchor_mm"):
+    for end in ("fold", "base"):
+        if getattr(rig.mount, f"{end}_plane") is not None:
+            continue  # dropped onto a plane of the hull, wherever it was
+        key = f"{end}_anchor_mm"
         anchor = np.array(getattr(rig.mount, key)) / 1000
         gap = float(hull_distance(rig, anchor))
         if abs(gap) > LARGEST_ANCHOR_GAP_M:

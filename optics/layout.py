@@ -3,6 +3,9 @@
 Names read `b_from_a`: ``x_b = b_from_a.apply(x_a)``. The frames are those of `docs/conventions.md`; `gimbal` has its
 origin at the centre of M2's face, z along the pan axis (up), x the gaze's azimuth zero; `pan` turns in it by the
 pan angle; `m2` is the mirror's own frame (x tilt axis, y up along the face, z outward normal).
+
+A rig that folds up is one that folds down, turned by half a turn about the camera's axis, with both joints reversed:
+the gimbal stands on its head, and its pan and tilt are the negatives of what the rig file's joints say.
 """
 
 from __future__ import annotations
@@ -21,11 +24,11 @@ FloatArray = NDArray[np.float64]
 BODY_FROM_OPTICAL = Rotation.from_matrix(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]))
 """A camera that looks along the body's x: camera z is body x, camera x is body -y, camera y is body -z (REP-103)."""
 
-FOLD_DIRECTION = np.array([0.0, 1.0, 0.0])
-"""Where M1 sends the optical axis, in the camera frame: image-down."""
+FOLD_DIRECTIONS = {"down": np.array([0.0, 1.0, 0.0]), "up": np.array([0.0, -1.0, 0.0])}
+"""Where M1 sends the optical axis, in the camera frame: image-down or image-up."""
 
 FACE_ELEVATION_AT_ZERO = np.pi / 4
-"""Elevation of M2's normal at zero tilt: half way between the incoming axis (from above) and a horizontal gaze."""
+"""Angle of M2's normal above the gimbal's x at zero tilt: half way between the incoming axis and a level gaze."""
 
 ROUNDING_DEG = 1e-9
 """Joint values this far beyond a limit are at it."""
@@ -40,7 +43,10 @@ class Layout:
     body_from_camera, body_from_m1, body_from_gimbal : RigidTransform
         Fixed poses, metres.
     pan, tilt : Joint
-        Limits, offset and sign of the joints.
+        Limits, offset and sign of the joints in the gimbal's frame: for a fold up, sign and offset are the negatives of
+        the rig file's, so that azimuth and elevation in the body keep their meaning.
+    fold_direction : array, shape (3,)
+        Where M1 sends the optical axis, a unit vector of the camera frame.
     """
 
     body_from_camera: RigidTransform
@@ -48,6 +54,7 @@ class Layout:
     body_from_gimbal: RigidTransform
     pan: Joint
     tilt: Joint
+    fold_direction: FloatArray
 
     @classmethod
     def from_rig(cls, rig: Rig) -> Layout:
@@ -56,12 +63,14 @@ class Layout:
             raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
         body_from_camera = camera_pose(rig.camera)
         camera_from_m1 = fold_mirror_pose(rig.fold_mirror)
+        on_its_head = rig.fold_mirror.direction == "up"
         return cls(
             body_from_camera=body_from_camera,
             body_from_m1=body_from_camera * camera_from_m1,
             body_from_gimbal=body_from_camera * gimbal_pose(rig.fold_mirror, rig.gaze_mirror),
-            pan=rig.joints.pan,
-            tilt=rig.joints.tilt,
+            pan=_reversed(rig.joints.pan) if on_its_head else rig.joints.pan,
+            tilt=_reversed(rig.joints.tilt) if on_its_head else rig.joints.tilt,
+            fold_direction=FOLD_DIRECTIONS[rig.fold_mirror.direction],
         )
 
     @property
@@ -117,9 +126,9 @@ def camera_pose(camera: Camera) -> RigidTransform:
 
 def fold_mirror_pose(fold_mirror: FoldMirror) -> RigidTransform:
     """Pose of M1 in the camera frame: on the axis, its normal half way between back-to-camera and the fold."""
-    axis = np.array([0.0, 0.0, 1.0])
-    normal = (FOLD_DIRECTION - axis) / np.sqrt(2)
-    up = -(FOLD_DIRECTION + axis) / np.sqrt(2)
+    axis, fold = np.array([0.0, 0.0, 1.0]), FOLD_DIRECTIONS[fold_mirror.direction]
+    normal = (fold - axis) / np.sqrt(2)
+    up = -(fold + axis) / np.sqrt(2)
     return RigidTransform.from_components(
         axis * fold_mirror.distance_mm / 1000, Rotation.from_matrix(_axes(up=up, normal=normal))
     )
@@ -127,9 +136,10 @@ def fold_mirror_pose(fold_mirror: FoldMirror) -> RigidTransform:
 
 def gimbal_pose(fold_mirror: FoldMirror, gaze_mirror: GazeMirror) -> RigidTransform:
     """Pose of the gimbal in the camera frame: d1 along the axis, then d2 along the fold."""
-    origin = np.array([0.0, 0.0, fold_mirror.distance_mm]) + FOLD_DIRECTION * gaze_mirror.distance_mm
+    fold = FOLD_DIRECTIONS[fold_mirror.direction]
+    origin = np.array([0.0, 0.0, fold_mirror.distance_mm]) + fold * gaze_mirror.distance_mm
     forward = np.array([0.0, 0.0, 1.0])
-    up = -FOLD_DIRECTION
+    up = -fold
     axes = np.column_stack([forward, np.cross(up, forward), up])
     return RigidTransform.from_components(origin / 1000, Rotation.from_matrix(axes))
 
@@ -140,6 +150,11 @@ def pan_from_m2(tilt_angle: float) -> RigidTransform:
     normal = np.array([np.cos(elevation), 0.0, np.sin(elevation)])
     up = np.array([-np.sin(elevation), 0.0, np.cos(elevation)])
     return RigidTransform.from_rotation(Rotation.from_matrix(_axes(up=up, normal=normal)))
+
+
+def _reversed(joint: Joint) -> Joint:
+    """The same joint seen from its other end: the same values and limits, the opposite optical angle."""
+    return joint.model_copy(update={"sign": -joint.sign, "offset_deg": -joint.offset_deg})
 
 
 def _axes(*, up: FloatArray, normal: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from rigs.section import NotNegative, Number, Positive, Section, Vector3, Whole
+from rigs.section import Direction, NotNegative, Number, Positive, Section, Vector3, Whole
 from rigs.servos import SERVO_CATALOGUE, servo_numbers
 
 
@@ -26,11 +26,21 @@ class Joint(Section):
         return self
 
 
+class StowJoint(Section):
+    """The hinge that swings the fold mirror out of the camera's view: 0 is in use, `max_deg` is stowed."""
+
+    max_deg: Annotated[Number, Field(ge=30, le=180)]
+
+
 class Joints(Section):
-    """q1 (pan) turns the gaze mirror about the folded axis, q2 (tilt) about a horizontal axis on it."""
+    """q1 (pan) turns the gaze mirror about the folded axis, q2 (tilt) about a horizontal axis on it.
+
+    With `stow` the fold mirror is on a hinge and can be swung out of the camera's view.
+    """
 
     pan: Joint
     tilt: Joint
+    stow: StowJoint | None = None
 
 
 class Servo(Section):
@@ -66,10 +76,11 @@ ServoChoice = Annotated[Servo, BeforeValidator(_look_up_servo, json_schema_input
 
 
 class Servos(Section):
-    """The two servos, by catalogue name or with numbers of your own."""
+    """The servos, by catalogue name or with numbers of your own; a hinge without one is held by a locking screw."""
 
     pan: ServoChoice
     tilt: ServoChoice
+    stow: ServoChoice | None = None
 
 
 class BoxHull(Section):
@@ -103,8 +114,15 @@ class OpenFrameHull(Section):
     tube_diameter_mm: Positive = 114.0
 
 
+class HullPlane(Section):
+    """A plane on the hull that the mount can be bolted to: a point and the outward normal, body frame."""
+
+    point_mm: Vector3
+    normal: Direction
+
+
 class FileHull(Section):
-    """The user's own hull: a STEP or STL file, its unit, and where its origin lies in the body frame."""
+    """The user's own hull: a STEP or mesh file, its unit, where its origin lies in the body frame, planes by name."""
 
     shape: Literal["file"]
     file: Path
@@ -113,18 +131,44 @@ class FileHull(Section):
     yaw_deg: Number = 0.0
     pitch_deg: Number = 0.0
     roll_deg: Number = 0.0
+    planes: Annotated[dict[str, HullPlane], Field(default_factory=dict)]
 
 
 Hull = Annotated[BoxHull | OpenFrameHull | FileHull, Field(discriminator="shape")]
 
 
+Attachment = Literal["automatic", "flange", "saddle"]
+
+
 class Mount(Section):
-    """How the mount is made and where it is bolted to the hull (points on the hull's surface, body frame)."""
+    """How the mount is made and where it is bolted to the hull (points on the hull's surface, body frame).
+
+    An anchor is a point and a normal. With the name of a plane of the hull, the point is dropped onto that plane along
+    its normal; with a normal, point and normal count as they are; with neither, the hull's surface at the point gives
+    the normal.
+
+    A flange is bolted and follows the hull's surface; a saddle lies on a cylinder and is strapped to it with hose
+    clamps. Automatic is a saddle on a cylindrical hull and a flange on any other.
+    """
 
     fold_anchor_mm: Vector3
+    fold_plane: str | None = None
+    fold_normal: Direction | None = None
     base_anchor_mm: Vector3
+    base_plane: str | None = None
+    base_normal: Direction | None = None
+    fold_attachment: Attachment = "automatic"
+    base_attachment: Attachment = "automatic"
+    mirror_fixing: Literal["glue", "screws"] = "glue"
     wall_mm: Annotated[Number, Field(ge=1.2, le=20)] = 4.0
     clearance_mm: Annotated[Number, Field(ge=0.2, le=10)] = 2.0
     material: Literal["abs", "petg", "pla", "nylon"] = "abs"
     printer_bed_mm: tuple[Positive, Positive, Positive] = (250.0, 210.0, 210.0)
     nozzle_mm: Annotated[Number, Field(ge=0.1, le=2)] = 0.4
+
+    @model_validator(mode="after")
+    def _normal_comes_from_one_place(self) -> Self:
+        for end in ("fold", "base"):
+            if getattr(self, f"{end}_plane") is not None and getattr(self, f"{end}_normal") is not None:
+                raise ValueError(f"expected {end}_plane or {end}_normal, got both")
+        return self

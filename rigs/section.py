@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, Strict
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, Strict
 
 # Strict: TOML has types of its own, so "640" and true are mistakes, not numbers.
 Number = Annotated[FiniteFloat, Strict()]
@@ -12,6 +12,16 @@ Whole = Annotated[int, Strict()]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Vector3 = tuple[Number, Number, Number]
+
+
+def _not_zero(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    if vector == (0.0, 0.0, 0.0):
+        raise ValueError("expected a direction, got three zeros")
+    return vector
+
+
+Direction = Annotated[Vector3, AfterValidator(_not_zero)]
+"""A vector of any length but zero."""
 
 
 class Section(BaseModel):

@@ -144,16 +144,18 @@ class FlatMirror(Section):
 
 
 class FoldMirror(FlatMirror):
-    """M1: at 45 degrees on the camera's axis, `distance_mm` (d1) from the pinhole; folds the view downwards.
+    """M1: at 45 degrees on the camera's axis, `distance_mm` (d1) from the pinhole.
 
-    `width_mm` runs along the camera's x, `height_mm` along the slope.
+    It folds the view down (image-down), as the paper's does, or up. `width_mm` runs along the camera's x, `height_mm`
+    along the slope.
     """
 
     distance_mm: Positive
+    direction: Literal["down", "up"] = "down"
 
 
 class GazeMirror(FlatMirror):
-    """M2: on the folded axis, `distance_mm` (d2) below the centre of M1; turned by the two joints.
+    """M2: on the folded axis, `distance_mm` (d2) from the centre of M1; turned by the two joints.
 
     `width_mm` runs along the tilt axis. Both joint axes cross at the centre of the reflecting face.
     """

@@ -21,7 +21,7 @@ from optics.analysis.objectives import (
 )
 from optics.arrays import FloatArray
 from optics.envelope import box_distance, hull_distance, port_distance
-from optics.layout import FOLD_DIRECTION, Layout
+from optics.layout import Layout
 from rigs import BoxHull, OpenFrameHull, Rig
 
 PLATE_SAMPLES = 9
@@ -65,7 +65,7 @@ def rooms_mm(rig: Rig, designs: FloatArray) -> FloatArray:
     # Orientations do not depend on the design; M1's own frame is entered through its centre.
     turn_m1 = layout.camera_from_m1.rotation
     m1_centre = designs[:, :1] * np.array([0.0, 0.0, 1e-3])
-    m2_centre = m1_centre + designs[:, 1:2] * FOLD_DIRECTION / 1000
+    m2_centre = m1_centre + designs[:, 1:2] * layout.fold_direction / 1000
     plate = _plate_points(designs, rig.fold_mirror.thickness_mm)
     on_m1 = turn_m1.apply(plate.reshape(-1, 3)).reshape(plate.shape) + m1_centre[:, np.newaxis]
     radius = swept_radius_m(designs, rig.gaze_mirror.thickness_mm)

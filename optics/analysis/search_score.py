@@ -28,7 +28,7 @@ from optics.analysis.sphere import cell_count, cell_of
 from optics.arrays import FloatArray, opaque, opaque_vector, to_columns
 from optics.backend import Array3f64, Bool, Float64, UInt32, dr
 from optics.camera import camera_from_spec
-from optics.layout import FOLD_DIRECTION, Layout
+from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.mirror import Strike, strike
 from optics.occlusion import Occluder, blocks
@@ -216,7 +216,7 @@ class CoarseScorer:
         rotation = self.layout.body_from_camera.rotation
         pinhole = opaque_vector(self.layout.body_from_camera.translation)
         m1_centre = pinhole + opaque_vector(rotation.apply([0.0, 0.0, 1.0])) * d1
-        m2_centre = m1_centre + opaque_vector(rotation.apply(FOLD_DIRECTION)) * d2
+        m2_centre = m1_centre + opaque_vector(rotation.apply(self.layout.fold_direction)) * d2
         axes = self.layout.body_from_m1.rotation.as_matrix().T
         m1 = _plate(m1_centre, [opaque_vector(axis) for axis in axes], half[M1_WIDTH], half[M1_HEIGHT])
         columns = [Float64(np.ascontiguousarray(column)) for column in self.m2_axes.transpose(0, 2, 1).reshape(-1, 9).T]
