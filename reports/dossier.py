@@ -86,7 +86,7 @@ def design(rig: Rig, folder: Path, *, announce: Announce) -> Path:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none: there is no mount to design")
     start = time.perf_counter()
     stages = Stages.open(folder, rig, announce)
-    mount = stages.run("mount", lambda: _mount(rig, folder))
+    mount = stages.run("mount", lambda: _mount(rig, folder, announce))
     views = stages.run("views", lambda: _views(rig, folder))
     maps = stages.run("coverage", lambda: _maps(rig, folder))
     announce("report ...")
@@ -98,12 +98,12 @@ def design(rig: Rig, folder: Path, *, announce: Announce) -> Path:
     return report
 
 
-def _mount(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
+def _mount(rig: Rig, folder: Path, announce: Announce) -> tuple[Result, list[Path]]:
     assembly = build_assembly(rig)
     problems = assembly_problems(rig, assembly)
     if problems:
         raise RigError(rig.name, problems)
-    files = export_mount(rig, folder / "mount")
+    files = export_mount(rig, folder / "mount", announce=announce)
     parts = []
     for part, mesh in zip(assembly.parts, rig_meshes(rig), strict=True):
         size = np.ptp(mesh.vertices_m, axis=0) * 1000

@@ -53,7 +53,7 @@ def export(rig: RigArgument, output: FolderOption = None, json: JsonOption = Fal
     problems = assembly_problems(loaded, build_assembly(loaded))
     if problems:
         raise RigError(rig, problems)
-    files = export_mount(loaded, output or Path("out") / loaded.name / "mount")
+    files = export_mount(loaded, output or Path("out") / loaded.name / "mount", announce=_announce)
     if json:
         print_json({"files": [str(file) for file in files]})
     else:
