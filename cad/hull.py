@@ -7,15 +7,16 @@ import trimesh
 from build123d import Axis, Part, Solid, import_step
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from cad.anchors import body_width_mm
 from cad.open_frame import open_frame
 from cad.port_boss import port_boss
 from cad.shapes import along_z, box, cylinder, location_mm, one_solid
 from optics.layout import Layout
 from rigs import BoxHull, FileHull, Hull, Mount, Port
 
+STEP_TOLERANCE_MM = 0.2
+"""As for every hull that is rendered."""
 MILLIMETRES = {"mm": 1.0, "m": 1000.0, "inch": 25.4}
-BODY_SHARE = 0.58
-"""Share of the width that the body takes when there are flippers; nominal, judged from photographs of AQUA."""
 FLIPPER_SPACING = 0.35
 FLIPPER_CHORD_MM = (50.0, 72.0)
 FLIPPER_THICKNESS_MM = 6.0
@@ -46,7 +47,7 @@ def hull_shape(hull: Hull, mount: Mount, port: Port, layout: Layout) -> Solid | 
 
 
 def _box_with_flippers(hull: BoxHull) -> Part:
-    body_width = hull.width_mm * (BODY_SHARE if hull.flippers_per_side else 1.0)
+    body_width = body_width_mm(hull)
     length, width, height = hull.length_mm / 2, body_width / 2, hull.height_mm / 2
     radius = hull.edge_radius_mm
     if radius >= width:
@@ -100,3 +101,12 @@ def file_hull(hull: FileHull) -> Solid | trimesh.Trimesh:
     matrix[:3, 3] *= 1000
     mesh.apply_transform(matrix)
     return mesh
+
+
+def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
+    """Surface of the user's hull in the body frame, millimetres."""
+    shape = file_hull(hull)
+    if isinstance(shape, trimesh.Trimesh):
+        return shape
+    points, corners = shape.tessellate(STEP_TOLERANCE_MM)
+    return trimesh.Trimesh([tuple(point) for point in points], corners, process=False)
