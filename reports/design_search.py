@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from cad.assembly import build_assembly
-from cad.feasibility import assembly_problems
+from cad.checks.assembly_checks import assembly_problems
 from cad.gimbal_base import base_stance
 from cad.gimbal_dimensions import GimbalDimensions
 from cad.meshes import rig_meshes

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from cad.assembly import build_assembly
+from cad.checks.assembly_checks import assembly_problems
 from cad.export import export_mount
-from cad.feasibility import assembly_problems
 from cad.meshes import rig_meshes
 from optics.analysis import Fate, coverage
 from optics.gaze import inverse_gaze

@@ -44,8 +44,8 @@ def export(rig: RigArgument, output: FolderOption = None, json: JsonOption = Fal
       mirrorgaze export aqua2 -o out/mount
     """
     from cad.assembly import build_assembly
+    from cad.checks.assembly_checks import assembly_problems
     from cad.export import export_mount
-    from cad.feasibility import assembly_problems
     from mirrorgaze.loading import load_usable_rig
     from rigs import RigError
 

@@ -9,7 +9,7 @@ from build123d import GeomType
 from manifold3d import Manifold
 
 from cad.assembly import build_assembly
-from cad.collisions import joint_grid, manifold_mm, overlaps
+from cad.checks.overlaps import joint_grid, manifold_mm, overlaps
 from cad.gimbal_dimensions import PIN_RADIUS_MM, GimbalDimensions
 from cad.mirrors import LIP_OVERLAP_MM
 from cad.servo import HORN_DIAMETER_MM

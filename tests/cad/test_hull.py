@@ -8,7 +8,7 @@ import trimesh
 from build123d import Box, Pos, export_step
 
 from cad.assembly import build_assembly
-from cad.feasibility import assembly_problems
+from cad.checks.assembly_checks import assembly_problems
 from cad.hull import file_hull
 from cad.meshes import mesh_key
 from cad.tessellation import tessellate

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cad.assembly import build_assembly
-from cad.feasibility import assembly_problems
+from cad.checks.assembly_checks import assembly_problems
 from optics.analysis import search
 from optics.analysis.objectives import design_of
 from optics.analysis.search_score import Grid

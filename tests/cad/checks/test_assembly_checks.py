@@ -8,7 +8,7 @@ import pytest
 from build123d import Pos
 
 from cad.assembly import build_assembly
-from cad.feasibility import assembly_problems
+from cad.checks.assembly_checks import assembly_problems
 from rigs import NoPortSpec
 
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from trimesh.proximity import closest_point_naive
 
 from cad.assembly import Assembly, Part
-from cad.collisions import Gap, Overlap, joint_grid, manifold_mm, overlaps, smallest_gaps
+from cad.checks.overlaps import Gap, Overlap, joint_grid, manifold_mm, overlaps, smallest_gaps
 from cad.fold_bracket import FLANGE_LENGTH_MM
 from cad.tessellation import tessellate
 from optics.layout import FloatArray, Layout
