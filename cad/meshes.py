@@ -35,6 +35,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "name": True,
     "description": True,
     "water": True,
+    "vehicle": True,
     "servos": {"pan": SERVO_WITHOUT_SHAPE, "tilt": SERVO_WITHOUT_SHAPE},
     "hull": {"file"},
 }

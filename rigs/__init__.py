@@ -12,6 +12,7 @@ from rigs.mounting import (
     OpenFrameHull,
     Servo,
     Servos,
+    Vehicle,
 )
 from rigs.problems import Problem, RigError
 from rigs.specification import (
@@ -51,6 +52,7 @@ __all__ = [
     "RigError",
     "Servo",
     "Servos",
+    "Vehicle",
     "Water",
     "load_document",
     "preset_names",

@@ -137,6 +137,19 @@ class FileHull(Section):
 Hull = Annotated[BoxHull | OpenFrameHull | FileHull, Field(discriminator="shape")]
 
 
+class Vehicle(Section):
+    """The vehicle that carries the mount, neutrally buoyant and level without it.
+
+    `centre_mm` is its centre of buoyancy in the body frame; the centre of mass lies `righting_arm_mm` below.
+    `speed_m_per_s` is the highest speed through the water at which the mirrors must work.
+    """
+
+    mass_kg: Positive
+    righting_arm_mm: Positive
+    centre_mm: Vector3 = (0.0, 0.0, 0.0)
+    speed_m_per_s: NotNegative
+
+
 Attachment = Literal["automatic", "flange", "saddle"]
 
 

@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigs.mounting import Hull, Joints, Mount, Servos
+from rigs.mounting import Hull, Joints, Mount, Servos, Vehicle
 from rigs.section import Number, Positive, Section, Vector3, Whole
 
 PortMaterial = Literal["pmma", "polycarbonate", "n-bk7", "borofloat33", "sapphire", "fused-silica"]
@@ -188,6 +188,7 @@ class Rig(Section):
     servos: Servos | None = None
     hull: Hull | None = None
     mount: Mount | None = None
+    vehicle: Vehicle | None = None
 
     @model_validator(mode="after")
     def _mirrors_come_whole(self) -> Self:
