@@ -87,9 +87,11 @@ class DomePort(Port):
     def aim(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
         """Kernel: Newton on the angle at the pinhole in the plane of refraction.
 
-        That plane contains the centre, the pinhole and the point. In it ``n r sin(incidence)`` is conserved along
+        That plane contains the centre, the pinhole and the point. In it ``b = n r sin(incidence)`` is conserved along
         the ray (Born & Wolf, section 3.2.1, spherical symmetry), so the polar angle it sweeps around the centre is a
-        sum of arcsines of the angle at the pinhole; it must equal the polar angle of the point.
+        sum of arcsines ``asin(b / n r)``, which must equal the polar angle of the point. No arcsine is needed: each
+        is a turn by the complex number ``sqrt((n r)^2 - b^2) + i b``, and the sine of the sum is the imaginary part
+        of their product.
         """
         centre = parameters["centre"]
         offset = dr.norm(centre)
@@ -100,34 +102,41 @@ class DomePort(Port):
         along = dr.dot(radial, axis)
         sideways = radial - axis * along
         across = dr.norm(sideways)
-        target = dr.atan2(across, along)
-        angle = target
-        step = dr.zeros(type(distance), 1)
-        steps_of_index = (
-            (offset, parameters["inner"], parameters["n_inside"]),
-            (parameters["inner"], parameters["outer"], parameters["n_port"]),
-            (parameters["outer"], distance, parameters["n_water"]),
+        passages = (
+            (parameters["n_inside"] * parameters["inner"], -1),
+            (parameters["n_port"] * parameters["inner"], 1),
+            (parameters["n_port"] * parameters["outer"], -1),
+            (parameters["n_water"] * parameters["outer"], 1),
+            (parameters["n_water"] * distance, -1),
         )
+        # The length of the product, so that it ends on the unit circle.
+        scale = dr.rcp(dr.prod([reach for reach, _ in passages]) * distance)
+        target = (along * scale, across * scale)
+        lever = parameters["n_inside"] * offset
+        # The angle is kept as its cosine and sine; straight to the point is where a centred dome would have it.
+        cosine, sine = _unit(along - offset, across)
+        step = dr.zeros(type(distance), 1)
         for _ in range(AIM_ITERATIONS):
-            invariant = parameters["n_inside"] * offset * dr.sin(angle)
-            rate_of_invariant = parameters["n_inside"] * offset * dr.cos(angle)
-            # Sums are written out: += would change Dr.Jit's arrays in place, and with them `angle`.
-            # At the pinhole the ray's angle to the radius is `angle` itself, beyond 90 degrees too.
-            swept, rate = angle, 1.0
-            for position, (near, far, index) in enumerate(steps_of_index):
-                if position > 0:
-                    sine = invariant / (index * near)
-                    swept = swept + dr.safe_asin(sine)
-                    rate = rate + rate_of_invariant / (index * near) * dr.rsqrt(1 - dr.square(sine))
-                sine = invariant / (index * far)
-                swept = swept - dr.safe_asin(sine)
-                rate = rate - rate_of_invariant / (index * far) * dr.rsqrt(1 - dr.square(sine))
-            step = (target - swept) / rate
-            angle = dr.clip(angle + step, 0, dr.pi)
-        converged = dr.abs(step) <= AIM_TOLERANCE * (1 + angle)
+            invariant, rate_of_invariant = lever * sine, lever * cosine
+            real, imaginary = cosine * target[0] + sine * target[1], sine * target[0] - cosine * target[1]
+            # d asin(b / n r) / db = 1 / sqrt((n r)^2 - b^2): the sum of these is `fractions / product`.
+            fractions, product = 0.0, 1.0
+            for reach, sign in passages:
+                root = dr.sqrt((reach - invariant) * (reach + invariant))
+                turn = sign * invariant
+                real, imaginary = real * root - imaginary * turn, imaginary * root + real * turn
+                fractions, product = fractions * root + sign * product, product * root
+            step = -imaginary * product / (product + rate_of_invariant * fractions)
+            cosine, sine = _unit(cosine - sine * step, dr.maximum(sine + cosine * step, 0))
+        converged = dr.abs(step) <= AIM_TOLERANCE
         outwards = dr.select(across > 0, sideways / across, 0)
-        direction = axis * dr.cos(angle) + outwards * dr.sin(angle)
-        return dr.normalize(direction), converged, distance > parameters["outer"]
+        return dr.normalize(axis * cosine + outwards * sine), converged, distance > parameters["outer"]
+
+
+def _unit(x: Any, y: Any) -> tuple[Any, Any]:
+    """Point of the unit circle in the direction of (x, y)."""
+    length = dr.rsqrt(dr.square(x) + dr.square(y))
+    return x * length, y * length
 
 
 def _exit_distance(start: Any, direction: Any, radius: Any) -> Any:

@@ -242,6 +242,33 @@ def test_a_dome_is_inverted_from_next_to_its_wall(centre):
     np.testing.assert_allclose(image.pixels, pixels, rtol=0, atol=ROUND_TRIP_PX)
 
 
+def test_a_dome_of_any_indices_gives_a_ray_through_the_point_or_says_that_it_found_none():
+    """Where light bends outwards, total reflection ends the range of the root and a point may have two images.
+
+    Whatever pixel comes, its traced ray must meet the point. With air inside, a root is found for every point.
+    """
+    rng = np.random.default_rng(12)
+    unsolved = 0
+    for n_inside in (*(1.0,) * 10, *rng.uniform(1.2, 1.5, 10)):
+        centre = unit(rng.normal(size=3)) * rng.uniform(0.9, 0.999) * 0.05
+        n_port, n_water = rng.uniform(1.3, 1.8), rng.uniform(1.0, 1.4)
+        port = DomePort(
+            centre_m=centre, radius_m=0.05, thickness_m=0.005, n_inside=n_inside, n_port=n_port, n_water=n_water
+        )
+        _, points = points_in_view(port, 1000, camera=WIDE)
+        image = train(port, WIDE).project(points)
+        found = image.status != Status.NOT_CONVERGED
+        assert found.any()
+        assert n_inside > 1 or (image.status == Status.OK).all()
+        assert np.isnan(image.pixels[~found]).all()
+        unsolved += np.count_nonzero(~found)
+        rays = train(port, WIDE).trace(image.pixels[found])
+        miss = np.linalg.norm(np.cross(points[found] - rays.origin_m, rays.direction), axis=1)
+        # Ten metres away; the ray's direction multiplies what is left of the angle next to the wall.
+        np.testing.assert_allclose(miss, 0, rtol=0, atol=10 * SNELL)
+    assert unsolved > 0
+
+
 def test_from_water_into_air_rays_are_totally_reflected_beyond_the_critical_angle():
     """A camera in a flooded housing: arcsin(1 / 1.333) = 48.6 degrees, 566.8 px at 500 px focal length."""
     port = FlatPort(distance_m=0.02, thickness_m=0.008, n_inside=1.333, n_water=1.0)
