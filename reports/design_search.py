@@ -15,20 +15,26 @@ import numpy as np
 
 from cad.assembly import build_assembly
 from cad.checks.assembly_checks import assembly_problems
-from cad.gimbal_base import base_stance
-from cad.gimbal_dimensions import GimbalDimensions
+from cad.checks.overlaps import manifold_mm
+from cad.gimbal_room import gimbal_rooms_mm, with_standing_base
 from cad.meshes import rig_meshes
 from optics.analysis.objectives import PARAMETERS, objectives_named, rig_with
 from optics.analysis.search import Recorded, Search, search_designs
 from optics.analysis.search_choice import choose
-from optics.analysis.search_limits import binding, bounds_around, first_problem
+from optics.analysis.search_limits import BINDING_MM, binding, bounds_around, first_problem
 from optics.arrays import FloatArray
-from optics.layout import Layout
+from optics.mesh import Role
 from reports.progress import Announce, Stages, write_text
 from reports.search_figures import draw_front, front_rows, write_front
 from rigs import FileHull, Rig, load_document, save_document
 
-BASE = "mount.base_anchor_mm too near the pan axis or too low"
+NAMES = tuple(".".join(parameter) for parameter in PARAMETERS)
+
+Held = Callable[[FloatArray], list[str]]
+"""Names what binds a design."""
+
+ROUNDING_MM = 0.1
+"""As in the checks on solids: twice the tolerance of their triangles."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,35 +105,54 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, announc
         name = " x ".join(f"{value:g}" for value in design)
         return str(stages.run(f"mount of {name} mm", lambda: ({"problem": _problem(rig, design)}, []))["problem"])
 
+    parts = rig_meshes(rig)
+    hull = manifold_mm(next(part for part in parts if part.role is Role.HULL))
+
+    def violated_room(made: Rig) -> str:
+        return next((name for name, room in gimbal_rooms_mm(made, hull).items() if room < -ROUNDING_MM), "")
+
     search = search_designs(
         rig,
-        rig_meshes(rig),
+        parts,
         wanted.objectives,
         designs=wanted.designs,
         seed=wanted.seed,
         factor=wanted.factor,
-        buildable=_quick_problem,
+        buildable=violated_room,
         checkpoint=checkpoint,
     )
+
+    def held(design: FloatArray) -> list[str]:
+        rooms = gimbal_rooms_mm(rig_with(rig, design), hull).items()
+        return binding(rig, design, search.low, search.high) + [name for name, room in rooms if room < BINDING_MM]
+
+    def described(row: int) -> dict[str, Any]:
+        return _described(rig, search, row, held)
+
     chosen, problems = choose(search, wanted.count, problem_of)
     files = _write_rigs(rig, source, folder / "rigs", search, chosen)
     announce("front.csv, search.png, summary.json ...")
-    write_front(
-        front_rows(search, rig, {row: f"rigs/{file.name}" for row, file in files.items()}), folder / "front.csv"
-    )
+    names = {row: f"rigs/{file.name}" for row, file in files.items()}
+    write_front(front_rows(search, lambda design: _base_anchor_mm(rig, design), held, names), folder / "front.csv")
     draw_front(search, chosen, folder / "search.png")
-    summary = _summary(rig, wanted, search, files, problems)
+    summary = {
+        **_summary(rig, wanted, search, described),
+        "chosen": [{"file": names[row], **described(row)} for row in chosen],
+        "thrown_out": [{**described(row), "problem": problem} for row, problem in problems.items()],
+    }
     write_text(folder / "summary.json", json.dumps(summary, indent=2))
     return summary
 
 
-def _quick_problem(rig: Rig) -> str:
-    """Whether the gimbal's base can stand where its anchor is: numbers only, no solids."""
-    try:
-        base_stance(GimbalDimensions.from_rig(rig), Layout.from_rig(rig))
-    except ValueError:
-        return BASE
-    return ""
+def _with_mount(rig: Rig, design: FloatArray) -> Rig:
+    """The rig of a design, the base's anchor moved along the hull where the design needs that."""
+    return with_standing_base(rig_with(rig, design))
+
+
+def _base_anchor_mm(rig: Rig, design: FloatArray) -> tuple[float, float, float]:
+    mount = _with_mount(rig, design).mount
+    assert mount is not None
+    return mount.base_anchor_mm
 
 
 def _problem(rig: Rig, design: FloatArray) -> str:
@@ -135,8 +160,8 @@ def _problem(rig: Rig, design: FloatArray) -> str:
     first = first_problem(rig, design)
     if first:
         return first
-    made = rig_with(rig, design)
     try:
+        made = _with_mount(rig, design)
         problems = assembly_problems(made, build_assembly(made))
     except ValueError as error:
         return str(error)
@@ -157,23 +182,25 @@ def _write_rigs(rig: Rig, source: Path, folder: Path, search: Search, chosen: Se
             document["hull"]["file"] = str(rig.hull.file)
         for (section, key), value in zip(PARAMETERS, search.designs[row].tolist(), strict=True):
             document[section][key] = value
+        document["mount"]["base_anchor_mm"] = list(_base_anchor_mm(rig, search.designs[row]))
         save_document(document, file)
     return files
 
 
-def _summary(
-    rig: Rig, wanted: Wanted, search: Search, files: dict[int, Path], problems: dict[int, str]
-) -> dict[str, Any]:
-    names = [".".join(parameter) for parameter in PARAMETERS]
+def _described(rig: Rig, search: Search, row: int, held: Held) -> dict[str, Any]:
+    """A design's numbers, scores, and what binds it."""
+    design = search.designs[row]
+    scores = [None if np.isnan(value) else float(value) for value in search.scores[row]]
+    return {
+        "design_mm": dict(zip(NAMES, design.tolist(), strict=True)),
+        "base_anchor_mm": list(_base_anchor_mm(rig, design)),
+        "scores": dict(zip((objective.name for objective in search.objectives), scores, strict=True)),
+        "binding": held(design),
+    }
 
-    def described(row: int) -> dict[str, Any]:
-        scores = [None if np.isnan(value) else float(value) for value in search.scores[row]]
-        return {
-            "design_mm": dict(zip(names, search.designs[row].tolist(), strict=True)),
-            "scores": dict(zip(wanted.objectives, scores, strict=True)),
-            "binding": binding(rig, search.designs[row], search.low, search.high),
-        }
 
+def _summary(rig: Rig, wanted: Wanted, search: Search, described: Callable[[int], dict[str, Any]]) -> dict[str, Any]:
+    """What was searched and how much of it is possible; members are added by the caller."""
     return {
         "rig": rig.name,
         "objectives": [
@@ -183,12 +210,10 @@ def _summary(
         "designs": len(search.designs),
         "seed": wanted.seed,
         "bounds_mm": {
-            name: [float(low), float(high)] for name, low, high in zip(names, search.low, search.high, strict=True)
+            name: [float(low), float(high)] for name, low, high in zip(NAMES, search.low, search.high, strict=True)
         },
         "possible": int(np.isfinite(search.scores).all(axis=1).sum()),
         "rejected": search.rejected,
         "front": len(search.front),
         "own": described(0),
-        "chosen": [{"file": f"rigs/{file.name}", **described(row)} for row, file in files.items()],
-        "thrown_out": [{**described(row), "problem": problem} for row, problem in problems.items()],
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 from pathlib import Path
 
@@ -15,10 +15,9 @@ from matplotlib.figure import Figure
 
 from optics.analysis.objectives import PARAMETERS
 from optics.analysis.search import Search
-from optics.analysis.search_limits import binding
+from optics.arrays import FloatArray
 from reports.figures import STYLE, save_figure
 from reports.progress import write_text
-from rigs import Rig
 
 POSSIBLE, FRONT, CHOSEN, OWN = "#cbd5e1", "#2a9d8f", "#d1495b", "#1c2b39"
 
@@ -54,8 +53,24 @@ def _pair(axes: Axes, search: Search, chosen: Sequence[int], pair: tuple[int, in
         getattr(axes, f"set_{name}label")(f"{objective.name} ({objective.unit}); {better}")
 
 
-def front_rows(search: Search, rig: Rig, files: dict[int, str]) -> list[dict[str, str]]:
-    """One row per member of the front: its numbers, its scores, what binds, and its rig file if it has one."""
+def front_rows(
+    search: Search,
+    base_anchor_mm: Callable[[FloatArray], tuple[float, float, float]],
+    held: Callable[[FloatArray], list[str]],
+    files: dict[int, str],
+) -> list[dict[str, str]]:
+    """One row per member of the front: its numbers, its scores, what binds, and its rig file if it has one.
+
+    Parameters
+    ----------
+    search : Search
+    base_anchor_mm : callable
+        Where the gimbal's base of a design is bolted on.
+    held : callable
+        What binds a design.
+    files : dict of int to str
+        Rig files by row of `search.designs`.
+    """
     rows = []
     for row in search.front.tolist():
         design = search.designs[row]
@@ -64,8 +79,9 @@ def front_rows(search: Search, rig: Rig, files: dict[int, str]) -> list[dict[str
             objective.name: f"{value:.6g}"
             for objective, value in zip(search.objectives, search.scores[row], strict=True)
         }
-        held = "; ".join(binding(rig, design, search.low, search.high))
-        rows.append({"row": str(row), **numbers, **scores, "binding": held, "rig": files.get(row, "")})
+        anchor = " ".join(f"{value:g}" for value in base_anchor_mm(design))
+        more = {"mount.base_anchor_mm": anchor, **scores, "binding": "; ".join(held(design))}
+        rows.append({"row": str(row), **numbers, **more, "rig": files.get(row, "")})
     return rows
 
 

@@ -48,10 +48,25 @@ def search(
     typer.echo(f"{found['designs']} designs, {found['possible']} possible, {found['front']} on the front")
     for name, count in found["rejected"].items():
         typer.echo(f"  thrown out by {name}: {count}")
+    if found["thrown_out"]:
+        looked = len(found["thrown_out"]) + len(found["chosen"])
+        typer.echo(f"  of {looked} mounts built and moved, {len(found['thrown_out'])} thrown out:")
+        for place, (count, example) in _by_place(found["thrown_out"]).items():
+            typer.echo(f"    {place}: {count}, such as {example}")
     names = [item["name"] for item in found["objectives"]]
     rows = [("", *names, "binding"), _row("as it is", found["own"], names)]
     print_table(rows + [_row(item["file"], item, names) for item in found["chosen"]])
     typer.echo(f"{folder}: front.csv, search.png, summary.json, {len(found['chosen'])} rig files")
+
+
+def _by_place(thrown_out: list[dict[str, Any]]) -> dict[str, tuple[int, str]]:
+    """How many designs failed at each key of the rig file or part, and the first that did."""
+    places: dict[str, tuple[int, str]] = {}
+    for item in thrown_out:
+        place, _, rest = item["problem"].partition(" = ")
+        count, example = places.get(place, (0, rest))
+        places[place] = (count + 1, example)
+    return dict(sorted(places.items(), key=lambda entry: -entry[1][0]))
 
 
 def _row(label: str, item: dict[str, Any], names: list[str]) -> tuple[str, ...]:
