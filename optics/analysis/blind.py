@@ -48,8 +48,8 @@ class BlindPatch:
 
 
 def blind_causes(coverage: Coverage) -> NDArray[np.int64]:
-    """Why each cell of the sphere is blind, shape (cells,): the `Fate` of most rays to it, OUT_OF_REACH, or SEEN."""
-    stopped = coverage.rays[list(BLOCKERS)]
+    """Why each cell of the sphere is blind, shape (cells,): what stops it in most poses, OUT_OF_REACH, or SEEN."""
+    stopped = coverage.poses_by_fate[list(BLOCKERS)]
     cause = np.where(stopped.sum(axis=0) > 0, np.array(BLOCKERS)[stopped.argmax(axis=0)], OUT_OF_REACH)
     return np.where(coverage.covered, int(Fate.SEEN), cause)
 
@@ -82,9 +82,9 @@ def blind_patches(coverage: Coverage) -> list[BlindPatch]:
 
 
 def rim_fraction(coverage: Coverage) -> float:
-    """Share of the sphere in seen cells beside a blind one: each is seen in part, and counted as a whole.
+    """Share of the sphere in seen cells beside a blind one: many are seen in part, and counted as a whole.
 
-    The covered fraction is too large by some part of it.
+    As many at the rim are blind in part and not counted, so that the covered fraction is off by far less.
     """
     directions, width = cell_directions(coverage.nside), np.sqrt(cell_solid_angle_sr(coverage.nside))
     blind, seen = directions[~coverage.covered], directions[coverage.covered]

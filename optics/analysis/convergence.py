@@ -31,7 +31,7 @@ class Extrapolation:
     order : float or None
         p of an error that shrinks as step^p; None when the differences do not shrink, so that nothing can be said.
     estimate : float or None
-        The value at a step of zero (Richardson), None with the order.
+        The value at a step of zero (Richardson); None with the order, but for a value that the step does not change.
     """
 
     values: tuple[float, float, float]
@@ -62,6 +62,8 @@ def extrapolate(values: Sequence[float]) -> Extrapolation:
     """Order and limit of three values at steps that halve each time."""
     coarse, middle, fine = (float(value) for value in values)
     first, second = middle - coarse, fine - middle
+    if first == second == 0:
+        return Extrapolation(values=(coarse, middle, fine), order=None, estimate=fine)
     if first * second <= 0 or abs(second) >= abs(first):
         return Extrapolation(values=(coarse, middle, fine), order=None, estimate=None)
     ratio = first / second

@@ -9,12 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.analysis.fate import Fate, by_fate, by_region
-from optics.analysis.poses import Progress, trace_poses
+from optics.analysis.pose_axes import PoseAxes, Progress
+from optics.analysis.poses import trace_poses
 from optics.analysis.sphere import cell_directions, check_nside
+from optics.analysis.sphere_views import see_sphere
 from optics.analysis.usable_fov import check_counts, joint_values
 from optics.arrays import FloatArray
 from optics.layout import Layout
-from optics.mesh import PartMesh
+from optics.mesh import Group, PartMesh
+from optics.occlusion import Occluder
+from optics.train import OpticalTrain
 from rigs import Rig
 
 
@@ -35,11 +39,9 @@ class Coverage:
         The same by region of the image and what the region shows there: SEEN is open water, a part what it hides.
     nside : int
         Of the sphere of directions, whose cells `optics.analysis.sphere` numbers; all have the same solid angle.
-    poses_seeing : array, shape (cells,)
-        Number of poses that see each cell of the sphere: how long a search may dwell there.
-    rays : array, shape (len(Fate), cells)
-        Pairs of a pose and a cell of the image that M2 points at each cell of the sphere, by what they meet: open
-        water (SEEN) or a part.
+    poses_by_fate : array, shape (len(Fate), cells)
+        Number of poses whose mirrors point a ray of the camera at the centre of each cell of the sphere, by what that
+        ray meets: open water (SEEN) or a part.
     pixels_per_degree : array, shape (cells,)
         Best resolution at which a pose sees each cell; zero where none does.
     """
@@ -50,8 +52,7 @@ class Coverage:
     solid_angle_by_fate_sr: FloatArray
     solid_angle_by_region_sr: FloatArray
     nside: int
-    poses_seeing: NDArray[np.int64]
-    rays: NDArray[np.int64]
+    poses_by_fate: NDArray[np.int64]
     pixels_per_degree: FloatArray
 
     @property
@@ -67,6 +68,12 @@ class Coverage:
         """
         weights = np.outer(_trapezoid(self.q2_deg), _trapezoid(self.q1_deg))
         return float((weights * self.solid_angle_sr).sum())
+
+    @property
+    def poses_seeing(self) -> NDArray[np.int64]:
+        """Number of poses that see each cell of the sphere: how long a search may dwell there; shape (cells,)."""
+        seeing: NDArray[np.int64] = self.poses_by_fate[Fate.SEEN]
+        return seeing
 
     @property
     def covered(self) -> NDArray[np.bool_]:
@@ -135,19 +142,22 @@ def coverage(
 
     Notes
     -----
-    A cell of the sphere is covered when the centre of a cell of the image looks into it. Directions count as seen
-    from far away: the centimetres between the poses' viewpoints are left out. The rule leaves false holes where rays
-    are fewer than cells of the sphere, and counts cells at the rim as wholly covered. The defaults (cells of the image
-    and of the sphere both about 0.9 degrees wide) suit some 90 x 90 poses; with few poses take a coarser sphere or
-    more rays. `optics.analysis.convergence` says how far a result is off.
+    A cell of the sphere is covered when some pose shows its centre: the centre's direction is traced back through both
+    mirrors and the port to its pixel, and from there out again past all parts (`optics.analysis.sphere_views`).
+    Directions are those of far away things: the centimetres between the poses' viewpoints are left out. The cells of
+    the image do not matter to what is covered; they are what `pixels`, solid angles and resolution are counted in.
+    `optics.analysis.convergence` says how far a result is off.
     """
     q1, q2 = joint_values(rig, q1=q1, q2=q2)
     check_counts(columns=columns, rows=rows)
     check_nside(nside)
     grid1, grid2 = np.meshgrid(q1, q2)
-    views = trace_poses(
-        rig, parts, q1=grid1.ravel(), q2=grid2.ravel(), columns=columns, rows=rows, nside=nside, progress=progress
-    )
+    layout = Layout.from_rig(rig)
+    train = OpticalTrain.from_rig(rig, q1=float(q1[0]), q2=float(q2[0]))
+    occluders = {group: Occluder.of_group(parts, group) for group in Group}
+    axes = PoseAxes.of(layout, grid1.ravel(), grid2.ravel())
+    views = trace_poses(train, layout, occluders, axes, columns=columns, rows=rows)
+    sphere = see_sphere(train, layout, occluders, axes, columns=columns, rows=rows, nside=nside, progress=progress)
     by_region_sr = by_region(views.solid_angle_sr)
     return Coverage(
         q1_deg=np.degrees(q1),
@@ -156,9 +166,8 @@ def coverage(
         solid_angle_by_fate_sr=by_fate(views.solid_angle_sr).reshape(*grid1.shape, -1),
         solid_angle_by_region_sr=by_region_sr.reshape(*grid1.shape, *by_region_sr.shape[1:]),
         nside=nside,
-        poses_seeing=views.poses_seeing,
-        rays=views.rays,
-        pixels_per_degree=views.pixels_per_degree,
+        poses_by_fate=sphere.poses_by_fate,
+        pixels_per_degree=sphere.pixels_per_degree,
     )
 
 

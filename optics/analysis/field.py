@@ -97,7 +97,7 @@ def pixel_solid_angles(camera: Camera, port: Port, columns: int | None = None, r
     u = np.linspace(-0.5, camera.width_px - 0.5, columns + 1)
     v = np.linspace(-0.5, camera.height_px - 0.5, rows + 1)
     corners = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-    rays = OpticalTrain(camera=camera, port=_without_rim(port)).trace(corners)
+    rays = OpticalTrain(camera=camera, port=without_rim(port)).trace(corners)
     directions = np.where((rays.status == Status.OK)[:, np.newaxis], rays.direction, np.nan).reshape(
         rows + 1, columns + 1, 3
     )
@@ -158,7 +158,8 @@ def folded_field(train: OpticalTrain, layout: Layout, fixed: Occluder, columns: 
     )
 
 
-def _without_rim(port: Port) -> Port:
+def without_rim(port: Port) -> Port:
+    """The same port with an unbounded aperture."""
     return port if isinstance(port, NoPort) else dataclasses.replace(port, aperture_radius_m=None)  # type: ignore[type-var]
 
 

@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.analysis.fate import Fate, by_fate, by_region
+from optics.analysis.pose_axes import PoseAxes
 from optics.analysis.poses import trace_poses
 from optics.arrays import FloatArray
 from optics.layout import Layout
-from optics.mesh import PartMesh
+from optics.mesh import Group, PartMesh
+from optics.occlusion import Occluder
+from optics.train import OpticalTrain
 from rigs import Rig
 
 
@@ -75,7 +78,15 @@ def usable_fov(
     if q1.shape != q2.shape:
         raise ValueError(f"expected as many q1 as q2, got {q1.size} and {q2.size}")
     check_counts(columns=columns, rows=rows)
-    views = trace_poses(rig, parts, q1=q1, q2=q2, columns=columns, rows=rows, nside=1)
+    layout = Layout.from_rig(rig)
+    views = trace_poses(
+        OpticalTrain.from_rig(rig, q1=float(q1[0]), q2=float(q2[0])),
+        layout,
+        {group: Occluder.of_group(parts, group) for group in Group},
+        PoseAxes.of(layout, q1, q2),
+        columns=columns,
+        rows=rows,
+    )
     return UsableFov(
         q1_deg=np.degrees(q1),
         q2_deg=np.degrees(q2),

@@ -1,0 +1,48 @@
+"""How the moving groups stand in many poses: the only thing that changes from pose to pose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optics.arrays import FloatArray, to_columns
+from optics.backend import Array3f64
+from optics.layout import Layout, pan_from_m2
+from optics.mesh import Group
+
+Progress = Callable[[int, int], None]
+"""Called with the number of poses done and their total."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseAxes:
+    """Rotations of the moving groups in n poses.
+
+    Attributes
+    ----------
+    turns : dict of arrays, shape (n, 3, 3)
+        Columns: axes of each moving group's frame, in the body frame.
+    """
+
+    turns: dict[Group, FloatArray]
+
+    @classmethod
+    def of(cls, layout: Layout, q1: FloatArray, q2: FloatArray) -> PoseAxes:
+        """At joint values, shape (n,), radians; each value is turned into a rotation once."""
+        pans, pan = np.unique(q1, return_inverse=True)
+        tilts, tilt = np.unique(q2, return_inverse=True)
+        body_from_pan = np.stack([layout.body_from_pan(q).rotation.as_matrix() for q in pans])[pan]
+        from_m2 = np.stack([pan_from_m2(layout.tilt_angle(q)).rotation.as_matrix() for q in tilts])[tilt]
+        return cls(turns={Group.PAN: body_from_pan, Group.TILT: body_from_pan @ from_m2})
+
+    def __len__(self) -> int:
+        return len(self.turns[Group.TILT])
+
+    def kernel(self, some: slice) -> dict[Group, list[Any]]:
+        """Axes of some poses for the kernels: x, y and z of each group."""
+        return {
+            group: [Array3f64(*to_columns(turn[some, :, k])) for k in range(3)] for group, turn in self.turns.items()
+        }
