@@ -16,8 +16,10 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
-from optics.layout import FloatArray
-from rigs import BoxHull, FileHull, Hull, Problem, Rig
+from optics.arrays import FloatArray
+from optics.envelope import hull_half_size
+from optics.torpedo import torpedo_normal
+from rigs import BoxHull, FileHull, Hull, Problem, Rig, TorpedoHull
 
 Point = tuple[float, float, float]
 End = Literal["fold", "base"]
@@ -60,12 +62,13 @@ def base_anchor(rig: Rig) -> Anchor:
 def hull_planes(hull: Hull) -> Mapping[str, Anchor]:
     """Planes of a hull that an anchor may name, each with a point of it.
 
-    The sides of our own hulls are top, bottom, left and right, of a box also front and back. A file's are those that
-    the rig declares in `[hull.planes.NAME]`.
+    The sides of our own hulls are top, bottom, left and right, of a box also front and back; of a torpedo they touch
+    its cylinder along a line. A file's are those that the rig declares in `[hull.planes.NAME]`.
     """
     if isinstance(hull, FileHull):
         return {name: _as_anchor(plane.point_mm, plane.normal) for name, plane in hull.planes.items()}
-    half = {"top": hull.height_mm / 2, "left": hull.width_mm / 2}
+    _, width, height = 1000 * hull_half_size(hull)
+    half = {"top": height, "left": width}
     if isinstance(hull, BoxHull):
         half |= {"left": body_width_mm(hull) / 2, "front": hull.length_mm / 2}
     axes = {"front": (1.0, 0.0, 0.0), "left": (0.0, 1.0, 0.0), "top": (0.0, 0.0, 1.0)}
@@ -157,12 +160,14 @@ def _anchor(rig: Rig, end: End) -> Anchor:
 
 
 def _normal_at(hull: Hull, point_mm: Point) -> ArrayLike:
-    """Normal of the surface near a point: of the nearest side of our own hulls, of the nearest triangle of a file."""
+    """Normal of the surface near a point: of the nearest side of box and frame, of the nearest triangle of a file."""
     if isinstance(hull, FileHull):
         from cad.hull import file_hull_surface  # noqa: PLC0415  (takes seconds to import)
 
         _, normals, _ = nearest_on_surface(file_hull_surface(hull), point_mm)
         return np.asarray(normals.sum(axis=0))
+    if isinstance(hull, TorpedoHull):
+        return torpedo_normal(hull, np.array(point_mm) / 1000)
     planes = hull_planes(hull).values()
     return min(planes, key=lambda plane: abs(_height(point_mm, plane))).normal
 

@@ -1,4 +1,4 @@
-"""The hull the mount is bolted to: a rounded box with flippers, an open frame, or the user's own file."""
+"""The hull the mount is bolted to: a rounded box with flippers, an open frame, a torpedo, or the user's own file."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from cad.anchors import body_width_mm
 from cad.open_frame import open_frame
 from cad.port_boss import port_boss
 from cad.shapes import along_z, box, cylinder, location_mm, one_solid
+from cad.torpedo import torpedo
 from optics.layout import Layout
-from rigs import BoxHull, FileHull, Hull, Mount, Port
+from rigs import BoxHull, FileHull, Hull, Mount, Port, TorpedoHull
 
 STEP_TOLERANCE_MM = 0.2
 """As for every hull that is rendered."""
@@ -40,6 +41,8 @@ def hull_shape(hull: Hull, mount: Mount, port: Port, layout: Layout) -> Solid | 
     boss = port_boss(port, layout)
     if isinstance(hull, BoxHull):
         shape = _box_with_flippers(hull)
+    elif isinstance(hull, TorpedoHull):
+        shape = torpedo(hull)
     else:
         pinhole = 1000 * layout.body_from_camera.translation
         shape = open_frame(hull, mount, port, (float(pinhole[0]), float(pinhole[1]), float(pinhole[2])))

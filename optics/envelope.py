@@ -9,7 +9,8 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.arrays import FloatArray
-from rigs import BoxHull, DomePortSpec, FlatPortSpec, OpenFrameHull, Rig
+from optics.torpedo import torpedo_distance
+from rigs import BoxHull, DomePortSpec, FlatPortSpec, ParametricHull, Rig, TorpedoHull
 from rigs.specification import FlatMirror
 
 PLATE_SAMPLES = 31
@@ -70,15 +71,22 @@ def window_centre(rig: Rig) -> FloatArray:
     return np.zeros(3)
 
 
-def hull_half_size(hull: BoxHull | OpenFrameHull) -> FloatArray:
+def hull_half_size(hull: ParametricHull) -> FloatArray:
     """Half the length, width and height of a hull, metres."""
+    if isinstance(hull, TorpedoHull):
+        return np.array([hull.length_mm, hull.diameter_mm, hull.diameter_mm], dtype=np.float64) / 2000
     return np.array([hull.length_mm, hull.width_mm, hull.height_mm], dtype=np.float64) / 2000
 
 
 def hull_distance(rig: Rig, points_m: FloatArray) -> FloatArray:
-    """Distance of points in the body frame from the hull: a box, or the side panels and the tube of an open frame."""
+    """Distance of points in the body frame from the hull.
+
+    That is a box, the side panels and the tube of an open frame, or a body of revolution without its fins.
+    """
     hull = rig.hull
-    assert isinstance(hull, BoxHull | OpenFrameHull)
+    assert isinstance(hull, ParametricHull)
+    if isinstance(hull, TorpedoHull):
+        return torpedo_distance(hull, points_m)
     if isinstance(hull, BoxHull):
         return box_distance(points_m, hull_half_size(hull), hull.edge_radius_mm / 1000)
     panel = hull.panel_thickness_mm / 2000

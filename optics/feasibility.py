@@ -26,7 +26,7 @@ from optics.mirror import PlaneMirror
 from optics.port import port_from_spec
 from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
-from rigs import BoxHull, Joint, OpenFrameHull, Problem, Rig, Servo
+from rigs import BoxHull, Joint, ParametricHull, Problem, Rig, Servo, TorpedoHull
 
 VIEW_COLUMNS, VIEW_ROWS = 64, 48
 """Pixels that stand for the view: a mirror that none of them reaches is useless."""
@@ -161,9 +161,9 @@ def _swept_gaze_mirror(rig: Rig) -> Iterator[Problem]:
 
 
 def _hull(rig: Rig) -> Iterator[Problem]:
-    if isinstance(rig.hull, BoxHull):
-        yield from _box_hull(rig, rig.hull)
-    if not isinstance(rig.hull, BoxHull | OpenFrameHull):
+    if isinstance(rig.hull, BoxHull | TorpedoHull):
+        yield from _closed_hull(rig)
+    if not isinstance(rig.hull, ParametricHull):
         return
     assert rig.fold_mirror is not None and rig.gaze_mirror is not None
     yield from _camera_far_from_hull(rig)
@@ -186,8 +186,8 @@ def _hull(rig: Rig) -> Iterator[Problem]:
         )
 
 
-def _box_hull(rig: Rig, hull: BoxHull) -> Iterator[Problem]:
-    """What can be said because the box is closed: its port must look out of it, its anchors lie on its surface."""
+def _closed_hull(rig: Rig) -> Iterator[Problem]:
+    """What can be said because the hull is closed: its port must look out of it, its anchors lie on its surface."""
     window = camera_pose(rig.camera).apply(window_centre(rig))
     depth = -float(hull_distance(rig, window))
     if depth > ROUNDING_M:
@@ -213,7 +213,7 @@ def _box_hull(rig: Rig, hull: BoxHull) -> Iterator[Problem]:
 
 
 def _camera_far_from_hull(rig: Rig) -> Iterator[Problem]:
-    assert isinstance(rig.hull, BoxHull | OpenFrameHull)
+    assert isinstance(rig.hull, ParametricHull)
     pinhole = np.array(rig.camera.position_mm) / 1000
     gap = float(box_distance(pinhole, hull_half_size(rig.hull)))
     if gap > LARGEST_CAMERA_GAP_M:

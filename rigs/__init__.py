@@ -10,8 +10,10 @@ from rigs.mounting import (
     Joints,
     Mount,
     OpenFrameHull,
+    ParametricHull,
     Servo,
     Servos,
+    TorpedoHull,
     Vehicle,
 )
 from rigs.problems import Problem, RigError
@@ -45,6 +47,7 @@ __all__ = [
     "Mount",
     "NoPortSpec",
     "OpenFrameHull",
+    "ParametricHull",
     "PinholeSpec",
     "Port",
     "Problem",
@@ -52,6 +55,7 @@ __all__ = [
     "RigError",
     "Servo",
     "Servos",
+    "TorpedoHull",
     "Vehicle",
     "Water",
     "load_document",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import atan, degrees
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -114,6 +115,49 @@ class OpenFrameHull(Section):
     tube_diameter_mm: Positive = 114.0
 
 
+class TorpedoHull(Section):
+    """Body of revolution about the body's x, its middle at the origin: Myring's nose, a cylinder, Myring's tail.
+
+    `nose_exponent` is Myring's n: 2 makes the nose half an ellipsoid, more makes it blunter. `tail_angle_deg` is the
+    half angle of the tail's tip. `fin_span_mm` goes from the axis to a fin's tip; the fins stand on the tail, evenly
+    spread, none of them on top.
+    """
+
+    shape: Literal["torpedo"]
+    length_mm: Positive
+    diameter_mm: Positive
+    nose_length_mm: Positive
+    tail_length_mm: Positive
+    nose_exponent: Annotated[Number, Field(ge=1, le=10)] = 2.0
+    tail_angle_deg: Annotated[Number, Field(gt=0, lt=80)] = 25.0
+    fins: Annotated[Whole, Field(ge=0, le=8)] = 4
+    fin_span_mm: Positive
+    fin_chord_mm: Positive
+
+    @model_validator(mode="after")
+    def _nose_and_tail_fit(self) -> Self:
+        if self.nose_length_mm + self.tail_length_mm > self.length_mm:
+            raise ValueError(
+                f"expected nose_length_mm and tail_length_mm within length_mm = {self.length_mm:g}, "
+                f"got {self.nose_length_mm:g} and {self.tail_length_mm:g}"
+            )
+        steepest = degrees(atan(1.5 * self.diameter_mm / self.tail_length_mm))
+        if self.tail_angle_deg > steepest:
+            raise ValueError(
+                f"expected tail_angle_deg of at most {steepest:.1f}, beyond which a tail of this length is thicker "
+                f"than the hull, got {self.tail_angle_deg:g}"
+            )
+        if self.fins and 2 * self.fin_span_mm <= self.diameter_mm:
+            raise ValueError(
+                f"expected fin_span_mm above half the diameter ({self.diameter_mm / 2:g}), got {self.fin_span_mm:g}"
+            )
+        if self.fins and self.fin_chord_mm > self.tail_length_mm:
+            raise ValueError(
+                f"expected fin_chord_mm of at most tail_length_mm = {self.tail_length_mm:g}, got {self.fin_chord_mm:g}"
+            )
+        return self
+
+
 class HullPlane(Section):
     """A plane on the hull that the mount can be bolted to: a point and the outward normal, body frame."""
 
@@ -134,7 +178,8 @@ class FileHull(Section):
     planes: Annotated[dict[str, HullPlane], Field(default_factory=dict)]
 
 
-Hull = Annotated[BoxHull | OpenFrameHull | FileHull, Field(discriminator="shape")]
+ParametricHull = BoxHull | OpenFrameHull | TorpedoHull
+Hull = Annotated[ParametricHull | FileHull, Field(discriminator="shape")]
 
 
 class Vehicle(Section):

@@ -22,7 +22,7 @@ from optics.analysis.objectives import (
 from optics.arrays import FloatArray
 from optics.envelope import box_distance, hull_distance, port_distance
 from optics.layout import Layout
-from rigs import BoxHull, OpenFrameHull, Rig
+from rigs import ParametricHull, Rig
 
 PLATE_SAMPLES = 9
 """Points along each side of M1's faces: 10 mm apart on 80 mm, so that a corner of port or hull goes at most 0.3 mm
@@ -128,7 +128,7 @@ def first_problem(rig: Rig, design: FloatArray) -> str:
 
 def _hull_distance(rig: Rig, layout: Layout, points_m: FloatArray) -> FloatArray:
     """Distance of points of the camera frame from the hull; infinite from a hull file."""
-    if not isinstance(rig.hull, BoxHull | OpenFrameHull):
+    if not isinstance(rig.hull, ParametricHull):
         return np.full(points_m.shape[:-1], np.inf)
     in_body = layout.body_from_camera.apply(points_m.reshape(-1, 3)).reshape(points_m.shape)
     return hull_distance(rig, in_body)

@@ -38,6 +38,7 @@ def test_only_the_bench_has_no_mirrors():
         "aqua2": True,
         "bench": False,
         "bluerov2": True,
+        "torpedo": True,
     }
 
 
@@ -60,8 +61,14 @@ def test_bench_has_the_intrinsics_of_table_1():
     assert (camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px) == (476.42, 475.98, 960.68, 744.18)
 
 
+def test_torpedo_is_as_long_and_as_thick_as_sparus_ii():
+    """Carreras et al. 2018."""
+    hull = Rig.load("torpedo").hull
+    assert (hull.length_mm, hull.diameter_mm) == (1600, 230)
+
+
 def test_joint_ranges_fit_the_servos():
-    for name in ("aqua2", "bluerov2"):
+    for name in ("aqua2", "bluerov2", "torpedo"):
         rig = Rig.load(name)
         for joint, servo in ((rig.joints.pan, rig.servos.pan), (rig.joints.tilt, rig.servos.tilt)):
             assert joint.max_deg - joint.min_deg <= servo.travel_deg
