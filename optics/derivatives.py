@@ -1,4 +1,4 @@
-"""Derivatives of the projection: how a pixel moves with the point, the joints and every number of the rig.
+"""Derivatives: how a pixel moves, and a ray turns, with the point, the joints and every number of the rig.
 
 The ray that leaves the pinhole along d and the point P that it must meet leave a residual r(d, p): the part of P that
 is off the ray, two numbers. At the root that `project` found, r = 0, and the implicit function theorem gives
@@ -29,6 +29,9 @@ from rigs import Rig
 
 POINT = ("point_x_m", "point_y_m", "point_z_m")
 CAMERA = ("fx_px", "fy_px", "cx_px", "cy_px")
+DISTORTION = {"pinhole": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), "fisheye": ("k1", "k2", "k3", "k4")}
+"""Coefficients as OpenCV names and orders them; a rig has as many of them as its file gives."""
+
 FLAT_PORT = ("port_distance_m", "port_thickness_m", "port_tilt_x", "port_tilt_y", "n_port", "n_water")
 DOME_PORT = ("port_centre_x_m", "port_centre_y_m", "port_centre_z_m", "port_radius_m", "port_thickness_m")
 POSE = ("x_m", "y_m", "z_m", "turn_x", "turn_y", "turn_z")
@@ -68,13 +71,19 @@ class ProjectionJacobian:
 def parameter_names(rig: Rig) -> tuple[str, ...]:
     """All parameters that `projection_jacobian` knows for a rig.
 
-    The point; the camera; the port and the indices; and, with mirrors, the joints, d1, d2 and six freedoms of each
-    mirror's pose: shifts along its own x, y, z (normal) and turns about them, about the centre of its face. M2's are
-    counted after the joints, so that `m2_z_m` is a face off the joint axes. `port_tilt_x` turns the port's normal
-    about the camera's x through the pinhole, radians.
+    The point; the camera with its distortion coefficients; the port and the indices; and, with mirrors, the joints, d1,
+    d2 and six freedoms of each mirror's pose: shifts along its own x, y, z (normal) and turns about them, about the
+    centre of its face. M2's are counted after the joints, so that `m2_z_m` is a face off the joint axes. `port_tilt_x`
+    turns the port's normal about the camera's x through the pinhole, radians.
     """
+    distortion = DISTORTION[rig.camera.model][: len(rig.camera.distortion)]
+    return (*POINT, *CAMERA, *distortion, *_behind_the_lens(rig))
+
+
+def _behind_the_lens(rig: Rig) -> tuple[str, ...]:
+    """Parameters on which the way of a given ray from the pinhole depends."""
     port = {"flat": FLAT_PORT, "dome": (*DOME_PORT, "n_port", "n_water"), "none": ()}[rig.port.shape]
-    return (*POINT, *CAMERA, *port, *(MIRRORS if rig.has_mirrors else ()))
+    return (*port, *(MIRRORS if rig.has_mirrors else ()))
 
 
 def projection_jacobian(
@@ -104,17 +113,93 @@ def projection_jacobian(
     All derivatives of all points are one kernel: four backward passes, whatever the number of parameters.
     """
     points = check_points("points_m", points_m, 3)
-    known = parameter_names(rig)
+    names = _chosen(parameters, parameter_names(rig))
+    joints = _joints(q1, q2, len(points))
+    if not len(points):
+        return ProjectionJacobian(pixels=np.empty((0, 2)), parameters=names, values=np.empty((0, 2, len(names))))
+    leaves = _leaves(rig, joints | dict(zip(POINT, points.T, strict=True)), len(points))
+    return _differentiate(rig, leaves, names)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RayJacobian:
+    """Directions of rays behind the last surface and how they turn.
+
+    Attributes
+    ----------
+    directions : array, shape (n, 3)
+        Unit vectors in the water, camera frame; NaN where the port reflects the ray totally. Neither the port's
+        aperture nor the mirrors' outlines are asked for.
+    parameters : tuple of str, length k
+    values : array, shape (n, 3, k)
+        d(direction) / d(parameter), per metre, per radian, or per unit. NaN where there is no direction.
+    """
+
+    directions: FloatArray
+    parameters: tuple[str, ...]
+    values: FloatArray
+
+
+def ray_jacobian(
+    rig: Rig,
+    directions_in_air: ArrayLike,
+    *,
+    q1: ArrayLike = 0.0,
+    q2: ArrayLike = 0.0,
+    parameters: Sequence[str] | None = None,
+) -> RayJacobian:
+    """Where rays from the pinhole go behind port and mirrors, with the first derivatives of their directions.
+
+    Parameters
+    ----------
+    rig : Rig
+        With or without mirrors.
+    directions_in_air : array, shape (n, 3)
+        Unit vectors, camera frame.
+    q1, q2 : float or array, shape (n,)
+        Joint values, radians, as for `projection_jacobian`.
+    parameters : sequence of str, optional
+        Among those of `parameter_names(rig)` that are of the port and the mirrors; all of these by default.
+    """
+    in_air = check_points("directions_in_air", directions_in_air, 3)
+    names = _chosen(parameters, _behind_the_lens(rig))
+    joints = _joints(q1, q2, len(in_air))
+    if not len(in_air):
+        return RayJacobian(directions=np.empty((0, 3)), parameters=names, values=np.empty((0, 3, len(names))))
+    leaves = _leaves(rig, joints, len(in_air))
+    camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
+    inputs = [leaves[name] for name in names]
+    dr.enable_grad(*inputs)
+    numbers = _numbers(rig, camera.parameters(), port, leaves)
+    _, outgoing, transmitted = _leave(port, numbers, Array3f64(*to_columns(in_air)))
+    # As wide as the rays, and dependent on every leaf, whatever the rig.
+    outgoing = outgoing + 0 * sum(inputs, Float64(0))
+    values = _gradients(list(outgoing), inputs)
+    found = np.broadcast_to(np.array(transmitted), len(in_air)) & np.isfinite(values).all(axis=(1, 2))
+    return RayJacobian(
+        directions=np.where(found[:, np.newaxis], to_rows(dr.detach(outgoing)), np.nan),
+        parameters=names,
+        values=np.where(found[:, np.newaxis, np.newaxis], values, np.nan),
+    )
+
+
+def _chosen(parameters: Sequence[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
     names = known if parameters is None else tuple(parameters)
     unknown = [name for name in names if name not in known]
     if unknown:
         raise ValueError(f"expected parameters among {', '.join(known)}, got {', '.join(unknown)}")
-    joints = [_per_point(name, value, len(points)) for name, value in (("q1", q1), ("q2", q2))]
-    if not len(points):
-        return ProjectionJacobian(pixels=np.empty((0, 2)), parameters=names, values=np.empty((0, 2, len(names))))
-    base = dict(zip((*POINT, "q1", "q2"), to_columns(np.column_stack([points, *joints])), strict=True))
-    leaves = {name: base.get(name, Float64(np.zeros(len(points)))) for name in {*known, *POINT, "q1", "q2"}}
-    return _differentiate(rig, leaves, names)
+    return names
+
+
+def _joints(q1: ArrayLike, q2: ArrayLike, count: int) -> dict[str, FloatArray]:
+    return {name: _per_point(name, value, count) for name, value in (("q1", q1), ("q2", q2))}
+
+
+def _leaves(rig: Rig, values: dict[str, FloatArray], count: int) -> dict[str, Any]:
+    """A number per lane for every parameter there is: the given ones, and nothing for what is an offset."""
+    names = {*parameter_names(rig), *POINT, "q1", "q2"}
+    zero = np.zeros(count)
+    return {name: Float64(np.ascontiguousarray(values.get(name, zero))) for name in names}
 
 
 def _per_point(name: str, value: ArrayLike, count: int) -> FloatArray:
@@ -126,7 +211,8 @@ def _per_point(name: str, value: ArrayLike, count: int) -> FloatArray:
 
 def _differentiate(rig: Rig, leaves: dict[str, Any], names: tuple[str, ...]) -> ProjectionJacobian:
     camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
-    model, distorted = camera.kind
+    # A lens without distortion has slopes by its coefficients too.
+    model, distorted = camera.kind[0], True
     numbers = _numbers(rig, camera.parameters(), port, leaves)
     image = _point(leaves)
     for mirror in reversed(numbers["mirrors"]):
@@ -158,15 +244,21 @@ def _differentiate(rig: Rig, leaves: dict[str, Any], names: tuple[str, ...]) -> 
 
 def _miss(port: Any, numbers: dict[str, Any], direction: Any, point: Any) -> tuple[Any, Any]:
     """Two components of the part of the point that is off the ray which leaves the pinhole along `direction`."""
+    origin, outgoing, _ = _leave(port, numbers, direction)
+    offset = point - origin
+    offset = offset - outgoing * dr.dot(offset, outgoing)
+    first, second = _across(dr.detach(outgoing))
+    return dr.dot(offset, first), dr.dot(offset, second)
+
+
+def _leave(port: Any, numbers: dict[str, Any], direction: Any) -> tuple[Any, Any, Any]:
+    """Point on the last surface, direction behind it, and whether the port lets the ray out."""
     exit_ = port.leave(numbers["port"], direction)
     origin, outgoing = exit_.point, exit_.direction
     for mirror in numbers["mirrors"]:
         hit = strike(mirror, origin, outgoing)
         origin, outgoing = hit.point, hit.direction
-    offset = point - origin
-    offset = offset - outgoing * dr.dot(offset, outgoing)
-    first, second = _across(dr.detach(outgoing))
-    return dr.dot(offset, first), dr.dot(offset, second)
+    return origin, outgoing, exit_.transmitted
 
 
 def _pixel(model: Any, camera: dict[str, Any], distorted: bool, direction: Any) -> tuple[Any, Any]:
@@ -205,6 +297,11 @@ def _point(leaves: dict[str, Any]) -> Any:
 def _numbers(rig: Rig, camera: dict[str, Any], port: Any, leaves: dict[str, Any]) -> dict[str, Any]:
     """Kernel parameters of the train as functions of the leaves, which are offsets but for the point and the joints."""
     camera = camera | {name: camera[name] + leaves[name] for name in CAMERA}
+    names = DISTORTION[rig.camera.model]
+    camera["coefficients"] = [
+        value + leaves[name] if name in leaves else value
+        for name, value in zip(names, camera["coefficients"], strict=True)
+    ]
     mirrors = _mirrors(Layout.from_rig(rig), leaves) if rig.has_mirrors else []
     return {"camera": camera, "port": _port(port, leaves), "mirrors": mirrors}
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.analysis.tolerance_calibration import calibrated_offsets, in_all_poses
+from optics.analysis.tolerance_slopes import gaze_slopes, image_slopes
 from optics.analysis.tolerance_sources import Source, Tolerances, combined, draw_all, error_sources
 from optics.analysis.tolerance_train import DeviantTrain
 from optics.analysis.usable_fov import joint_values
@@ -21,9 +22,6 @@ from rigs import Rig
 
 POSE_SHARES = (1 / 6, 1 / 2, 5 / 6)
 """Where in each joint's range the representative poses stand: the middles of its thirds."""
-
-STEP = 1e-5
-"""Of the central differences; metres, radians, index. Cut off at order step^2 = 1e-10, rounding at 1e-11 / step."""
 
 TARGET_ASIDE = 1 / 8
 """How far from the principal point the target is seen, as a share of the image's width and height: off the axis, where
@@ -205,15 +203,9 @@ class _Bench:
         return directions, pixels
 
     def sensitivities(self, deviations: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-        """Derivatives by each deviation and pose: of the gaze (n, k, 3) and the image (n, k, 2), px.
-
-        Central differences, all in one launch of the Monte Carlo's own kernel: it knows every deviation there is.
-        """
-        count = len(deviations)
-        steps = np.concatenate([np.eye(count), -np.eye(count)]) * STEP
-        off = {name: steps[:, position, np.newaxis] for position, name in enumerate(deviations)}
-        gaze, image = ((values[:count] - values[count:]) / (2 * STEP) for values in self.observe(off, 2 * count))
-        return gaze, image
+        """Derivatives by each deviation and pose: of the gaze (n, k, 3) and the image (n, k, 2), px."""
+        rig, q = self.train.rig, self.train.q
+        return gaze_slopes(rig, q, deviations), image_slopes(rig, q, self.targets_m, deviations)
 
 
 def _errors(seen: Views, expected: Views) -> Errors:

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from optics.analysis.tolerance_slopes import gaze_slopes
 from optics.analysis.tolerance_train import DeviantTrain
 from optics.arrays import FloatArray
-
-STEP = 1e-5
-"""Of the central differences, radians."""
 
 ITERATIONS = 4
 """Gauss-Newton steps, all with the slopes at zero: each shrinks the error by the offset in radians, some 0.02."""
@@ -38,7 +36,7 @@ def calibrated_offsets(train: DeviantTrain, directions: FloatArray) -> FloatArra
     ValueError
         When the poses say nothing about one of the offsets, as a single pose at the zenith says nothing about pan.
     """
-    slopes = _slopes(train)
+    slopes = gaze_slopes(train.rig, train.q, ("pan", "tilt")).transpose(1, 2, 0)
     normal = np.einsum("kci,kcj->ij", slopes, slopes)
     if np.linalg.cond(normal) > 1 / np.sqrt(np.finfo(np.float64).eps):
         raise ValueError(
@@ -49,13 +47,6 @@ def calibrated_offsets(train: DeviantTrain, directions: FloatArray) -> FloatArra
         missing = directions - _directions(train, offsets)
         offsets = offsets + np.linalg.solve(normal, np.einsum("kci,nkc->in", slopes, missing)).T
     return offsets
-
-
-def _slopes(train: DeviantTrain) -> FloatArray:
-    """Derivatives of the gaze by pan and tilt in each pose, shape (k, 3, 2)."""
-    steps = STEP * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-    pan_up, pan_down, tilt_up, tilt_down = _directions(train, steps)
-    return np.stack([pan_up - pan_down, tilt_up - tilt_down], axis=-1) / (2 * STEP)
 
 
 def _directions(train: DeviantTrain, offsets: FloatArray) -> FloatArray:

@@ -72,6 +72,7 @@ class DeviantTrain:
     """
 
     def __init__(self, rig: Rig, q: FloatArray):
+        self.rig = rig
         self.layout = Layout.from_rig(rig)
         self.camera: Camera = camera_from_spec(rig.camera)
         self.port: Port = port_from_spec(rig.port, rig.water)

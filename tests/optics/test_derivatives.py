@@ -10,7 +10,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.backend import Array3f64, Float64, dr
 from optics.camera import camera_from_spec
-from optics.derivatives import POSE, parameter_names, projection_jacobian
+from optics.derivatives import DISTORTION, POSE, parameter_names, projection_jacobian, ray_jacobian
+from optics.gaze_jacobian import direction_jacobian
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
 from optics.port import port_from_spec
@@ -45,6 +46,23 @@ RIGS = {
         }
     ),
     "bench": Rig.load("bench"),
+    "rational": Rig.load("bench").model_copy(
+        update={
+            "camera": Rig.load("bench").camera.model_copy(
+                update={"distortion": (0.1, -0.05, 8e-4, -6e-4, 0.01, 0.2, -0.03, 0.02)}
+            )
+        }
+    ),
+    "fisheye": Rig.model_validate(
+        {
+            **Rig.load("bench").model_dump(),
+            "camera": {
+                **Rig.load("bench").camera.model_dump(exclude={"distortion"}),
+                "model": "fisheye",
+                "distortion": (-0.02, 0.005, -0.001, 2e-4),
+            },
+        }
+    ),
 }
 
 STEP = 2e-3
@@ -85,6 +103,10 @@ def changed(rig, name, step):
         return replace(train, mirrors=changed_mirrors(rig, name, step))
     if name in ("fx_px", "fy_px", "cx_px", "cy_px"):
         return replace(train, camera=replace(train.camera, **{name: getattr(train.camera, name) + step}))
+    if name in DISTORTION[rig.camera.model]:
+        coefficients = list(train.camera.distortion)
+        coefficients[DISTORTION[rig.camera.model].index(name)] += step
+        return replace(train, camera=replace(train.camera, distortion=tuple(coefficients)))
     return replace(train, port=changed_port(train.port, name, step))
 
 
@@ -160,6 +182,16 @@ def test_without_a_port_the_slopes_are_those_of_a_pinhole():
         "cx_px": (1, 0),
         "cy_px": (0, 1),
     }
+    # Brown-Conrady about no distortion: a unit of k1 moves u by fx x' r^2, of p1 by fx 2 x' y', and so on.
+    a, b = x / z, y / z
+    square = a**2 + b**2
+    expected |= {
+        "k1": (camera.fx_px * a * square, camera.fy_px * b * square),
+        "k2": (camera.fx_px * a * square**2, camera.fy_px * b * square**2),
+        "k3": (camera.fx_px * a * square**3, camera.fy_px * b * square**3),
+        "p1": (camera.fx_px * 2 * a * b, camera.fy_px * (square + 2 * b**2)),
+        "p2": (camera.fx_px * (square + 2 * a**2), camera.fy_px * 2 * a * b),
+    }
     assert set(expected) == set(found.parameters)
     for name, slope in expected.items():
         np.testing.assert_allclose(found.of(name)[0], slope, rtol=1e-14, atol=1e-13)
@@ -207,6 +239,45 @@ def test_the_last_newton_step_carries_the_same_derivative(rig):
         dr.clear_grad(leaves)
         # Slopes are hundreds of pixels per metre.
         np.testing.assert_allclose(found.values[:, row], slopes, rtol=1e-11, atol=1e-9)
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_rays_turn_by_the_limit_of_difference_quotients(rig):
+    """As for pixels: extrapolated central differences of `trace`, and the error's second order taken away."""
+    rig = RIGS[rig]
+    pixels = pixel_grid(unbounded(rig).camera, 4, 3)
+    pixels = pixels[unbounded(rig).trace(pixels).status == Status.OK]
+    in_air, _ = unbounded(rig).camera.unproject(pixels)
+    found = ray_jacobian(rig, in_air, q1=Q1, q2=Q2)
+    np.testing.assert_allclose(found.directions, unbounded(rig).trace(pixels).direction, rtol=0, atol=1e-15)
+    for index, name in enumerate(found.parameters):
+        coarse, fine = (
+            (changed(rig, name, step).trace(pixels).direction - changed(rig, name, -step).trace(pixels).direction)
+            / (2 * step)
+            for step in (STEP, STEP / 2)
+        )
+        # Unit vectors round to 1e-16, over the step 1e-13; the error of the fourth order is a fiftieth of the second's.
+        exact = found.values[:, :, index]
+        atol = 1e-12 + 0.02 * np.abs(fine - exact).max()
+        np.testing.assert_allclose((4 * fine - coarse) / 3, exact, rtol=0, atol=atol, err_msg=name)
+
+
+def test_the_gaze_turns_as_the_closed_form_says():
+    """`optics.gaze_jacobian` has the direction's Jacobian by the joints in closed form, in the body frame."""
+    layout = Layout.from_rig(AQUA2)
+    found = ray_jacobian(AQUA2, [[0.0, 0.0, 1.0]], q1=Q1, q2=Q2, parameters=("q1", "q2"))
+    turn = layout.body_from_camera.rotation.as_matrix()
+    np.testing.assert_allclose(turn @ found.values[0], direction_jacobian(layout, Q1, Q2), rtol=0, atol=1e-14)
+
+
+def test_a_ray_without_a_direction_has_no_derivative():
+    rig = RIGS["bench"]
+    found = ray_jacobian(rig, [[0.0, 0.0, 1.0], [np.nan, 0.0, 1.0]])
+    assert np.isnan(found.directions[1]).all()
+    assert np.isnan(found.values[1]).all()
+    assert ray_jacobian(rig, np.empty((0, 3))).values.shape == (0, 3, len(found.parameters))
+    with pytest.raises(ValueError, match=r"expected parameters among .*, got fx_px"):
+        ray_jacobian(rig, [[0.0, 0.0, 1.0]], parameters=("fx_px",))
 
 
 def test_a_plane_does_not_mind_being_moved_within_itself():
