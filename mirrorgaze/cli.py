@@ -15,6 +15,7 @@ from mirrorgaze.commands import (
     design,
     doctor,
     gaze,
+    loads,
     ports,
     render,
     rig_files,
@@ -40,6 +41,7 @@ COMMANDS = (
     calibration.calibrate_study,
     tolerance.tolerance,
     search.search,
+    loads.loads,
     doctor.doctor,
 )
 """Every command, in the order in which `mirrorgaze --help` shows them."""

@@ -27,7 +27,7 @@ def test_a_mass_on_a_massless_cantilever_swings_at_its_closed_form():
 
 
 def test_the_mass_matrix_gives_the_kinetic_energy_of_any_motion():
-    """Kinetic energy is v m v / 2 + w I w / 2 with the velocity of the centre; checked for a random motion about a far point."""
+    """Kinetic energy is v m v / 2 + w I w / 2, v the velocity of the centre; for a random motion about a far point."""
     rng = np.random.default_rng(5)
     root = rng.normal(size=(3, 3))
     body = Body(
