@@ -17,11 +17,11 @@ def study():
 def test_the_files_hold_what_was_studied(study, tmp_path):
     files = write_loads(study, tmp_path / "loads")
     assert [file.name for file in files] == ["masses.csv", "ballast.csv", "torques.csv", "torques.png"]
-    rows = list(csv.DictReader(files[0].open()))
+    rows = list(csv.DictReader(files[0].read_text(encoding="utf-8").splitlines()))
     total = next(row for row in rows if row["part"] == "mount")
     parts = [float(row["mass_g"]) for row in rows if row["part"] != "mount"]
     assert float(total["mass_g"]) == pytest.approx(sum(parts), rel=1e-4)
-    servos = [row["servo"] for row in csv.DictReader(files[2].open())]
+    servos = [row["servo"] for row in csv.DictReader(files[2].read_text(encoding="utf-8").splitlines())]
     assert servos == ["pan", "tilt"]
 
 

@@ -78,7 +78,7 @@ BAD_VALUES = {
     "unknown sign": ({"joints__pan__sign": 2}, "joints.pan.sign = 2: expected 1 or -1"),
     "unknown servo": (
         {"servos__tilt": "hs5086"},
-        "servos.tilt = 'hs5086': expected a servo of the catalogue (hs5086wp, hs5086wp-paper) or a table",
+        "servos.tilt = 'hs5086': expected a servo of the catalogue (hs5086wp, hs5086wp-paper, hs646wp) or a table",
     ),
     "wrong tag": ({"camera__model": "pin"}, "camera.model = 'pin': expected one of 'fisheye', 'pinhole'"),
     "no tag": ({"port__shape": GONE}, "port.shape: expected one of 'dome', 'flat', 'none'"),
