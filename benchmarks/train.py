@@ -4,6 +4,7 @@ The train is the aqua2's: two faces of the port, M1 and M2; a second one has a d
 rays behind the camera's model and traces surfaces without bounds. Ours starts from pixels and also gives a status
 per ray; the row called "bounded" checks the port's aperture and the mirrors' outlines too.
 Both leave the point on M2 and the direction behind it; `run` fails where these differ by more than 1e-9 mm.
+The row called "copied only" is the bound that memory sets: as many numbers read and written, with nothing computed.
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ def run() -> list[dict[str, Any]]:
     )
     dome = replace(flat, port=dome_port)
     _warm_up()
-    return [*_rows("flat port", flat, bounded), *_rows("dome port", dome, replace(bounded, port=dome_port))]
+    rows = [*_rows("flat port", flat, bounded), *_rows("dome port", dome, replace(bounded, port=dome_port))]
+    return [*rows, _memory_row(flat, rows[0]["peer"])]
 
 
 def _rows(name: str, train: OpticalTrain, bounded: OpticalTrain) -> list[dict[str, Any]]:
@@ -82,6 +84,19 @@ def _rows(name: str, train: OpticalTrain, bounded: OpticalTrain) -> list[dict[st
             }
         )
     return rows
+
+
+def _memory_row(train: OpticalTrain, peer: float) -> dict[str, Any]:
+    """What any such train could reach here, beside the same peer's rate."""
+    rate = max(_rate(count, _copy(_pixels(train, count))) for count in BATCHES) / 1e6
+    return {
+        "name": "train, flat port and two mirrors, copied only",
+        "ours": rate,
+        "peer": peer,
+        "unit": "M ray-surfaces/s",
+        "ratio": rate / peer,
+        "note": "no train but the bound of memory: two numbers in, six and a status out",
+    }
 
 
 def _warm_up() -> None:
@@ -116,6 +131,22 @@ def _dr_jit(train: OpticalTrain, pixels: FloatArray) -> Callable[[], Callable[[]
 
     def work() -> None:
         dr.eval(kernel(parameters, u, v))
+        dr.sync_thread()
+
+    return lambda: work
+
+
+def _copy(pixels: FloatArray) -> Callable[[], Callable[[], object]]:
+    """Reads and writes what the kernel does; to outputs that are alike Dr.Jit would give one array, hence the sums."""
+    dr = backend.dr
+    u, v = (backend.Float64(np.ascontiguousarray(column)) for column in pixels.T)
+
+    @dr.freeze
+    def copy(u: Any, v: Any) -> Any:
+        return [u + k for k in (1, 2, 3)], [v + k for k in (1, 2, 3)], dr.select(u > v, backend.Int32(0), 1)
+
+    def work() -> None:
+        dr.eval(copy(u, v))
         dr.sync_thread()
 
     return lambda: work
