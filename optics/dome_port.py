@@ -115,7 +115,7 @@ class DomePort(Port):
         lever = parameters["n_inside"] * offset
         # The angle is kept as its cosine and sine; straight to the point is where a centred dome would have it.
         cosine, sine = _unit(along - offset, across)
-        step = dr.zeros(type(distance), 1)
+        step = real = dr.zeros(type(distance), 1)
         for _ in range(AIM_ITERATIONS):
             invariant, rate_of_invariant = lever * sine, lever * cosine
             real, imaginary = cosine * target[0] + sine * target[1], sine * target[0] - cosine * target[1]
@@ -128,7 +128,8 @@ class DomePort(Port):
                 fractions, product = fractions * root + sign * product, product * root
             step = -imaginary * product / (product + rate_of_invariant * fractions)
             cosine, sine = _unit(cosine - sine * step, dr.maximum(sine + cosine * step, 0))
-        converged = dr.abs(step) <= AIM_TOLERANCE
+        # The sine vanishes opposite to the point as well.
+        converged = (dr.abs(step) <= AIM_TOLERANCE) & (real > 0)
         outwards = dr.select(across > 0, sideways / across, 0)
         return dr.normalize(axis * cosine + outwards * sine), converged, distance > parameters["outer"]
 
