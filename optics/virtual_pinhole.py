@@ -109,10 +109,13 @@ def fit_virtual_pinhole(
     Raises
     ------
     ValueError
-        When the gaze mirror shows hardly anything at that pose, or a distance is not positive.
+        When the gaze mirror shows hardly anything at that pose, the joint values are beyond their limits or not
+        numbers, or a distance is not positive.
     """
     distances = check_distances(distances_m)
-    body_from_nominal = virtual_camera(Layout.from_rig(rig), q1, q2)
+    layout = Layout.from_rig(rig)
+    layout.check_joints(q1, q2)
+    body_from_nominal = virtual_camera(layout, q1, q2)
     pixels, points = _seen_points(rig, q1, q2, distances)
     nominal_points = body_from_nominal.inv().apply(points.reshape(-1, 3))
     observed = np.tile(pixels, (len(distances), 1))

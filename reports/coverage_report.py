@@ -21,6 +21,7 @@ from optics.analysis.blind import OUT_OF_REACH, BlindPatch, blind_causes, blind_
 from optics.analysis.convergence import Extrapolation, Refinement, convergence
 from optics.analysis.coverage import joint_grid
 from optics.analysis.dwell import dwell
+from optics.analysis.sphere import cell_count
 from optics.status import Region
 from reports import page
 from reports.figures import FATE_NAMES, REGION_NAMES, THINGS, draw_dwell, draw_regions, draw_usable_fov
@@ -245,8 +246,8 @@ _LEVEL_NAMES = ("Coarse", "Middle", "Fine")
 
 _CAPTIONS = {
     "coverage": "All directions around the robot as seen from far away, equal areas equal (Mollweide). Blue to yellow: "
-    "how many poses see a direction. Blind directions are coloured by what stops most of the rays that M2 sends there; "
-    "pale grey: M2 sends none. Red: the limits of the joints, as directions of the optical axis.",
+    "how many poses see a direction. Blind directions are coloured by what stops the view in most poses that point "
+    "there; pale grey: none does. Red: the limits of the joints, as directions of the optical axis.",
     "usable_fov": "Left: solid angle seen over both mirrors, pose by pose. Right: shares of the image over the tilt, "
     "mean over the pan. The table is the mean over all poses. A pixel is lost to the first thing in this order: the "
     "port, M1's edge, M2's edge; only what remains can be lost to a part in the way.",
@@ -356,16 +357,21 @@ def _study_rows(study: list[Refinement]) -> list[list[str]]:
     return rows
 
 
+def _chance(maps: Result) -> float:
+    """Standard error of the covered fraction when each cell at the rim is seen, or not, with the same probability."""
+    return 0.5 * float(np.sqrt(maps["rim_fraction"] / cell_count(maps["nside"])))
+
+
 def _exactness(maps: Result, study: list[Refinement]) -> list[str]:
     grids = "; ".join(f"{refinement.name}: {refinement.sizes[-1]}" for refinement in study)
     return [
-        "Exact: the way of each ray through port and mirrors (float64), the solid angle of each cell's corners, the "
-        "number of distinct poses that see a cell. Parts are "
+        "Exact: the way of each ray through port and mirrors (float64), the solid angle of each cell's corners, and "
+        "which poses see the centre of a cell of the sphere, traced back to its pixel. Parts are "
         f"{maps['triangles']} triangles, met in float32 (0.1 micrometre at 1 m).",
-        "Not exact: a cell of the image counts by its centre's ray, a cell of the sphere counts wholly when one ray "
-        "looks into it. The first loses half a cell at every edge, the second gains part of one: both are errors of "
-        "first order in the step, of opposite sign, so that refining both at once need not move one way. Cells at the "
-        f"rim of what is seen are {maps['rim_fraction']:.1%} of the sphere.",
+        "Not exact: a cell of the image counts by its centre's ray, so that solid angles gain or lose part of a row of "
+        "cells at an edge. A cell of the sphere counts when its centre is seen: at the rim too much as often as too "
+        f"little, by chance. Cells at the rim of what is seen are {maps['rim_fraction']:.1%} of the sphere, which "
+        f"makes some {_chance(maps):.2%} of error. Gaps between poses only take from what is covered.",
         "Each line halves its step twice and keeps the others, as coarse as they may be: compare along a line, not "
         "between lines. Order p: the error shrinks as step^p. “none”: the "
         "differences do not shrink steadily, so that nothing can be said beyond their size. The finest grids are "

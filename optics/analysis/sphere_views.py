@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from optics.analysis.blockers import Occluders, Segment, blocker_parameters, first_blocker
 from optics.analysis.fate import Fate
-from optics.analysis.field import pixels_per_degree, without_rim
+from optics.analysis.field import pixels_per_degree
+from optics.analysis.gaze_cone import Cone, gaze_cone
 from optics.analysis.pose_axes import PoseAxes, Progress
 from optics.analysis.sphere import cell_count, cell_directions, cells_of
 from optics.arrays import FloatArray, opaque, opaque_vector, to_columns
@@ -28,7 +29,6 @@ from optics.mesh import Group
 from optics.mirror import outline_edges, strike
 from optics.port import FlatPort, Port
 from optics.refraction import reflect
-from optics.status import Status
 from optics.train import OpticalTrain
 
 FAR_M = 1e6
@@ -38,9 +38,6 @@ FAMILY = 8
 """Cells are first looked at in families of 8 x 8, of which only those near a view are taken apart."""
 
 LANES_PER_LAUNCH = 1 << 26
-
-CONE_GRID = 64
-"""Rays along each side of the image from which the cone around the gaze is found."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,14 +55,6 @@ class SphereViews:
 
     poses_by_fate: NDArray[np.int64]
     pixels_per_degree: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cone:
-    """All directions in the water behind the port whose rays can reach M2 at some pose: camera frame, radians."""
-
-    axis: FloatArray
-    half_angle: float
 
 
 def see_sphere(
@@ -110,45 +99,6 @@ def see_sphere(
             if progress is not None:
                 progress(min(first + step, count), count)
     return SphereViews(poses_by_fate=by_fate.reshape(len(Fate), cells), pixels_per_degree=best.astype(np.float64))
-
-
-def gaze_cone(train: OpticalTrain, layout: Layout) -> Cone | None:
-    """A cone around all rays behind the port that can reach M2, whatever its pose; None when none can.
-
-    M2 turns about its centre, so that it stays in a ball. Unfolded over M1, that ball is where the camera sees it.
-    Rays of a grid over the image that pass within a ball, larger by the spacing of neighbouring rays there, lie in the
-    cone; the rays between them do when it is opened by that spacing.
-    """
-    camera = train.camera
-    u = np.linspace(-0.5, camera.width_px - 0.5, CONE_GRID)
-    v = np.linspace(-0.5, camera.height_px - 0.5, CONE_GRID)
-    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-    rays = OpticalTrain(camera=camera, port=without_rim(train.port)).trace(pixels)
-    seen = rays.status == Status.OK
-    origin, direction = (
-        np.where(seen[:, np.newaxis], values, np.nan).reshape(CONE_GRID, CONE_GRID, 3)
-        for values in (rays.origin_m, rays.direction)
-    )
-    turn, shift = _spacing(direction), _spacing(origin)
-    ball = train.mirrors[0].reflection.apply(layout.camera_from_gimbal.translation)
-    radius = np.linalg.norm(np.asarray(train.mirrors[1].outline_m), axis=1).max()
-    to_ball = ball - origin
-    along = np.maximum((to_ball * direction).sum(axis=-1), 0)
-    miss = np.linalg.norm(to_ball - along[..., np.newaxis] * direction, axis=-1)
-    near = miss <= radius + shift + turn * (np.linalg.norm(to_ball, axis=-1) + radius)
-    if not near.any():
-        return None
-    axis = direction[near].mean(axis=0)
-    axis = axis / np.linalg.norm(axis)
-    half_angle = np.arccos(np.clip(direction[near] @ axis, -1, 1)).max() + turn
-    return Cone(axis=axis, half_angle=float(half_angle))
-
-
-def _spacing(vectors: FloatArray) -> float:
-    """Largest distance between neighbours on a grid, over a corner too."""
-    steps = [vectors[1:, 1:] - vectors[:-1, :-1], vectors[1:, :-1] - vectors[:-1, 1:]]
-    lengths = np.linalg.norm(steps, axis=-1)
-    return float(np.nanmax(lengths, initial=0.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,73 +169,104 @@ def _matrix(values: FloatArray) -> Any:
 def _launch(
     train: OpticalTrain, parameters: dict[str, Any], poses: dict[Group, Any], families: _Families, cells: int
 ) -> tuple[Any, Any]:
-    """Decide all cells near the views of some poses: counts by fate and cell, and the best resolution of each cell."""
-    pose, place = _near_views(parameters, poses, families)
+    """Decide all cells near the views of some poses: counts by fate and cell, and the best resolution of each cell.
+
+    Twice the lanes are thinned out, first to families of cells near a view, then to the cells in it: packets of rays
+    that all meet triangles are several times as fast as those of which a few do.
+    """
+    near = _near_views(parameters, poses, families)
     counts, best = dr.zeros(UInt32, len(Fate) * cells), dr.zeros(Float32, cells)
-    if dr.width(pose):
-        pointed, fate, resolution = _look_back(train, parameters, poses, pose, place)
+    lane = dr.arange(UInt32, dr.width(near) * families.members.shape[1])
+    if dr.width(lane):
+        lane = dr.compress(_look_back(train, parameters, poses, *_pairs(near, lane, families)).pointed)
+    if dr.width(lane):
+        pose, place = _pairs(near, lane, families)
+        view = _look_back(train, parameters, poses, pose, place)
+        fate = _fate(parameters, poses, pose, view)
         cell = dr.gather(UInt32, parameters["members"], place)
-        dr.scatter_add(counts, UInt32(1), fate * dr.opaque(UInt32, cells) + cell, pointed)
-        seen = pointed & (fate == UInt32(Fate.SEEN))
-        dr.scatter_reduce(dr.ReduceOp.Max, best, resolution, cell, seen)
+        dr.scatter_add(counts, UInt32(1), fate * dr.opaque(UInt32, cells) + cell, view.pointed)
+        seen = view.pointed & (fate == UInt32(Fate.SEEN))
+        dr.scatter_reduce(dr.ReduceOp.Max, best, view.resolution, cell, seen)
         dr.eval(counts, best)
     return counts, best
 
 
-def _near_views(parameters: dict[str, Any], poses: dict[Group, Any], families: _Families) -> tuple[Any, Any]:
-    """Pairs of a pose and a member (its place in the table of families) that the pose's mirrors may point at."""
-    count, size = (dr.opaque(UInt32, number) for number in families.members.shape)
+def _near_views(parameters: dict[str, Any], poses: dict[Group, Any], families: _Families) -> Any:
+    """Pairs of a pose and a family of cells at which the pose's mirrors may point: pose times families, and family."""
+    count = dr.opaque(UInt32, len(families.middles))
     lane = dr.arange(UInt32, dr.width(poses[Group.TILT]) * len(families.middles))
     pose = lane // count
-    family = lane - pose * count
     axis = reflect(parameters["cone_axis"], parameters["m1"]["normal"])
     axis = reflect(axis, dr.gather(Array3f64, poses[Group.TILT][2], pose))
-    middle = dr.gather(Array3f64, parameters["middles"], family)
-    kept = dr.compress(dr.dot(axis, middle) >= parameters["least_cosine"])
-    lane = dr.arange(UInt32, dr.width(kept) * families.members.shape[1])
-    pair = lane // size
-    near = dr.gather(UInt32, kept, pair)
-    pose = near // count
-    return pose, (near - pose * count) * size + (lane - pair * size)
+    middle = dr.gather(Array3f64, parameters["middles"], lane - pose * count)
+    return dr.compress(dr.dot(axis, middle) >= parameters["least_cosine"])
+
+
+def _pairs(near: Any, lane: Any, families: _Families) -> tuple[Any, Any]:
+    """Kernel: pose of each lane, and its cell by the place in the table of families."""
+    count, size = (dr.opaque(UInt32, number) for number in families.members.shape)
+    position = lane // size
+    family = dr.gather(UInt32, near, position)
+    pose = family // count
+    return pose, (family - pose * count) * size + (lane - position * size)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _View:
+    """Rays that show cells: Dr.Jit arrays.
+
+    `pointed`: whether port and mirrors lead a ray of the image to the cell; `segments` of its way; `resolution`.
+    """
+
+    pointed: Any
+    segments: tuple[Segment, Segment, Segment]
+    resolution: Any
 
 
 def _look_back(
     train: OpticalTrain, parameters: dict[str, Any], poses: dict[Group, Any], pose: Any, place: Any
-) -> tuple[Any, Any, Any]:
-    """Kernel: whether mirrors point a ray of the camera at each lane's cell, the `Fate` of it, and the resolution."""
+) -> _View:
+    """Kernel: the ray of the camera that shows each lane's cell."""
     towards = dr.gather(Array3f64, parameters["directions"], place)
     x, y, normal = (dr.gather(Array3f64, axis, pose) for axis in poses[Group.TILT])
-    m2 = {**parameters["m2"], "x": x, "y": y, "normal": normal}
     # A reflection is its own inverse.
     in_water = reflect(reflect(towards, normal), parameters["m1"]["normal"])
     to_body = parameters["body_from_camera"]
     port, (model, distorted) = type(train.port), train.camera.kind
     in_air, found = _aim_far(port, parameters["port"], parameters["camera_from_body"] @ in_water)
     u, v, valid = model.pixel(parameters["camera"], distorted, in_air)
+    columns, rows = parameters["grid"]
     column, row = (
         (pixel + 0.5) / size * Float64(cells)
-        for pixel, size, cells in zip((u, v), parameters["size"], parameters["grid"], strict=True)
+        for pixel, size, cells in zip((u, v), parameters["size"], (columns, rows), strict=True)
     )
-    columns, rows = parameters["grid"]
     in_image = (column >= 0) & (column <= Float64(columns)) & (row >= 0) & (row <= Float64(rows))
     exit_ = port.leave(parameters["port"], in_air)
-    pointed = found & valid & in_image & exit_.inside & exit_.transmitted
     point, direction = to_body @ exit_.point + parameters["pinhole"], to_body @ exit_.direction
     at_m1 = strike(parameters["m1"], point, direction)
-    at_m2 = strike(m2, at_m1.point, at_m1.direction)
-    pointed = pointed & at_m1.front & at_m2.front
+    at_m2 = strike({**parameters["m2"], "x": x, "y": y, "normal": normal}, at_m1.point, at_m1.direction)
+    pointed = found & valid & in_image & exit_.inside & exit_.transmitted & at_m1.front & at_m2.front
+    cell = dr.minimum(UInt32(row), rows - 1) * columns + dr.minimum(UInt32(column), columns - 1)
+    return _View(
+        pointed=pointed,
+        segments=(
+            Segment(point, direction, at_m1.distance),
+            Segment(at_m1.point, at_m1.direction, at_m2.distance),
+            Segment(at_m2.point, at_m2.direction, Float64(dr.inf)),
+        ),
+        resolution=dr.gather(Float32, parameters["resolution"], cell, pointed),
+    )
+
+
+def _fate(parameters: dict[str, Any], poses: dict[Group, Any], pose: Any, view: _View) -> Any:
+    """Kernel: the first part in the way of each ray, or SEEN."""
     moving = {group: [Array3f32(dr.gather(Array3f64, axis, pose)) for axis in axes] for group, axes in poses.items()}
     fate = UInt32(Fate.SEEN)
-    for segment in (
-        Segment(point, direction, at_m1.distance),
-        Segment(at_m1.point, at_m1.direction, at_m2.distance),
-        Segment(at_m2.point, at_m2.direction, Float64(dr.inf)),
-    ):
-        free = pointed & (fate == UInt32(Fate.SEEN))
+    for segment in view.segments:
+        free = view.pointed & (fate == UInt32(Fate.SEEN))
         stop = first_blocker(parameters, {Group.FIXED: None, **moving}, segment, free)
         fate = dr.select(free, stop.fate, fate)
-    cell = dr.minimum(UInt32(row), rows - 1) * columns + dr.minimum(UInt32(column), columns - 1)
-    return pointed, fate, dr.gather(Float32, parameters["resolution"], cell, pointed)
+    return fate
 
 
 def _aim_far(port: type[Port], parameters: dict[str, Any], in_water: Any) -> tuple[Any, Any]:

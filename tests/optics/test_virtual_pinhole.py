@@ -150,6 +150,8 @@ def test_wrong_arguments_are_refused():
         fit_virtual_pinhole(AQUA2, distances_m=[0.0])
     with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench'"):
         fit_virtual_pinhole(Rig.load("bench"))
+    with pytest.raises(ValueError, match=r"expected q1 \(pan\) between -77\.5 and 77\.5 deg, got nan"):
+        fit_virtual_pinhole(AQUA2, q1=np.nan)
     with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench'"):
         mirror_edges(Rig.load("bench"))
     # A mirror turned edge-on to the light: the face is out of view.

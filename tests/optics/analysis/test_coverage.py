@@ -12,6 +12,7 @@ from plain_boxes import bowl_part, box_part
 from optics.analysis import Coverage, Fate, coverage, poses, sphere_views
 from optics.analysis.coverage import joint_grid as stepped_grid
 from optics.analysis.field import pixels_per_degree
+from optics.analysis.gaze_cone import gaze_cone
 from optics.analysis.sphere import cell_count, cell_directions, cell_solid_angle_sr, cells_of
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -125,7 +126,7 @@ def test_the_gaze_s_cone_holds_all_that_is_seen(rig: Rig) -> None:
     layout = Layout.from_rig(rig)
     for q1, q2 in np.radians([[0.0, 0.0], [-77.0, -32.0], [60.0, 122.0], [20.0, 45.0]]):
         train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
-        cone = sphere_views.gaze_cone(train, layout)
+        cone = gaze_cone(train, layout)
         assert cone is not None
         pixels = pixel_grid(train.camera, 320, 240)
         seen = train.trace(pixels).status == Status.OK
