@@ -9,18 +9,20 @@ from build123d import Solid
 from scipy.spatial.transform import RigidTransform
 
 from cad.fold_bracket import fold_bracket_solid
-from cad.gimbal_base import base_stance, gimbal_base_solid, pan_servo_in_body
+from cad.gimbal_base import base_hardware, base_stance, gimbal_base_solid, pan_servo_in_body
 from cad.gimbal_dimensions import GimbalDimensions
+from cad.hardware import Hardware
 from cad.hull import hull_shape
-from cad.mirror_holder import mirror_holder_solid
+from cad.mirror_holder import holder_hardware, mirror_holder_solid, tilt_horn_in_m2
 from cad.mirrors import mirror_plate
 from cad.poses import body_from_group
-from cad.servo import servo_solid
+from cad.servo import HORN_DIAMETER_MM, HORN_SCREW, servo_solid
 from cad.shapes import location_mm
-from cad.yoke import tilt_servo_in_pan, yoke_solid
+from cad.yoke import pan_horn_in_pan, tilt_servo_in_pan, yoke_hardware, yoke_solid
 from optics.layout import Layout
 from optics.mesh import Group, Role
-from rigs import Camera, Rig
+from rigs import Camera, Rig, Servo
+from rigs.specification import FlatMirror
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +41,8 @@ class Part:
         Shape in millimetres; a triangle mesh only for a hull that came from an STL file.
     printed : bool
         Whether it is to be printed, and so must fit the printer.
+    catalogue : str
+        What to order, for a part that is bought.
     """
 
     name: str
@@ -46,6 +50,7 @@ class Part:
     role: Role
     solid: Solid | trimesh.Trimesh
     printed: bool = False
+    catalogue: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,36 +85,55 @@ def build_assembly(rig: Rig) -> Assembly:
     if rig.fold_mirror is None or rig.hull is None or rig.mount is None or rig.servos is None:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     _check_camera_is_level(rig.camera)
+    mount, servos = rig.mount, rig.servos
     stance = base_stance(dimensions, layout)
-    pan_servo, tilt_servo = servo_solid(rig.servos.pan), servo_solid(rig.servos.tilt)
-    fold_mirror = location_mm(layout.body_from_m1) * mirror_plate(rig.fold_mirror)
     fixed, pan, tilt = Group.FIXED, Group.PAN, Group.TILT
+    pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
+    tilt_servo = tilt_servo_in_pan(dimensions, servo_solid(servos.tilt))
+    fold_mirror = location_mm(layout.body_from_m1) * mirror_plate(rig.fold_mirror)
     parts = [
-        Part(
-            name="hull",
-            group=fixed,
-            role=Role.HULL,
-            solid=hull_shape(rig.hull, rig.mount, rig.port, layout),
-        ),
-        _printed("fold_bracket", fixed, fold_bracket_solid(rig.fold_mirror, rig.mount, layout)),
-        Part(name="fold_mirror", group=fixed, role=Role.MIRROR, solid=fold_mirror),
+        Part(name="hull", group=fixed, role=Role.HULL, solid=hull_shape(rig.hull, mount, rig.port, layout)),
+        _printed("fold_bracket", fixed, fold_bracket_solid(rig.fold_mirror, mount, layout)),
+        _mirror("fold_mirror", fixed, fold_mirror, rig.fold_mirror),
         _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance)),
-        Part(
-            name="pan_servo",
-            group=fixed,
-            role=Role.SERVO,
-            solid=pan_servo_in_body(dimensions, stance, pan_servo),
-        ),
+        _servo("pan_servo", fixed, pan_servo, servos.pan),
+        _horn("pan_horn", pan, pan_horn_in_pan(dimensions), servos.pan),
         _printed("yoke", pan, yoke_solid(dimensions)),
-        Part(name="tilt_servo", group=pan, role=Role.SERVO, solid=tilt_servo_in_pan(dimensions, tilt_servo)),
+        _servo("tilt_servo", pan, tilt_servo, servos.tilt),
+        _horn("tilt_horn", tilt, tilt_horn_in_m2(dimensions), servos.tilt),
         _printed("mirror_holder", tilt, mirror_holder_solid(dimensions)),
-        Part(name="gaze_mirror", group=tilt, role=Role.MIRROR, solid=mirror_plate(dimensions.mirror)),
+        _mirror("gaze_mirror", tilt, mirror_plate(dimensions.mirror), dimensions.mirror),
     ]
-    return Assembly(parts=tuple(parts), layout=layout)
+    hardware = base_hardware(dimensions, stance) + yoke_hardware(dimensions) + holder_hardware(dimensions)
+    return Assembly(parts=(*parts, *map(_bought, hardware)), layout=layout)
 
 
 def _printed(name: str, group: Group, solid: Solid) -> Part:
     return Part(name=name, group=group, role=Role.MOUNT, solid=solid, printed=True)
+
+
+def _servo(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
+    return Part(name=name, group=group, role=Role.SERVO, solid=solid, catalogue=f"Servo {servo.name}")
+
+
+def _horn(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
+    catalogue = f"Round horn {HORN_DIAMETER_MM:g} mm with {HORN_SCREW} holes for servo {servo.name}"
+    return Part(name=name, group=group, role=Role.SERVO, solid=solid, catalogue=catalogue)
+
+
+def _mirror(name: str, group: Group, solid: Solid, mirror: FlatMirror) -> Part:
+    size = f"{mirror.width_mm:g} x {mirror.height_mm:g} x {mirror.thickness_mm:g} mm"
+    return Part(name=name, group=group, role=Role.MIRROR, solid=solid, catalogue=f"Front-surface mirror {size}")
+
+
+def _bought(piece: Hardware) -> Part:
+    return Part(
+        name=piece.name,
+        group=piece.group,
+        role=Role.HARDWARE,
+        solid=piece.solid,
+        catalogue=piece.piece.catalogue,
+    )
 
 
 def _check_camera_is_level(camera: Camera) -> None:

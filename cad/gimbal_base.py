@@ -1,22 +1,35 @@
 """The gimbal base: a flange under the hull, a slender column behind the gimbal and a foot with the pan servo.
 
 It is made in the plane that holds the anchor and the pan axis: the base frame has the gimbal's origin, x away from the
-anchor and z up, and is turned into place at the end.
+anchor and z along the pan axis, and is turned into place at the end. The pan servo hangs in the foot, pushed in from
+below; a bush around its horn carries the yoke.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, degrees, hypot
 
 import numpy as np
-from build123d import Location, Part, Pos, Rot, Solid
+from build123d import Axis, Location, Part, Pos, Rot, Solid
 
-from cad.gimbal_dimensions import EAR_MARGIN_MM, GimbalDimensions
+from cad.cable import TIE_EDGE_MM, TIE_STEP_MM, tie_slot
+from cad.gimbal_dimensions import EAR_MARGIN_MM, PAN_BUSH, GimbalDimensions
+from cad.hardware import (
+    Hardware,
+    along,
+    cap_screw,
+    clearance_diameter_mm,
+    flanged_bush,
+    insert_hole,
+    screw_in_insert,
+    screw_length_mm,
+)
 from cad.mirrors import FIT_MM
-from cad.servo import EAR_LENGTH_MM, case_ends, ear_hole_positions
-from cad.shapes import along_x, along_y, box, cylinder, one_solid
+from cad.servo import EAR_LENGTH_MM, EAR_SCREW, EAR_THICKNESS_MM, HORN_HEIGHT_MM, case_ends, ear_hole_positions
+from cad.shapes import along_x, along_y, box, carved, cylinder, filleted, location_mm, single_solid
 from optics.layout import Layout
+from optics.mesh import Group
 
 COLUMN_WIDTH_MM = 14.0
 COLUMN_DEPTH_MM = 28.0
@@ -24,10 +37,13 @@ FOOT_HEIGHT_MM = 16.0
 FLANGE_LENGTH_MM = 50.0
 FLANGE_WIDTH_MM = 46.0
 FLANGE_HOLES_MM = (18.0, 17.0)
-FLANGE_HOLE_DIAMETER_MM = 4.5
-"""Clearance for M4."""
-EAR_PILOT_DIAMETER_MM = 1.8
-GUSSET_MM = 10.0
+FLANGE_SCREW_ROOM_MM = 8.0
+"""How far the flange's screws reach into the hull."""
+CORNER_MM = 10.0
+"""Fillet between column and foot, where the base bends most, and cut of the corner outside it."""
+HOUSING_WALL_MM = 3.0
+"""Around the pan bush; more where mount.wall_mm is."""
+WEEP_DIAMETER_MM = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,38 +73,39 @@ def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
     ValueError
         When the anchor puts column or flange into what yoke and mirror holder sweep, or below the gimbal's foot.
     """
-    anchor = np.array(dimensions.mount.base_anchor_mm)
-    origin = 1000 * layout.body_from_gimbal.translation
-    x, y, height = origin - anchor
-    reach, height = hypot(x, y), -height
-    clearance = dimensions.mount.clearance_mm
-    needed = clearance + max(
+    mount, pose = dimensions.mount, layout.body_from_gimbal
+    x, y, height = 1000 * pose.inv().apply(np.array(mount.base_anchor_mm) / 1000)
+    reach = hypot(x, y)
+    needed = mount.clearance_mm + max(
         dimensions.yoke_radius_mm + COLUMN_DEPTH_MM / 2, dimensions.holder_reach_mm + FLANGE_LENGTH_MM / 2
     )
     if reach < needed:
-        back = np.array([x, y]) / reach if reach > 0 else np.array([1.0, 0.0])
-        better = origin[:2] - needed * back
+        towards = np.array([x, y]) / reach if reach > 0 else np.array([-1.0, 0.0])
+        better = 1000 * pose.apply(np.array([*(needed * towards), height]) / 1000)
         raise ValueError(
-            f"mount.base_anchor_mm = {dimensions.mount.base_anchor_mm}: expected an anchor at least {needed:.1f} mm "
-            f"from the pan axis, such as ({better[0]:.1f}, {better[1]:.1f}, {anchor[2]:g}), so that the column clears "
-            f"the turning yoke by {clearance:g} mm; got {reach:.1f} mm"
+            f"mount.base_anchor_mm = {mount.base_anchor_mm}: expected an anchor at least {needed:.1f} mm from the pan "
+            f"axis, such as ({better[0]:.1f}, {better[1]:.1f}, {better[2]:g}), so that the column clears the turning "
+            f"yoke by {mount.clearance_mm:g} mm; got {reach:.1f} mm"
         )
-    lowest = dimensions.foot_top_mm + GUSSET_MM + dimensions.mount.wall_mm
+    lowest = dimensions.foot_top_mm + CORNER_MM + mount.wall_mm
     if height < lowest:
+        level = 1000 * pose.apply([0, 0, lowest / 1000])[2]
+        side = "above" if pose.rotation.apply([0, 0, 1])[2] > 0 else "below"
         raise ValueError(
-            f"mount.base_anchor_mm = {dimensions.mount.base_anchor_mm}: expected an anchor above z = "
-            f"{origin[2] + lowest:.1f}, where the gimbal's foot is, got z = {anchor[2]:g}"
+            f"mount.base_anchor_mm = {mount.base_anchor_mm}: expected an anchor {side} z = {level:.1f}, where the "
+            f"gimbal's foot is, got z = {mount.base_anchor_mm[2]:g}"
         )
-    pose = Pos(*origin) * Rot(0, 0, degrees(atan2(y, x)))
-    return BaseStance(body_from_base=pose, reach_mm=reach, height_mm=height)
+    turned = location_mm(pose) * Rot(0, 0, degrees(atan2(-y, -x)))
+    return BaseStance(body_from_base=turned, reach_mm=reach, height_mm=height)
 
 
 def gimbal_base_solid(dimensions: GimbalDimensions, stance: BaseStance) -> Solid:
     """Solid of the gimbal base in the body frame, millimetres."""
-    base = _side_view(dimensions, stance) + _flange(dimensions, stance) + _servo_block(dimensions)
-    base -= _servo_opening(dimensions)
-    solid = one_solid(base, "gimbal_base", "look at mount.base_anchor_mm")
-    return stance.body_from_base * solid
+    d, hint = dimensions, "look at mount.base_anchor_mm"
+    plate, flare = _flange(d, stance)
+    base = single_solid([_side_view(d, stance), plate, flare, _servo_block(d), _housing(d)], "gimbal_base", hint)
+    cuts = [*_servo_opening(d), *_housing_cuts(d), *_flange_holes(d, stance), *_tie_slots(d, stance)]
+    return stance.body_from_base * carved(base, cuts, "gimbal_base", hint)
 
 
 def pan_servo_in_body(dimensions: GimbalDimensions, stance: BaseStance, servo: Solid) -> Solid:
@@ -96,61 +113,129 @@ def pan_servo_in_body(dimensions: GimbalDimensions, stance: BaseStance, servo: S
     return stance.body_from_base * Pos(0, 0, dimensions.pan_horn_mm) * servo
 
 
+def base_hardware(dimensions: GimbalDimensions, stance: BaseStance) -> list[Hardware]:
+    """Screws of the flange, screws and inserts of the pan servo's ears, and the pan bush, in the body frame."""
+    d = dimensions
+    ears = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM
+    pieces: list[Hardware] = []
+    for number, x in enumerate(ear_hole_positions(d.servos.pan), start=1):
+        room = d.foot_top_mm - d.pan_ledge_mm
+        grip = EAR_THICKNESS_MM + FIT_MM
+        pieces += screw_in_insert(
+            f"pan_ear_{number}", Group.FIXED, EAR_SCREW, (x, 0, ears), (0, 0, -1), grip, min(room, grip + 2)
+        )
+    bush = along((0, 0, d.pan_bush_seat_mm), (0, 0, 1))
+    pieces.append(Hardware(name="pan_bush", group=Group.FIXED, piece=flanged_bush(PAN_BUSH), pose=bush))
+    screw = cap_screw("M4", screw_length_mm(d.mount.wall_mm + FLANGE_SCREW_ROOM_MM))
+    for number, (x, y) in enumerate(_flange_hole_positions(stance), start=1):
+        seat = along((x, y, stance.height_mm - d.mount.wall_mm), (0, 0, -1))
+        pieces.append(Hardware(name=f"base_flange_screw_{number}", group=Group.FIXED, piece=screw, pose=seat))
+    return [replace(piece, pose=stance.body_from_base * piece.pose) for piece in pieces]
+
+
+def tie_on_beam_mm(dimensions: GimbalDimensions, stance: BaseStance) -> float:
+    """Distance from the pan axis of the cable's tie on the foot: half way between servo and column."""
+    return (stance.reach_mm - COLUMN_DEPTH_MM / 2 - _servo_ends(dimensions)[0]) / 2
+
+
 def _side_view(d: GimbalDimensions, stance: BaseStance) -> Part:
-    """Column and foot as one L, with a gusset in its corner and the outer corner cut."""
+    """Column and foot as one L, rounded in its inner corner and cut at its outer one."""
     back, front = -stance.reach_mm - COLUMN_DEPTH_MM / 2, -stance.reach_mm + COLUMN_DEPTH_MM / 2
-    top, bottom = d.foot_top_mm, d.foot_top_mm - FOOT_HEIGHT_MM
-    joint = _servo_ends(d)[0] + EAR_LENGTH_MM
+    top, bottom = d.foot_top_mm, _foot_bottom(d)
+    joint = case_ends(d.servos.pan)[0]
     outline = [
         (back, stance.height_mm),
-        (back, bottom + GUSSET_MM),
-        (back + GUSSET_MM, bottom),
+        (back, bottom + CORNER_MM),
+        (back + CORNER_MM, bottom),
         (joint, bottom),
         (joint, top),
-        (front + GUSSET_MM, top),
-        (front, top + GUSSET_MM),
+        (front, top),
         (front, stance.height_mm),
     ]
     half = COLUMN_WIDTH_MM / 2
     beam = along_y(outline, (-half, half))
-    upright = beam.edges().filter_by(lambda edge: abs(edge.tangent_at(0.5).Z) > 0.99 and edge.length > GUSSET_MM * 2)
-    return beam.fillet(half / 2, upright)
+    corner = beam.edges().filter_by(Axis.Y).filter_by(lambda e: hypot(e.center().X - front, e.center().Z - top) < 1)
+    beam = filleted(beam, corner, CORNER_MM, "gimbal_base, between column and foot")
+    upright = beam.edges().filter_by(Axis.Z).filter_by(lambda edge: front + 1 > edge.center().X)
+    return filleted(beam, upright, half / 2, "gimbal_base, edges of the column")
 
 
-def _flange(d: GimbalDimensions, stance: BaseStance) -> Part:
-    """Plate under the hull with four holes, and flares that lead its load into the column."""
+def _foot_bottom(d: GimbalDimensions) -> float:
+    """Underside of the foot: well below the ears and the heads of their screws."""
+    return min(d.foot_top_mm - FOOT_HEIGHT_MM, d.pan_ledge_mm - FOOT_HEIGHT_MM / 2)
+
+
+def _flange(d: GimbalDimensions, stance: BaseStance) -> tuple[Part, Part]:
+    """Plate under the hull, and flares that lead its load into the column."""
     x, top = -stance.reach_mm, stance.height_mm
     low = top - d.mount.wall_mm
     half_length, half_width = FLANGE_LENGTH_MM / 2, FLANGE_WIDTH_MM / 2
     plate = box((x - half_length, x + half_length), (-half_width, half_width), (low, top))
-    plate = plate.fillet(5, plate.edges().filter_by(lambda edge: abs(edge.tangent_at(0.5).Z) > 0.5))
-    for dx in (-FLANGE_HOLES_MM[0], FLANGE_HOLES_MM[0]):
-        for y in (-FLANGE_HOLES_MM[1], FLANGE_HOLES_MM[1]):
-            plate -= cylinder((x + dx, y, low - 1), (x + dx, y, top + 1), FLANGE_HOLE_DIAMETER_MM / 2)
+    plate = plate.fillet(5, plate.edges().filter_by(Axis.Z))
     thin, thick = COLUMN_WIDTH_MM / 2 - 1, COLUMN_WIDTH_MM / 2 + 4
     flare = [(-thin, low - 12), (thin, low - 12), (thick, low), (thick, top), (-thick, top), (-thick, low)]
-    return plate + along_x(flare, (x - COLUMN_DEPTH_MM / 2 + 4, x + COLUMN_DEPTH_MM / 2 - 4))
+    return plate, along_x(flare, (x - COLUMN_DEPTH_MM / 2 + 4, x + COLUMN_DEPTH_MM / 2 - 4))
+
+
+def _flange_hole_positions(stance: BaseStance) -> list[tuple[float, float]]:
+    return [
+        (dx - stance.reach_mm, y)
+        for dx in (-FLANGE_HOLES_MM[0], FLANGE_HOLES_MM[0])
+        for y in (-FLANGE_HOLES_MM[1], FLANGE_HOLES_MM[1])
+    ]
+
+
+def _flange_holes(d: GimbalDimensions, stance: BaseStance) -> list[Part]:
+    top, low, radius = stance.height_mm, stance.height_mm - d.mount.wall_mm, clearance_diameter_mm("M4") / 2
+    return [cylinder((*place, low - 1), (*place, top + 1), radius) for place in _flange_hole_positions(stance)]
 
 
 def _servo_ends(d: GimbalDimensions) -> tuple[float, float]:
+    """Ends of the foot along x: a wall beyond the servo's ears."""
     far, near = case_ends(d.servos.pan)
-    return far - EAR_LENGTH_MM - EAR_MARGIN_MM, near + EAR_LENGTH_MM + EAR_MARGIN_MM
+    margin = EAR_LENGTH_MM + max(EAR_MARGIN_MM, d.mount.wall_mm)
+    return far - margin, near + margin
 
 
 def _servo_block(d: GimbalDimensions) -> Part:
     half = d.servos.pan.size_mm[1] / 2 + FIT_MM + d.mount.wall_mm
-    top = d.foot_top_mm
-    block = box(_servo_ends(d), (-half, half), (top - FOOT_HEIGHT_MM, top))
-    return block.fillet(4, block.edges().filter_by(lambda edge: abs(edge.tangent_at(0.5).Z) > 0.5))
+    block = box(_servo_ends(d), (-half, half), (_foot_bottom(d), d.foot_top_mm))
+    return block.fillet(2, block.edges().filter_by(Axis.Z))
 
 
-def _servo_opening(d: GimbalDimensions) -> Part:
-    """Where the pan servo's case hangs through the foot, with pilot holes for the screws of its ears."""
+def _housing(d: GimbalDimensions) -> Part:
+    """Ring around the pan bush, on the foot."""
+    radius = PAN_BUSH.housing_radius_mm + max(HOUSING_WALL_MM, d.mount.wall_mm)
+    return cylinder((0, 0, d.pan_ledge_mm), (0, 0, d.pan_bush_seat_mm), radius)
+
+
+def _housing_cuts(d: GimbalDimensions) -> list[Part]:
+    """Bore for the bush, and two weep holes under it: no air stays between the servo's case and the yoke's hub."""
+    bore = cylinder((0, 0, d.foot_top_mm), (0, 0, d.pan_bush_seat_mm + 1), PAN_BUSH.housing_radius_mm)
+    level = d.foot_top_mm + WEEP_DIAMETER_MM / 2
+    reach = PAN_BUSH.flange_mm
+    return [bore, cylinder((0, -reach, level), (0, reach, level), WEEP_DIAMETER_MM / 2)]
+
+
+def _servo_opening(d: GimbalDimensions) -> list[Part]:
+    """Where the pan servo is pushed in from below until its ears meet the ledge, with holes for their inserts."""
     servo = d.servos.pan
     far, near = case_ends(servo)
-    half = servo.size_mm[1] / 2 + FIT_MM
-    top, bottom = d.foot_top_mm + 1, d.foot_top_mm - FOOT_HEIGHT_MM - 1
-    opening = box((far - FIT_MM, near + FIT_MM), (-half, half), (bottom, top))
+    half, bottom = servo.size_mm[1] / 2 + FIT_MM, _foot_bottom(d) - 1
+    case_top = d.pan_horn_mm - HORN_HEIGHT_MM
+    cuts = [
+        box((far - FIT_MM, near + FIT_MM), (-half, half), (bottom, case_top + FIT_MM)),
+        box((far - EAR_LENGTH_MM - FIT_MM, near + EAR_LENGTH_MM + FIT_MM), (-half, half), (bottom, d.pan_ledge_mm)),
+    ]
     for x in ear_hole_positions(servo):
-        opening += cylinder((x, 0, top - 11), (x, 0, top), EAR_PILOT_DIAMETER_MM / 2)
-    return opening
+        cuts.append(insert_hole(EAR_SCREW, (x, 0, d.pan_ledge_mm), (0, 0, 1), d.foot_top_mm - d.pan_ledge_mm))
+    return cuts
+
+
+def _tie_slots(d: GimbalDimensions, stance: BaseStance) -> list[Part]:
+    """Slots for the ties of the tilt servo's cable: one on the beam of the foot, then up the column."""
+    half, back = COLUMN_WIDTH_MM / 2, -stance.reach_mm - COLUMN_DEPTH_MM / 2 + TIE_EDGE_MM
+    low, high = d.foot_top_mm + CORNER_MM, stance.height_mm - d.mount.wall_mm - 2 * CORNER_MM
+    slots = [tie_slot(-tie_on_beam_mm(d, stance), d.foot_top_mm - TIE_EDGE_MM, half, upright=False)]
+    levels = np.arange(low, high, TIE_STEP_MM)
+    return slots + [tie_slot(back, float(level), half, upright=True) for level in levels]

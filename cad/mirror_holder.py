@@ -1,47 +1,109 @@
 """The mirror holder: a tray for M2 between two cheeks that turn about the tilt axis.
 
-It is made in the m2 frame: x is the tilt axis, and the tilt axis lies in the mirror's face.
+It is made in the m2 frame: x is the tilt axis, and the tilt axis lies in the mirror's face. One cheek is screwed to
+the servo's horn, the other holds the insert of the pivot's screw. The horn's screws are reached from inside, over the
+tray's empty floor: the mirror goes in last.
 """
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from build123d import Part, Pos, Rot, Solid
 
-from build123d import Part, Solid
-
-from cad.gimbal_dimensions import CHEEK_RADIUS_MM, PIN_RADIUS_MM, THRUST_GAP_MM, GimbalDimensions
-from cad.mirrors import mirror_tray, tray_depth_mm
-from cad.shapes import along_x, cylinder, single_solid
+from cad.gimbal_dimensions import (
+    CHEEK_RADIUS_MM,
+    PIVOT_BUSH,
+    PIVOT_SLEEVE_MM,
+    PIVOT_WASHER_MM,
+    GimbalDimensions,
+)
+from cad.hardware import (
+    Hardware,
+    along,
+    cap_screw,
+    counterbored_hole,
+    heat_set_insert,
+    insert_hole,
+    screw_length_mm,
+    spacer_sleeve,
+    washer,
+)
+from cad.mirrors import FIT_MM, LIP_OVERLAP_MM, mirror_tray, tray_depth_mm
+from cad.servo import (
+    HORN_CENTRE_HOLE_DIAMETER_MM,
+    HORN_SCREW,
+    HORN_THICKNESS_MM,
+    horn_screw_positions,
+    horn_solid,
+)
+from cad.shapes import along_x, carved, cylinder, single_solid
+from optics.mesh import Group
 
 CHEEK_BASE_MM = 22.0
 """Half the length of a cheek where it leaves the tray."""
-HORN_SCREW_CIRCLE_MM = 7.0
-HORN_SCREW_DIAMETER_MM = 2.2
-HORN_CENTRE_HOLE_DIAMETER_MM = 6.0
+HORN_GRIP_MM = 2.3
+"""Wall between the heads of the horn's screws and the horn."""
+HORN_ROOM_MM = 0.5
+"""How far a screw may reach out of the horn on the side of the servo's case."""
 
 
 def mirror_holder_solid(dimensions: GimbalDimensions) -> Solid:
     """Solid of the mirror holder in the m2 frame, millimetres."""
+    d, hint = dimensions, "look at gaze_mirror and mount.wall_mm"
+    tray = mirror_tray(d.mirror, d.mount.wall_mm, d.mount.mirror_fixing)
+    cheeks = [_cheek(d, (d.cheek_inner_mm, d.cheek_outer_mm)), _cheek(d, (-d.cheek_outer_mm, -d.cheek_inner_mm))]
+    whole = single_solid([tray, *cheeks], "mirror_holder", hint)
+    return carved(whole, [*_horn_holes(d), _pivot_hole(d)], "mirror_holder", hint)
+
+
+def tilt_horn_in_m2(dimensions: GimbalDimensions) -> Solid:
+    """Tilt servo's horn in the m2 frame: its outer face towards the cheek."""
+    return Pos(dimensions.tilt_horn_mm, 0, 0) * Rot(0, -90, 0) * horn_solid()
+
+
+def holder_hardware(dimensions: GimbalDimensions) -> list[Hardware]:
+    """Screws of the horn, and the pivot: an insert in the cheek, a sleeve, a washer and the screw through them."""
     d = dimensions
-    horn_cheek = _cheek(d, (d.cheek_inner_mm, d.cheek_outer_mm)) - horn_screw_holes(
-        d.cheek_inner_mm - 1, d.cheek_outer_mm + 1
-    )
-    pivot_cheek = _cheek(d, (-d.cheek_outer_mm, -d.cheek_inner_mm))
-    pin_end = -d.cheek_outer_mm - THRUST_GAP_MM - d.arm_thickness_mm
-    pin = cylinder((-d.cheek_inner_mm - 0.5, 0, 0), (pin_end, 0, 0), PIN_RADIUS_MM)
-    pin = pin.chamfer(0.6, None, pin.edges().group_by(lambda edge: edge.center().X)[0])
-    tray = mirror_tray(d.mirror, d.mount.wall_mm)
-    return single_solid([tray, horn_cheek, pivot_cheek, pin], "mirror_holder", "look at gaze_mirror and mount.wall_mm")
+    seat = d.tilt_horn_mm - FIT_MM - HORN_GRIP_MM
+    screw = cap_screw(HORN_SCREW, screw_length_mm(HORN_GRIP_MM + FIT_MM + HORN_THICKNESS_MM + HORN_ROOM_MM))
+    screws = [
+        Hardware(
+            name=f"tilt_horn_screw_{number}", group=Group.TILT, piece=screw, pose=along((seat, *place), (-1, 0, 0))
+        )
+        for number, place in enumerate(_horn_screws(), start=1)
+    ]
+    cheek = d.cheek_outer_mm - d.cheek_inner_mm
+    grip = PIVOT_SLEEVE_MM + PIVOT_WASHER_MM
+    pivot = {
+        "pivot_insert": (heat_set_insert("M3"), d.cheek_outer_mm),
+        "pivot_sleeve": (spacer_sleeve(PIVOT_BUSH.bore_mm, "M3", PIVOT_SLEEVE_MM), d.cheek_outer_mm),
+        "pivot_washer": (washer("M3"), d.pivot_sleeve_end_mm),
+        "pivot_screw": (cap_screw("M3", screw_length_mm(grip + cheek)), d.pivot_sleeve_end_mm + PIVOT_WASHER_MM),
+    }
+    return screws + [
+        Hardware(name=name, group=Group.TILT, piece=piece, pose=along((-x, 0, 0), (-1, 0, 0)))
+        for name, (piece, x) in pivot.items()
+    ]
 
 
-def horn_screw_holes(start: float, end: float) -> Part:
-    """Four screw holes and the access to the horn's own screw, along x between `start` and `end`."""
-    holes = cylinder((start, 0, 0), (end, 0, 0), HORN_CENTRE_HOLE_DIAMETER_MM / 2)
-    for quarter in range(4):
-        angle = pi / 4 + quarter * pi / 2
-        y, z = HORN_SCREW_CIRCLE_MM * cos(angle), HORN_SCREW_CIRCLE_MM * sin(angle)
-        holes += cylinder((start, y, z), (end, y, z), HORN_SCREW_DIAMETER_MM / 2)
+def _horn_screws() -> list[tuple[float, float]]:
+    """Those of the horn's holes that a key reaches over the tray's floor, as (y, z): all but the one behind it."""
+    return [(y, z) for y, z in horn_screw_positions() if z > -1]
+
+
+def _horn_holes(d: GimbalDimensions) -> list[Part]:
+    """Holes for the horn's screws and for the screw of its shaft, through the cheek and the tray's side wall."""
+    end = d.cheek_outer_mm
+    inside = d.mirror.width_mm / 2 - LIP_OVERLAP_MM - 1
+    seat = end - HORN_GRIP_MM
+    holes = [cylinder((inside, 0, 0), (end + 1, 0, 0), HORN_CENTRE_HOLE_DIAMETER_MM / 2)]
+    for place in _horn_screws():
+        holes.append(counterbored_hole(HORN_SCREW, (seat, *place), (-1, 0, 0), seat - inside, HORN_GRIP_MM + 1))
     return holes
+
+
+def _pivot_hole(d: GimbalDimensions) -> Part:
+    depth = d.cheek_outer_mm - d.cheek_inner_mm
+    return insert_hole("M3", (-d.cheek_outer_mm, 0, 0), (1, 0, 0), depth)
 
 
 def _cheek(dimensions: GimbalDimensions, limits: tuple[float, float]) -> Part:

@@ -1,21 +1,31 @@
-"""Position servos as solids: case, ears, shaft and a round horn.
+"""Position servos as solids, case, ears and shaft, and the round horns that turn on them.
 
 The servo's frame has its origin in the middle of the horn's outer face, z along the shaft and out of the case, and x
-along the case's length, towards the end that the shaft is near.
+along the case's length, towards the end that the shaft is near. The horn's frame is the same, but turns.
 """
 
 from __future__ import annotations
 
+from math import cos, pi, sin
+
 from build123d import Solid
 
-from cad.shapes import box, cylinder, single_solid
+from cad.hardware import Thread, clearance_diameter_mm, nominal_diameter_mm
+from cad.mirrors import FIT_MM
+from cad.shapes import box, cylinder, one_solid, single_solid
 from rigs import Servo
 
-EAR_LENGTH_MM = 4.5
+EAR_LENGTH_MM = 6.5
+"""Leaves the insert for the screw of an ear the wall to the case's opening that its maker asks for."""
 EAR_THICKNESS_MM = 2.5
 EAR_DEPTH_MM = 9.0
 """From the case's top down to the ears' upper face; nominal for small servos, as are the other details here."""
-EAR_HOLE_DIAMETER_MM = 2.4
+EAR_SCREW: Thread = "M2"
+HORN_SCREW: Thread = "M2"
+HORN_SCREW_CIRCLE_MM = 7.0
+"""Radius on which the horn has four tapped holes."""
+HORN_CENTRE_HOLE_DIAMETER_MM = 6.0
+"""Room for the head of the screw that holds the horn on its shaft and comes with the servo."""
 HORN_DIAMETER_MM = 20.0
 HORN_THICKNESS_MM = 2.5
 HORN_HEIGHT_MM = 5.0
@@ -24,6 +34,9 @@ COLLAR_HEIGHT_MM = 1.5
 COLLAR_RADIUS_MM = 6.0
 """Unless the case ends nearer to the shaft."""
 SHAFT_DIAMETER_MM = 6.0
+SHAFT_END_MM = 1.0
+"""From the horn's outer face down to the end of the shaft."""
+SHAFT_SCREW_DIAMETER_MM = 3.2
 
 
 def ear_levels(servo: Servo) -> tuple[float, float]:
@@ -71,10 +84,26 @@ def servo_solid(servo: Servo) -> Solid:
     ears = ears.fillet(1.5, ears.edges().filter_by(lambda edge: abs(edge.tangent_at(0.5).Z) > 0.5))
     for x in ear_hole_positions(servo):
         lower, upper = ear_levels(servo)
-        ears -= cylinder((x, 0, lower - 1), (x, 0, upper + 1), EAR_HOLE_DIAMETER_MM / 2)
+        ears -= cylinder((x, 0, lower - 1), (x, 0, upper + 1), clearance_diameter_mm(EAR_SCREW) / 2)
     # The collar and the shaft begin inside the case: solids that only touch do not become one.
     collar_top = -HORN_HEIGHT_MM + COLLAR_HEIGHT_MM
     collar = cylinder((0, 0, -HORN_HEIGHT_MM - 2), (0, 0, collar_top), min(COLLAR_RADIUS_MM, near, half_width))
-    shaft = cylinder((0, 0, -HORN_HEIGHT_MM - 2), (0, 0, -1), SHAFT_DIAMETER_MM / 2)
+    shaft = cylinder((0, 0, -HORN_HEIGHT_MM - 2), (0, 0, -SHAFT_END_MM), SHAFT_DIAMETER_MM / 2)
+    return single_solid([case, ears, collar, shaft], f"servo {servo.name}", "look at its size_mm")
+
+
+def horn_solid() -> Solid:
+    """Solid of a round horn: a disc with a socket for the shaft, a hole for the shaft's screw and four tapped holes."""
     horn = cylinder((0, 0, -HORN_THICKNESS_MM), (0, 0, 0), HORN_DIAMETER_MM / 2)
-    return single_solid([case, ears, collar, shaft, horn], f"servo {servo.name}", "look at its size_mm")
+    horn -= cylinder((0, 0, -HORN_THICKNESS_MM), (0, 0, 0.1 - SHAFT_END_MM), SHAFT_DIAMETER_MM / 2 + FIT_MM / 2)
+    horn -= cylinder((0, 0, -HORN_THICKNESS_MM), (0, 0, 0), SHAFT_SCREW_DIAMETER_MM / 2)
+    for x, y in horn_screw_positions():
+        # Drawn at the thread's outer diameter, so that the screws in it share no volume with it.
+        horn -= cylinder((x, y, -HORN_THICKNESS_MM), (x, y, 0), nominal_diameter_mm(HORN_SCREW) / 2 + 0.1)
+    return one_solid(horn, "horn", "look at cad/servo.py")
+
+
+def horn_screw_positions() -> list[tuple[float, float]]:
+    """Where the horn's four tapped holes are, as (x, y) in its frame, millimetres."""
+    angles = [quarter * pi / 2 for quarter in range(4)]
+    return [(HORN_SCREW_CIRCLE_MM * cos(angle), HORN_SCREW_CIRCLE_MM * sin(angle)) for angle in angles]

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from build123d import Align, Box, Cylinder, Location, Part, Plane, Polygon, Pos, Solid, extrude
+from build123d import Align, Box, Cylinder, Edge, Location, Part, Plane, Polygon, Pos, Solid, extrude
 from numpy.typing import ArrayLike
+from OCP.StdFail import StdFail_NotDone
 from scipy.spatial.transform import RigidTransform
 
 Limits = tuple[float, float]
+
+SMALLEST_FILLET_MM = 1.0
 
 
 def box(x: Limits, y: Limits, z: Limits) -> Part:
@@ -47,6 +50,28 @@ def along_z(corners: Sequence[Limits], limits: Limits) -> Part:
     return prism(corners, Plane.XY, limits)
 
 
+def filleted(shape: Part, edges: Iterable[Edge], radius_mm: float, what: str) -> Part:
+    """Shape with rounded edges: with `radius_mm` or, where the kernel cannot, with 3/4 of it, and so on down to 1 mm.
+
+    Raises
+    ------
+    ValueError
+        When no radius of at least 1 mm can be made: a load-bearing corner is never left sharp in silence.
+    """
+    chosen, radius = list(edges), radius_mm
+    while radius >= SMALLEST_FILLET_MM:
+        try:
+            rounded = shape.fillet(radius, chosen)
+        except (ValueError, StdFail_NotDone):
+            rounded = None
+        if rounded is not None and rounded.is_valid:
+            return rounded
+        radius *= 0.75
+    raise ValueError(
+        f"{what}: expected room for a fillet of at least {SMALLEST_FILLET_MM:g} mm on {len(chosen)} edges, found none"
+    )
+
+
 def location_mm(pose: RigidTransform) -> Location:
     """Location in millimetres of a pose in metres."""
     matrix = pose.as_matrix()
@@ -64,6 +89,11 @@ def single_solid(shapes: Iterable[Part], what: str, hint: str) -> Solid:
     """
     first, *others = shapes
     return one_solid(first.fuse(*others) if others else first, what, hint)
+
+
+def carved(solid: Solid, cuts: Iterable[Part], what: str, hint: str) -> Solid:
+    """Solid without what is cut out of it; raises `ValueError` with a hint when it falls apart."""
+    return one_solid(Part(solid.wrapped).cut(*cuts), what, hint)
 
 
 def one_solid(shape: Part, what: str, hint: str) -> Solid:

@@ -25,6 +25,8 @@ class Role(StrEnum):
     MOUNT = "mount"
     SERVO = "servo"
     MIRROR = "mirror"
+    HARDWARE = "hardware"
+    """Bought small parts: screws, inserts, washers, bushes."""
 
 
 @dataclass(frozen=True, kw_only=True)

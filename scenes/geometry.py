@@ -22,7 +22,12 @@ Geometry = dict[str, dict[str, Any]]
 
 WORLD = "world"
 
-LABEL_OF_ROLE = {Role.HULL: Label.HULL, Role.MOUNT: Label.MOUNT, Role.SERVO: Label.SERVO}
+LABEL_OF_ROLE = {
+    Role.HULL: Label.HULL,
+    Role.MOUNT: Label.MOUNT,
+    Role.HARDWARE: Label.MOUNT,
+    Role.SERVO: Label.SERVO,
+}
 
 
 def rig_and_world(parts: Sequence[PartMesh], world: World) -> Geometry:

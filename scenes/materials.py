@@ -24,6 +24,7 @@ class Material(IntEnum):
     TILE_YELLOW = 7
     TILE_ORANGE = 8
     TILE_BLACK = 9
+    STEEL = 10
 
 
 PATCHES: dict[Material, str] = {
@@ -37,6 +38,7 @@ PATCHES: dict[Material, str] = {
     Material.TILE_YELLOW: "yellow",
     Material.TILE_ORANGE: "orange",
     Material.TILE_BLACK: "black 2 (1.5 D)",
+    Material.STEEL: "white 9.5 (.05 D)",
 }
 """ColorChecker patch that stands for each material; the paper's ball is the red one."""
 
@@ -45,6 +47,7 @@ MATERIAL_OF_ROLE = {
     Role.MOUNT: Material.MOUNT,
     Role.SERVO: Material.SERVO,
     Role.MIRROR: Material.MIRROR_BACK,
+    Role.HARDWARE: Material.STEEL,
 }
 
 

@@ -169,8 +169,11 @@ def _collisions(meshes: Sequence[PartMesh], layout: Layout, poses: Sequence[Pose
 
 def _allowance(overlap: Overlap, roles: dict[str, Role]) -> float:
     """Volume that a flange may share with a hull that is not flat under it; 0 for any other pair."""
-    bolted = overlap.second in ("fold_bracket", "gimbal_base") or overlap.first in ("fold_bracket", "gimbal_base")
-    if Role.HULL in (roles[overlap.first], roles[overlap.second]) and bolted:
+    pair = {overlap.first: roles[overlap.first], overlap.second: roles[overlap.second]}
+    if Role.HULL in pair.values() and Role.HARDWARE in pair.values():
+        # The hull offers the bolts a thread that is not drawn.
+        return float("inf")
+    if Role.HULL in pair.values() and not {"fold_bracket", "gimbal_base"}.isdisjoint(pair):
         return CONTACT_DEPTH_MM * FLANGE_LENGTH_MM**2
     return 0.0
 
@@ -178,11 +181,15 @@ def _allowance(overlap: Overlap, roles: dict[str, Role]) -> float:
 def _clearances(
     meshes: Sequence[PartMesh], layout: Layout, poses: Sequence[Pose], clearance_mm: float
 ) -> list[Problem]:
-    """What moves keeps its distance from what stands still, but for the yoke on its horn."""
+    """What moves keeps its distance from what stands still, but for the pan axis: servo, horn and bush."""
     gaps = smallest_gaps(meshes, layout, poses, clearance_mm - CLEARANCE_TOLERANCE_MM)
-    fits = {("yoke", "pan_servo")}
     # Parts that meet have been reported as such, with the volume they share.
-    return [_gap_problem(gap, clearance_mm) for gap in gaps if (gap.moving, gap.fixed) not in fits and gap.gap_mm > 0]
+    return [_gap_problem(gap, clearance_mm) for gap in gaps if not _fitted(gap) and gap.gap_mm > 0]
+
+
+def _fitted(gap: Gap) -> bool:
+    """Whether two parts belong to the pan axis, where they run on each other."""
+    return gap.moving.startswith(("yoke", "pan_horn")) and gap.fixed.startswith(("pan_", "gimbal_base"))
 
 
 def _gap_problem(gap: Gap, clearance_mm: float) -> Problem:

@@ -106,7 +106,8 @@ def together(name: str, bodies: Sequence[Body]) -> Body:
 
 def _body(rig: Rig, mesh: PartMesh) -> Body:
     surface = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
-    density = _servo_mass_kg(rig, mesh.name) / surface.volume if mesh.role is Role.SERVO else _density(rig, mesh.role)
+    is_servo = mesh.role is Role.SERVO and not mesh.name.endswith("_horn")
+    density = _servo_mass_kg(rig, mesh.name) / surface.volume if is_servo else _density(rig, mesh.role)
     centre = np.asarray(surface.center_mass, dtype=np.float64)
     return Body(
         name=mesh.name,
@@ -121,7 +122,8 @@ def _body(rig: Rig, mesh: PartMesh) -> Body:
 def _density(rig: Rig, role: Role) -> float:
     if rig.mount is None:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    names = {Role.MOUNT: rig.mount.material, Role.MIRROR: "glass"}
+    # Of what a servo is, only its horn is weighed by volume.
+    names = {Role.MOUNT: rig.mount.material, Role.MIRROR: "glass", Role.SERVO: "nylon"}
     return MATERIALS[names.get(role, "stainless")].density_kg_per_m3
 
 

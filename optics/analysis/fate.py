@@ -87,6 +87,7 @@ def fate_at_part(part: PartMesh) -> Fate:
     return {
         Role.HULL: Fate.HULL,
         Role.MOUNT: Fate.MOUNT,
+        Role.HARDWARE: Fate.MOUNT,
         Role.SERVO: Fate.SERVO,
         Role.MIRROR: Fate.MIRROR_PLATE,
     }[part.role]
