@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import trimesh
-from build123d import Solid
+from build123d import Location, Solid
 from scipy.spatial.transform import RigidTransform
 
+from cad.flange import flange_hardware
 from cad.fold_bracket import fold_bracket_solid
+from cad.fold_stance import FoldStance, fold_stance
 from cad.gimbal_base import base_hardware, base_stance, gimbal_base_solid, pan_servo_in_body
 from cad.gimbal_dimensions import GimbalDimensions
 from cad.hardware import Hardware
 from cad.hull import hull_shape
 from cad.mirror_holder import holder_hardware, mirror_holder_solid, tilt_horn_in_m2
-from cad.mirrors import mirror_plate
+from cad.mirrors import clip_hardware, mirror_clip, mirror_plate
 from cad.poses import body_from_group
 from cad.servo import HORN_DIAMETER_MM, HORN_SCREW, servo_solid
 from cad.shapes import location_mm
+from cad.stow_bracket import arm_solid, deck_solid, hinge_hardware, stow_servo_in_body
+from cad.stow_hinge import StowHinge, stow_hinge
 from cad.yoke import pan_horn_in_pan, tilt_servo_in_pan, yoke_hardware, yoke_solid
 from optics.layout import Layout
 from optics.mesh import Group, Role
-from rigs import Camera, Rig, Servo
+from rigs import Camera, Mount, Rig, Servo
 from rigs.specification import FlatMirror
 
 
@@ -43,6 +47,8 @@ class Part:
         Whether it is to be printed, and so must fit the printer.
     catalogue : str
         What to order, for a part that is bought.
+    stows : bool
+        Whether it swings with the fold mirror on the hinge of `Assembly.stow`; its solid is given in use.
     """
 
     name: str
@@ -51,14 +57,16 @@ class Part:
     solid: Solid | trimesh.Trimesh
     printed: bool = False
     catalogue: str = ""
+    stows: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
 class Assembly:
-    """Parts of a rig and the frames they stand in."""
+    """Parts of a rig and the frames they stand in; `stow` is the fold mirror's hinge, if it has one."""
 
     parts: tuple[Part, ...]
     layout: Layout
+    stow: StowHinge | None = None
 
     def part(self, name: str) -> Part:
         """Part of a given name; raises `ValueError` when there is none."""
@@ -87,14 +95,13 @@ def build_assembly(rig: Rig) -> Assembly:
     _check_camera_is_level(rig.camera)
     mount, servos = rig.mount, rig.servos
     stance = base_stance(dimensions, layout)
+    fold, hinge = fold_stance(rig, layout), stow_hinge(rig, layout)
     fixed, pan, tilt = Group.FIXED, Group.PAN, Group.TILT
     pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
     tilt_servo = tilt_servo_in_pan(dimensions, servo_solid(servos.tilt))
-    fold_mirror = location_mm(layout.body_from_m1) * mirror_plate(rig.fold_mirror)
     parts = [
         Part(name="hull", group=fixed, role=Role.HULL, solid=hull_shape(rig.hull, mount, rig.port, layout)),
-        _printed("fold_bracket", fixed, fold_bracket_solid(rig.fold_mirror, mount, layout)),
-        _mirror("fold_mirror", fixed, fold_mirror, rig.fold_mirror),
+        *_fold_parts(fold, hinge),
         _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance)),
         _servo("pan_servo", fixed, pan_servo, servos.pan),
         _horn("pan_horn", pan, pan_horn_in_pan(dimensions), servos.pan),
@@ -103,9 +110,40 @@ def build_assembly(rig: Rig) -> Assembly:
         _horn("tilt_horn", tilt, tilt_horn_in_m2(dimensions), servos.tilt),
         _printed("mirror_holder", tilt, mirror_holder_solid(dimensions)),
         _mirror("gaze_mirror", tilt, mirror_plate(dimensions.mirror), dimensions.mirror),
+        *_clip("gaze_mirror", tilt, dimensions.mirror, mount, Location()),
     ]
     hardware = base_hardware(dimensions, stance) + yoke_hardware(dimensions) + holder_hardware(dimensions)
-    return Assembly(parts=(*parts, *map(_bought, hardware)), layout=layout)
+    return Assembly(parts=(*parts, *map(_bought, hardware)), layout=layout, stow=hinge)
+
+
+def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
+    """Fold bracket, M1 and what holds them, in the body frame; in two parts where M1 can be stowed."""
+    place = location_mm(stance.body_from_fold) * location_mm(stance.fold_from_m1)
+    swinging = [
+        _mirror("fold_mirror", Group.FIXED, place * mirror_plate(stance.mirror), stance.mirror),
+        *_clip("fold_mirror", Group.FIXED, stance.mirror, stance.mount, place),
+    ]
+    bolts = flange_hardware(stance.seat, "fold")
+    body = location_mm(stance.body_from_fold)
+    standing = [_bought(replace(bolt, pose=body * bolt.pose)) for bolt in bolts]
+    if hinge is None:
+        return [_printed("fold_bracket", Group.FIXED, fold_bracket_solid(stance)), *swinging, *standing]
+    on_deck, on_arm = hinge_hardware(hinge)
+    standing = [_printed("fold_bracket", Group.FIXED, deck_solid(hinge)), *standing, *map(_bought, on_deck)]
+    swinging = [_printed("fold_arm", Group.FIXED, arm_solid(hinge)), *swinging, *map(_bought, on_arm)]
+    if hinge.servo:
+        servo, horn = stow_servo_in_body(hinge)
+        standing.append(_servo("stow_servo", Group.FIXED, servo, hinge.servo))
+        swinging.append(_horn("stow_horn", Group.FIXED, horn, hinge.servo))
+    return standing + [replace(part, stows=True) for part in swinging]
+
+
+def _clip(name: str, group: Group, mirror: FlatMirror, mount: Mount, place: Location) -> list[Part]:
+    """Clip of a mirror that is screwed in, with its screws; nothing for one that is glued."""
+    if mount.mirror_fixing == "glue":
+        return []
+    pieces = (replace(piece, pose=place * piece.pose) for piece in clip_hardware(mirror, mount.wall_mm, name, group))
+    return [_printed(f"{name}_clip", group, place * mirror_clip(mirror)), *map(_bought, pieces)]
 
 
 def _printed(name: str, group: Group, solid: Solid) -> Part:

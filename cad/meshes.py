@@ -19,6 +19,7 @@ import numpy as np
 from pydantic.main import IncEx
 
 import optics.layout
+from optics.layout import check_stows
 from optics.mesh import Group, PartMesh, Role
 from rigs import FileHull, Rig
 
@@ -42,22 +43,26 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
 
 
-def rig_meshes(rig: Rig) -> list[PartMesh]:
+def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
     """Parts of a rig as triangles in metres, each in the frame of its group; from the cache when it can be.
+
+    With `stowed` the fold mirror and what holds it are where the hinge of `joints.stow` swings them.
 
     Raises
     ------
     ValueError
-        For a rig without mirrors, or one whose numbers make no mount.
+        For a rig without mirrors, or one whose numbers make no mount; when a fold mirror that is fixed is to be stowed.
     """
     if not rig.has_mirrors:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    path = cache_folder() / f"{mesh_key(rig)}.npz"
+    if stowed:
+        check_stows(rig)
+    path = cache_folder() / f"{mesh_key(rig)}{'-stowed' if stowed else ''}.npz"
     try:
         return load_meshes(path)
     except (OSError, KeyError, ValueError, zipfile.BadZipFile):
         # Absent or damaged: either way it is made again.
-        meshes = _build(rig)
+        meshes = _build(rig, stowed=stowed)
     save_meshes(path, meshes)
     return meshes
 
@@ -82,7 +87,8 @@ def mesh_key(rig: Rig) -> str:
         sources.append(rig.hull.file)
     for source in [*sources, Path(optics.layout.__file__)]:
         content = source.read_bytes()
-        digest.update(f"{source.name} {len(content)} ".encode() + content)
+        digest.update(f"{source.name} {len(content)} ".encode())
+        digest.update(content)
     return digest.hexdigest()
 
 
@@ -116,8 +122,8 @@ def load_meshes(path: Path) -> list[PartMesh]:
         ]
 
 
-def _build(rig: Rig) -> list[PartMesh]:
+def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:
     from cad.assembly import build_assembly  # noqa: PLC0415  (takes seconds to import)
     from cad.tessellation import tessellate  # noqa: PLC0415
 
-    return tessellate(build_assembly(rig))
+    return tessellate(build_assembly(rig), stowed=stowed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import trimesh
 from build123d import Solid
@@ -24,15 +26,22 @@ WELD_MM = 1e-6
 """Neighbouring faces of a solid are tessellated one by one; their shared vertices agree to rounding only."""
 
 
-def tessellate(assembly: Assembly) -> list[PartMesh]:
-    """Parts of an assembly as triangles, in the order of the parts.
+def tessellate(assembly: Assembly, *, stowed: bool = False) -> list[PartMesh]:
+    """Parts of an assembly as triangles, in the order of the parts; with the fold mirror in use or stowed.
 
     Returns
     -------
     list of PartMesh
         Closed surfaces in metres, each in the frame of its part's group.
     """
-    return [_part_mesh(part) for part in assembly.parts]
+    meshes = [_part_mesh(part) for part in assembly.parts]
+    if not stowed or assembly.stow is None:
+        return meshes
+    moved = assembly.stow.body_from_stowing(np.radians(assembly.stow.max_deg))
+    return [
+        replace(mesh, vertices_m=moved.apply(mesh.vertices_m)) if part.stows else mesh
+        for part, mesh in zip(assembly.parts, meshes, strict=True)
+    ]
 
 
 def _part_mesh(part: Part) -> PartMesh:

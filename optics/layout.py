@@ -116,6 +116,12 @@ class Layout:
         return self.body_from_camera.inv() * self.body_from_m2(q1, q2)
 
 
+def check_stows(rig: Rig) -> None:
+    """Raise a `ValueError` for a rig whose fold mirror cannot be stowed."""
+    if rig.joints is None or rig.joints.stow is None:
+        raise ValueError(f"joints.stow: expected a hinge, to stow the fold mirror of {rig.name!r}, got none")
+
+
 def camera_pose(camera: Camera) -> RigidTransform:
     """Pose of the camera in the body frame."""
     # Positive pitch looks up, which is a negative turn about the body's y (left); roll is clockwise from behind.

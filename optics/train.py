@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from optics.arrays import FloatArray, check_points, opaque, to_columns, to_rows
 from optics.backend import Array3f64, Int32, dr
 from optics.camera import Camera, camera_from_spec
-from optics.layout import Layout
+from optics.layout import Layout, check_stows
 from optics.mirror import PlaneMirror, strike, unfold
 from optics.port import Port, port_from_spec
 from optics.status import Region, Status
@@ -82,10 +82,18 @@ class OpticalTrain:
             raise ValueError(f"expected at most {LARGEST_MIRROR_COUNT} mirrors, got {len(self.mirrors)}")
 
     @classmethod
-    def from_rig(cls, rig: Rig, *, q1: float = 0.0, q2: float = 0.0) -> OpticalTrain:
-        """Train of a rig at joint values in radians; `ValueError` outside the joint limits."""
+    def from_rig(cls, rig: Rig, *, q1: float = 0.0, q2: float = 0.0, stowed: bool = False) -> OpticalTrain:
+        """Train of a rig at joint values in radians; with the fold mirror stowed, that of the camera alone.
+
+        Raises
+        ------
+        ValueError
+            Outside the joint limits, and when a fold mirror that is fixed is to be stowed.
+        """
         camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
-        if rig.fold_mirror is None or rig.gaze_mirror is None:
+        if stowed:
+            check_stows(rig)
+        if rig.fold_mirror is None or rig.gaze_mirror is None or stowed:
             return cls(camera=camera, port=port)
         layout = Layout.from_rig(rig)
         layout.check_joints(q1, q2)

@@ -30,7 +30,7 @@ class Joint(Section):
 class StowJoint(Section):
     """The hinge that swings the fold mirror out of the camera's view: 0 is in use, `max_deg` is stowed."""
 
-    max_deg: Annotated[Number, Field(ge=30, le=180)]
+    max_deg: Annotated[Number, Field(ge=45, le=180)]
 
 
 class Joints(Section):

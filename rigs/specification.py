@@ -202,6 +202,10 @@ class Rig(Section):
         """Whether this is a mirror gaze, not a bare camera behind a port."""
         return self.fold_mirror is not None
 
+    def without_mirrors(self) -> Rig:
+        """The camera behind its port alone."""
+        return self.model_copy(update=dict.fromkeys(MIRROR_SECTIONS))
+
     @classmethod
     def load(cls, name_or_path: str | Path) -> Rig:
         """Read a preset by name or a TOML file by path.

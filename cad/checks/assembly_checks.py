@@ -13,7 +13,7 @@ from trimesh.proximity import closest_point_naive
 
 from cad.assembly import Assembly, Part
 from cad.checks.overlaps import Gap, Overlap, joint_grid, manifold_mm, overlaps, smallest_gaps
-from cad.fold_bracket import FLANGE_LENGTH_MM
+from cad.flange import FLANGE_LENGTH_MM
 from cad.tessellation import tessellate
 from optics.layout import FloatArray, Layout
 from optics.mesh import PartMesh, Role
