@@ -11,11 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.assembly import Assembly, Part
+from cad.assembly import Assembly
 from cad.loads.masses import part_bodies
 from optics.mesh import PartMesh, Role
-from rigs import Rig, Servo
-from rigs.specification import FlatMirror
+from rigs import Rig
 
 COLUMNS = ("kind", "name", "count", "material", "volume_cm3", "mass_g", "size_mm", "parts")
 
@@ -65,7 +64,7 @@ def bill_of_materials(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh]) 
         lines.append(
             Item(
                 kind="print" if part.printed else "buy",
-                name=part.name if part.printed else order_name(rig, part),
+                name=part.name if part.printed else part.catalogue,
                 count=1,
                 material=rig.mount.material if part.printed else "",
                 volume_cm3=1e6 * body.volume_m3,
@@ -76,20 +75,6 @@ def bill_of_materials(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh]) 
         )
     lines.sort(key=lambda line: (line.kind != "print", line.name if line.kind == "buy" else ""))
     return [_counted(list(alike)) for _, alike in groupby(lines, key=lambda line: (line.kind, line.name))]
-
-
-def order_name(rig: Rig, part: Part) -> str:
-    """What to ask a shop for: catalogue name of hardware, type of a servo, size of a mirror."""
-    catalogue = getattr(part, "catalogue", "")
-    if catalogue:
-        return str(catalogue)
-    source = getattr(rig.servos, part.name.removesuffix("_servo"), None) or getattr(rig, part.name, None)
-    if isinstance(source, Servo):
-        return f"Servo {source.name}"
-    if isinstance(source, FlatMirror):
-        size = f"{source.width_mm:g} x {source.height_mm:g} x {source.thickness_mm:g} mm"
-        return f"Front-surface mirror {size}, glass"
-    raise ValueError(f"{part.name}: expected a catalogue name of what is bought, got none")
 
 
 def write_bill(items: Sequence[Item], path: Path) -> Path:

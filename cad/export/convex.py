@@ -26,10 +26,7 @@ def convex_pieces(mesh: PartMesh) -> list[trimesh.Trimesh]:
     ValueError
         When the part's surface is not closed.
     """
-    vertices = np.ascontiguousarray(mesh.vertices_m, dtype=np.float64)
-    body = manifold3d.Manifold(manifold3d.Mesh64(vertices, np.ascontiguousarray(mesh.faces, dtype=np.uint64)))
-    if body.is_empty():
-        raise ValueError(f"{mesh.name}: expected a closed surface")
+    body = closed_body(mesh)
     least = ENOUGH_FRACTION * body.volume()
     pieces = [body]
     finished: list[manifold3d.Manifold] = []
@@ -43,6 +40,15 @@ def convex_pieces(mesh: PartMesh) -> list[trimesh.Trimesh]:
         else:
             finished.append(worst)
     return [_surface(piece.hull()) for piece in [*finished, *pieces]]
+
+
+def closed_body(mesh: PartMesh) -> manifold3d.Manifold:
+    """Part as a body that can be cut and intersected, metres; raises `ValueError` when its surface is not closed."""
+    vertices = np.ascontiguousarray(mesh.vertices_m, dtype=np.float64)
+    body = manifold3d.Manifold(manifold3d.Mesh64(vertices, np.ascontiguousarray(mesh.faces, dtype=np.uint64)))
+    if body.is_empty():
+        raise ValueError(f"{mesh.name}: expected a closed surface")
+    return body
 
 
 def _best_cut(body: manifold3d.Manifold, least: float) -> list[manifold3d.Manifold]:

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from cad.assembly import build_assembly
+from cad.assembly import Assembly, build_assembly
+from cad.export.bill import bill_of_materials, write_bill
+from cad.export.drawings import write_drawings
+from cad.export.exploded import write_steps
 from cad.export.manifest import rig_text, write_manifest
+from cad.export.plates import write_plates
+from cad.export.robot_files import write_robot
 from cad.export.step import write_step
 from cad.export.three_mf import PlacedMesh, write_3mf
 from cad.export.triangles import write_glb, write_stl
 from cad.tessellation import tessellate
+from optics.mesh import PartMesh
 from rigs import Rig
+
+FOLDERS = ("parts", "plates", "drawings", "assembly", "robot")
 
 
 def export_mount(rig: Rig, folder: Path, *, announce: Callable[[str], None]) -> list[Path]:
@@ -38,18 +46,25 @@ def export_mount(rig: Rig, folder: Path, *, announce: Callable[[str], None]) -> 
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as scratch:
         partial = Path(scratch)
+        for part_of_it in FOLDERS:
+            (partial / part_of_it).mkdir()
         (partial / "rig.toml").write_text(rig_text(rig), encoding="utf-8")
-        (partial / "parts").mkdir()
         for mesh in meshes:
             write_stl(mesh, partial / "parts")
         announce("export: STEP, GLB, 3MF")
         write_step(assembly, partial / f"{rig.name}.step")
         write_glb(assembly, meshes, partial / f"{rig.name}.glb")
-        placed = [
-            PlacedMesh(mesh=mesh, pose=assembly.pose(part, 0.0, 0.0))
-            for part, mesh in zip(assembly.parts, meshes, strict=True)
-        ]
-        write_3mf(placed, partial / f"{rig.name}.3mf", title=rig.name)
+        write_3mf(_placed(assembly, meshes), partial / f"{rig.name}.3mf", title=rig.name)
+        announce("export: bill of materials, print plates")
+        items = bill_of_materials(rig, assembly, meshes)
+        write_bill(items, partial / "bom.csv")
+        write_plates(rig, [mesh for mesh in meshes if assembly.part(mesh.name).printed], partial / "plates")
+        announce("export: robot descriptions")
+        write_robot(rig, assembly.layout, meshes, partial / "robot")
+        announce("export: drawings")
+        write_drawings(rig, assembly, items, partial / "drawings")
+        announce("export: assembly steps")
+        write_steps(rig.name, assembly, meshes, partial / "assembly")
         written = sorted(path for path in partial.rglob("*") if path.is_file())
         written = [*written, write_manifest(rig, partial, written)]
         names = sorted(path.relative_to(partial) for path in written)
@@ -57,3 +72,10 @@ def export_mount(rig: Rig, folder: Path, *, announce: Callable[[str], None]) -> 
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (partial / name).replace(folder / name)
     return [folder / name for name in names]
+
+
+def _placed(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[PlacedMesh]:
+    return [
+        PlacedMesh(mesh=mesh, pose=assembly.pose(part, 0.0, 0.0))
+        for part, mesh in zip(assembly.parts, meshes, strict=True)
+    ]

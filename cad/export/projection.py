@@ -9,7 +9,8 @@ from math import ceil
 import numpy as np
 from build123d import Compound, Edge, GeomType, Solid
 from numpy.typing import ArrayLike, NDArray
-from OCP.BRepTools import BRepTools
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+from OCP.GeomAbs import GeomAbs_CurveType
 
 FloatArray = NDArray[np.float64]
 
@@ -92,9 +93,19 @@ def _polylines(edges: Iterable[Edge]) -> tuple[FloatArray, ...]:
 
 
 def _polyline(edge: Edge) -> FloatArray:
-    chords = 1 if edge.geom_type is GeomType.LINE else int(np.clip(ceil(edge.length / CHORD_MM), *CHORDS))
-    points = edge.positions([float(share) for share in np.linspace(0, 1, chords + 1)])
-    return np.array([(point.X, point.Y) for point in points])
+    # Open CASCADE's own curve: build123d's positions are by length of arc, which costs most of a drawing's time.
+    curve = BRepAdaptor_Curve(edge.wrapped)
+    first, last = curve.FirstParameter(), curve.LastParameter()
+    points = _points(curve, first, last, 1 if curve.GetType() == GeomAbs_CurveType.GeomAbs_Line else CHORDS[0])
+    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    if len(points) == 2 or length <= CHORDS[0] * CHORD_MM:
+        return points
+    return _points(curve, first, last, min(ceil(length / CHORD_MM), CHORDS[1]))
+
+
+def _points(curve: BRepAdaptor_Curve, first: float, last: float, chords: int) -> FloatArray:
+    points = [curve.Value(first + (last - first) * k / chords) for k in range(chords + 1)]
+    return np.array([(point.X(), point.Y()) for point in points])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,18 +136,18 @@ def holes(solid: Solid) -> list[Hole]:
     for face in solid.faces():
         if face.geom_type is not GeomType.CYLINDER or not face.is_circular_concave:
             continue
-        line = face.axis_of_rotation
-        axis = np.array(tuple(line.direction))
+        wall = BRepAdaptor_Surface(face.wrapped)
+        line = wall.Cylinder().Axis()
+        axis = np.array([line.Direction().X(), line.Direction().Y(), line.Direction().Z()])
         axis = axis * np.sign(axis[np.abs(axis).argmax()])
-        foot = np.array(tuple(line.position))
+        foot = np.array([line.Location().X(), line.Location().Y(), line.Location().Z()])
         foot = foot - (foot @ axis) * axis
-        diameter = 2 * float(face.radius)
+        diameter = 2 * float(wall.Cylinder().Radius())
         reach = [float(np.array(tuple(vertex)) @ axis) for vertex in face.vertices()]
-        u_min, u_max, _, _ = BRepTools.UVBounds_s(face.wrapped)
         key = tuple(np.round([diameter, *axis, *foot, min(reach)], 2) + 0.0)
         known = walls.setdefault(key, (diameter, axis, foot, []))
         known[3].extend(reach)
-        turns[key] = turns.get(key, 0.0) + u_max - u_min
+        turns[key] = turns.get(key, 0.0) + wall.LastUParameter() - wall.FirstUParameter()
     found = [
         Hole(diameter_mm=d, mouth=foot + max(reach) * axis, axis=axis, depth_mm=max(reach) - min(reach))
         for key, (d, axis, foot, reach) in walls.items()
