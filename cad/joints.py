@@ -78,10 +78,10 @@ def _body(assembly: Assembly, group: Group) -> Compound:
     return Compound([part.solid for part in parts], label=group.value)
 
 
-def _connect(  # noqa: PLR0917  (bodies, name, axis and range read in this order)
+def _connect(
     standing: Compound, turning: Compound, name: str, axis: Axis, joint: Joint, *, at_zero: RigidTransform
 ) -> None:
-    """Make both halves of a joint; `at_zero` is the pose of the turning body in the standing one at joint value zero."""
+    """Make both halves of a joint; `at_zero` is the turning body's pose in the standing one at joint value zero."""
     RevoluteJoint(name, to_part=standing, axis=axis, angular_range=(joint.min_deg, joint.max_deg))
     place: Location = location_mm(at_zero).inverse() * axis.location
     RigidJoint(name, to_part=turning, joint_location=place)
