@@ -64,30 +64,25 @@ def test_a_cell_is_seen_where_its_centre_projects_to_a_pixel(rig: Rig) -> None:
     assert seeing.max() > 3
 
 
-@pytest.mark.parametrize("name", ["decentred dome", "fisheye"])
+OTHERS = {
+    "decentred dome": ("bluerov2", {"port": {"centre_mm": (2.0, -3.0, -8.0)}}),
+    "tilted window with a narrow rim": ("aqua2", {"port": {"aperture_diameter_mm": 8.0, "normal": (0.1, -0.1, 1.0)}}),
+    "distorting lens": ("aqua2", {"camera": {"distortion": (-0.2, 0.05, 1e-3, -1e-3, 0.0)}}),
+    "fisheye": ("aqua2", {"camera": {"model": "fisheye", "distortion": (-0.02, 0.005, 0.0, 0.0)}}),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
 def test_other_ports_and_lenses_see_what_they_project(name: str) -> None:
-    """As above for one pose of a dome with the pinhole off its centre, and of a fisheye without a port."""
-    base = Rig.load("bluerov2")
-    changes = {
-        "decentred dome": {"port": base.port.model_copy(update={"centre_mm": (2.0, -3.0, -8.0)})},
-        "fisheye": {
-            "port": {"shape": "none"},
-            "camera": {
-                **base.camera.model_dump(exclude={"distortion"}),
-                "model": "fisheye",
-                "fx_px": 500,
-                "fy_px": 500,
-            },
-        },
-    }[name]
-    rig = Rig.model_validate(
-        {**base.model_dump(), **{k: getattr(v, "model_dump", lambda v=v: v)() for k, v in changes.items()}}
-    )
-    found = coverage(rig, [], q1=[0.3], q2=[0.1], nside=64)
-    centres = Layout.from_rig(rig).body_from_camera.inv().rotation.apply(cell_directions(64))
+    """As above for one pose, where port, rim and lens are not the simplest."""
+    preset, changes = OTHERS[name]
+    numbers = Rig.load(preset).model_dump()
+    rig = Rig.model_validate(numbers | {section: numbers[section] | change for section, change in changes.items()})
+    found = coverage(rig, [], q1=[0.3], q2=[0.1], nside=128)
+    centres = Layout.from_rig(rig).body_from_camera.inv().rotation.apply(cell_directions(128))
     image = OpticalTrain.from_rig(rig, q1=0.3, q2=0.1).project(1e6 * centres)
     np.testing.assert_array_equal(found.covered, image.status == Status.OK)
-    assert found.covered.sum() > 100
+    assert found.covered.sum() > 50
 
 
 def narrow(rig: Rig) -> Rig:
