@@ -9,10 +9,13 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from cad.checks.finding import Finding, Sense
 from optics.layout import FloatArray
 from optics.mesh import PartMesh
-from rigs import Mount
+from rigs import Mount, Problem
 
+BED_CHECK = "fits the printer"
+OVERHANG_CHECK = "overhang as printed"
 OVERHANG_DEG = 45.0
 """Faces that lean further out than this from the vertical need support; the usual rule for molten plastic."""
 ON_BED_MM = 0.05
@@ -23,10 +26,8 @@ SAME_DIRECTION = 1e-3
 """Normals nearer than this (radians) are one facet: 0.1 mm over a part of 100 mm."""
 SMALLEST_BASE_FRACTION = 0.1
 """Of the footprint's hull; a part that touches the bed with less comes loose or needs a raft."""
-HEIGHT_COST_MM = 4.0
-"""A millimetre of height costs as much as this many square millimetres of overhang."""
-BASE_GAIN = 0.1
-"""A square millimetre on the bed is worth this many of overhang."""
+HEIGHT_COST_MM2 = 200.0
+"""A millimetre of height costs the time of this many cubic millimetres of support."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +43,8 @@ class PrintPose:
         Extent along the bed's axes.
     overhang_mm2 : float
         Area that leans out by more than 45 degrees and does not lie on the bed.
+    support_mm3 : float
+        Room between the overhangs and the bed, which support fills.
     base_mm2 : float
         Area that lies on the bed.
     footprint_mm2 : float
@@ -53,6 +56,7 @@ class PrintPose:
     bed_from_part: Rotation
     size_mm: FloatArray
     overhang_mm2: float
+    support_mm3: float
     base_mm2: float
     footprint_mm2: float
     fits: bool
@@ -63,9 +67,9 @@ class PrintPose:
         return self.base_mm2 >= SMALLEST_BASE_FRACTION * self.footprint_mm2
 
     @property
-    def cost_mm2(self) -> float:
+    def cost_mm3(self) -> float:
         """What the choice minimises among poses that fit and stand firmly."""
-        return self.overhang_mm2 + HEIGHT_COST_MM * float(self.size_mm[2]) - BASE_GAIN * self.base_mm2
+        return self.support_mm3 + HEIGHT_COST_MM2 * float(self.size_mm[2])
 
 
 def print_orientation(mesh: PartMesh, mount: Mount) -> Rotation:
@@ -86,12 +90,12 @@ def print_pose(mesh: PartMesh, mount: Mount) -> PrintPose:
     Returns
     -------
     PrintPose
-        Of the poses on the facets of the convex hull, one that fits and stands firmly with the least overhang, height
-        and the most base; when none does, the best of the others.
+        Of the poses on the facets of the convex hull, one that fits and stands firmly with the least support and
+        height; when none does, the best of the others.
     """
     poses = [_pose(mesh, down, mount.printer_bed_mm) for down in _directions(1000 * mesh.vertices_m)]
     # Rounded, so that ties are broken by the order of the facets and not by the last bit.
-    return min(poses, key=lambda pose: (not pose.fits, not pose.firm, round(pose.cost_mm2, 2)))
+    return min(poses, key=lambda pose: (not pose.fits, not pose.firm, round(pose.cost_mm3, 0)))
 
 
 def _directions(vertices_mm: FloatArray) -> list[FloatArray]:
@@ -119,26 +123,65 @@ def _pose(mesh: PartMesh, down: FloatArray, bed_mm: tuple[float, float, float]) 
     vertices = upright.apply(1000 * mesh.vertices_m)
     outline = ConvexHull(vertices[:, :2])
     turn, fits = _turned_to_bed(vertices, vertices[outline.vertices][:, :2], bed_mm)
-    overhang, base = overhang_and_base(vertices, mesh.faces)
+    overhang, base, support = overhang_base_support(vertices, mesh.faces)
     return PrintPose(
         bed_from_part=turn * upright,
         size_mm=np.ptp(turn.apply(vertices), axis=0),
         overhang_mm2=overhang,
+        support_mm3=support,
         base_mm2=base,
         footprint_mm2=float(outline.volume),
         fits=fits,
     )
 
 
-def overhang_and_base(vertices_mm: FloatArray, faces: NDArray[np.int32]) -> tuple[float, float]:
-    """Area that leans out by more than 45 degrees off the bed, and area on the bed; z is up, square millimetres."""
+def overhang_base_support(vertices_mm: FloatArray, faces: NDArray[np.int32]) -> tuple[float, float, float]:
+    """Area that leans out by more than 45 degrees off the bed, area on the bed, and room under the former.
+
+    z is up; square and cubic millimetres.
+    """
     corners = vertices_mm[faces]
     doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas = np.linalg.norm(doubled, axis=1) / 2
+    areas, flat = np.linalg.norm(doubled, axis=1) / 2, -doubled[:, 2] / 2
     # A face that leans out by 45 degrees exactly prints: the sine of the lean, with room for rounding.
-    leaning = -doubled[:, 2] / 2 > (np.sin(np.radians(OVERHANG_DEG)) + 1e-6) * areas
-    on_bed = corners[:, :, 2].max(axis=1) < vertices_mm[:, 2].min() + ON_BED_MM
-    return float(areas[leaning & ~on_bed].sum()), float(areas[leaning & on_bed].sum())
+    leaning = flat > (np.sin(np.radians(OVERHANG_DEG)) + 1e-6) * areas
+    height = corners[:, :, 2] - vertices_mm[:, 2].min()
+    on_bed = height.max(axis=1) < ON_BED_MM
+    hanging = leaning & ~on_bed
+    support = float((flat * height.mean(axis=1))[hanging].sum())
+    return float(areas[hanging].sum()), float(areas[leaning & on_bed].sum()), support
+
+
+def print_findings(mesh: PartMesh, mount: Mount) -> list[Finding]:
+    """Whether a printed part fits the printer in its print orientation, and what overhangs then."""
+    pose = print_pose(mesh, mount)
+    size = " x ".join(f"{side:.0f}" for side in pose.size_mm)
+    problem = Problem(
+        place="mount.printer_bed_mm",
+        value=f"{mesh.name} of {size} mm",
+        expected=f"parts within {mount.printer_bed_mm} mm",
+    )
+    turn = np.round(pose.bed_from_part.as_rotvec(degrees=True), 1) + 0.0
+    beyond = float(np.max(pose.size_mm - np.array(mount.printer_bed_mm)))
+    return [
+        Finding(
+            check=BED_CHECK,
+            subject=mesh.name,
+            figure=beyond,
+            unit="mm beyond the bed",
+            limit=0.0,
+            sense=Sense.AT_MOST,
+            note=f"{size} mm as printed, turned by ({turn[0]:g}, {turn[1]:g}, {turn[2]:g}) deg",
+            problem=None if pose.fits else problem,
+        ),
+        Finding(
+            check=OVERHANG_CHECK,
+            subject=mesh.name,
+            figure=pose.overhang_mm2,
+            unit="mm² overhang",
+            note=f"{pose.support_mm3 / 1000:.0f} cm³ under it, {pose.base_mm2:.0f} mm² on the bed",
+        ),
+    ]
 
 
 def _turned_to_bed(

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cad.checks.orientation import overhang_and_base, print_orientation, print_pose
+from cad.checks.orientation import overhang_base_support, print_orientation, print_pose
 from optics.mesh import Group, PartMesh, Role
 from rigs import Mount
 
@@ -39,9 +39,10 @@ def table():
 
 def test_a_table_overhangs_by_its_top_less_its_foot():
     surface = table()
-    overhang, base = overhang_and_base(np.asarray(surface.vertices), surface.faces)
+    overhang, base, support = overhang_base_support(np.asarray(surface.vertices), surface.faces)
     assert overhang == pytest.approx(80 * 60 - 10 * 10, abs=ROUNDING_MM2)
     assert base == pytest.approx(10 * 10, abs=ROUNDING_MM2)
+    assert support == pytest.approx((80 * 60 - 10 * 10) * 30, abs=ROUNDING_MM2 * 30)
 
 
 @pytest.mark.parametrize(("lean_deg", "counts"), [(44.0, False), (46.0, True)])
@@ -51,7 +52,7 @@ def test_a_wall_counts_once_it_leans_by_more_than_45_degrees(lean_deg, counts):
     outline = np.array([[0, 0], [10, 0], [10 + reach, 20], [0, 20]])
     corners = np.array([[x, y, z] for x, z in outline for y in (0.0, 10.0)])
     hull = trimesh.convex.convex_hull(corners)
-    overhang, _ = overhang_and_base(np.asarray(hull.vertices), hull.faces)
+    overhang, _, _ = overhang_base_support(np.asarray(hull.vertices), hull.faces)
     expected = 10 * 20 / np.cos(np.radians(lean_deg)) if counts else 0.0
     assert overhang == pytest.approx(expected, abs=ROUNDING_MM2)
 

@@ -1,0 +1,98 @@
+"""Whether the mount sits on its hull and leaves the port its view."""
+
+from __future__ import annotations
+
+import manifold3d
+import numpy as np
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from cad.anchors import LARGEST_GAP_MM, anchor_problems, base_anchor, fold_anchor, nearest_on_surface
+from cad.checks.finding import Finding, Sense
+from cad.checks.overlaps import manifold_mm
+from optics.layout import FloatArray, Layout
+from optics.mesh import PartMesh
+from rigs import DomePortSpec, FlatPortSpec, Problem, Rig
+
+ANCHOR_CHECK = "anchor on the hull"
+VIEW_CHECK = "view of the port"
+PORT_VIEW_TOLERANCE_MM3 = 1.0
+RIM_POINTS = 64
+DOME_SEGMENTS = 128
+
+
+def attachment_findings(rig: Rig, hull: PartMesh, layout: Layout) -> list[Finding]:
+    """Anchors on the hull's surface, and no part of the hull between the port and M1."""
+    surface = trimesh.Trimesh(1000 * hull.vertices_m, hull.faces, process=False)
+    problems = {problem.place: problem for problem in anchor_problems(rig, surface)}
+    findings = []
+    for end, anchor in (("fold", fold_anchor(rig)), ("base", base_anchor(rig))):
+        _, _, gap = nearest_on_surface(surface, anchor.point_mm)
+        places = [place for place in problems if place.startswith(f"mount.{end}_")]
+        findings.append(
+            Finding(
+                check=ANCHOR_CHECK,
+                subject=f"{end} anchor",
+                figure=gap,
+                unit="mm",
+                limit=LARGEST_GAP_MM,
+                sense=Sense.AT_MOST,
+                place="at (" + ", ".join(f"{value:.1f}" for value in anchor.point_mm) + ") mm of the body",
+                note="from the hull's surface",
+                problem=problems[places[0]] if places else None,
+            )
+        )
+    return [*findings, _view_of_the_port(rig, hull, layout)]
+
+
+def _view_of_the_port(rig: Rig, hull: PartMesh, layout: Layout) -> Finding:
+    """No part of the hull stands between the port and M1."""
+    shared = (_light_to_fold_mirror(rig, layout) ^ manifold_mm(hull)).volume()
+    expected = "a camera whose port looks into the water: the hull stands in front of it"
+    problem = Problem(place="camera.position_mm", value=rig.camera.position_mm, expected=expected)
+    return Finding(
+        check=VIEW_CHECK,
+        subject=hull.name,
+        figure=shared,
+        unit="mm³",
+        limit=PORT_VIEW_TOLERANCE_MM3,
+        sense=Sense.AT_MOST,
+        note="of the hull in the light from the port to M1",
+        problem=problem if shared > PORT_VIEW_TOLERANCE_MM3 else None,
+    )
+
+
+def _light_to_fold_mirror(rig: Rig, layout: Layout) -> manifold3d.Manifold:
+    """Water that light crosses from the port to M1, as a body in the body frame, millimetres.
+
+    Behind a flat port that is all in front of its aperture, whatever the refraction; else the pyramid from the
+    pinhole to M1, less the dome.
+    """
+    if rig.fold_mirror is None:
+        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    body_from_camera = layout.body_from_camera
+    if isinstance(rig.port, FlatPortSpec):
+        normal = np.array(rig.port.normal) / np.linalg.norm(rig.port.normal)
+        around = Rotation.align_vectors(normal, [0, 0, 1])[0]
+        angles = np.linspace(0, 2 * np.pi, RIM_POINTS, endpoint=False)
+        rim = rig.port.aperture_diameter_mm / 2 * around.apply(_circle(angles))
+        start = (rig.port.distance_mm + rig.port.thickness_mm) * normal
+        end = start + rig.fold_mirror.distance_mm * normal
+        return _hull_of(body_from_camera.apply(np.vstack([rim + start, rim + end]) / 1000))
+    half = np.array([rig.fold_mirror.width_mm, rig.fold_mirror.height_mm]) / 2000
+    corners = [[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)]
+    light = _hull_of(np.vstack([body_from_camera.translation, layout.body_from_m1.apply(corners)]))
+    if isinstance(rig.port, DomePortSpec):
+        dome = manifold3d.Manifold.sphere(rig.port.inner_radius_mm + rig.port.thickness_mm, DOME_SEGMENTS)
+        centre = 1000 * body_from_camera.apply(np.array(rig.port.centre_mm) / 1000)
+        light = light - dome.translate(tuple(centre))
+    return light
+
+
+def _circle(angles: FloatArray) -> FloatArray:
+    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+
+
+def _hull_of(points_m: FloatArray) -> manifold3d.Manifold:
+    """Convex hull of points, millimetres."""
+    return manifold3d.Manifold.hull_points(np.ascontiguousarray(1000 * points_m))
