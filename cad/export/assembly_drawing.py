@@ -27,14 +27,13 @@ from cad.export.sheet import (
     scale_name,
 )
 from cad.shapes import location_mm
-from cad.tessellation import tessellate
 from optics.layout import Layout
-from optics.mesh import Role
+from optics.mesh import PartMesh, Role
 from rigs import Rig
 
 FloatArray = NDArray[np.float64]
 
-GAP_MM = 26.0
+GAP_MM = 22.0
 LIST_WIDTHS_MM = (12.0, 118.0, 14.0)
 AROUND_MM = 8.0
 """How much of the hull is shown around the mount, on paper."""
@@ -45,7 +44,9 @@ FEWEST_CELLS = 2
 """Parts that show less than this get no pointer."""
 
 
-def draw_assembly(rig: Rig, assembly: Assembly, items: Sequence[Item], *, rig_hash: str) -> Sheet:
+def draw_assembly(
+    rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh], items: Sequence[Item], *, rig_hash: str
+) -> Sheet:
     """Sheet of the mount at q1 = q2 = 0, in the body frame."""
     if rig.mount is None:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
@@ -85,7 +86,7 @@ def draw_assembly(rig: Rig, assembly: Assembly, items: Sequence[Item], *, rig_ha
     front_place = _Place(scale=scale, shift=shifts[FRONT])
     _axes_and_distances(sheet, assembly.layout, front_place, right=right, bottom=front[1])
     below = _list(sheet, items)
-    _picture(sheet, assembly, items, below)
+    _picture(sheet, assembly, meshes, items, ceiling=below)
     return sheet
 
 
@@ -152,7 +153,9 @@ def _list(sheet: Sheet, items: Sequence[Item]) -> float:
     return sheet.table(corner, LIST_WIDTHS_MM, rows, numbers=(0, 2))
 
 
-def _picture(sheet: Sheet, assembly: Assembly, items: Sequence[Item], ceiling: float) -> None:
+def _picture(
+    sheet: Sheet, assembly: Assembly, meshes: Sequence[PartMesh], items: Sequence[Item], *, ceiling: float
+) -> None:
     """Isometric picture below the list, its parts numbered as there."""
     mount, _ = _placed(assembly)
     lines = outline(mount, ISOMETRIC)
@@ -164,7 +167,7 @@ def _picture(sheet: Sheet, assembly: Assembly, items: Sequence[Item], ceiling: f
     factor = float(min(room / (high - low)))
     shift = np.array([(left + right) / 2, floor]) - factor * np.array([(low[0] + high[0]) / 2, low[1]])
     draw_outline(sheet, lines, factor, shift, hidden=False)
-    seen = visible_places(assembly, ISOMETRIC)
+    seen = visible_places(assembly, [mesh for mesh in meshes if mesh.role is not Role.HULL], ISOMETRIC)
     tips = [
         (number, factor * seen[name] + shift)
         for number, item in enumerate(items, 1)
@@ -174,12 +177,11 @@ def _picture(sheet: Sheet, assembly: Assembly, items: Sequence[Item], ceiling: f
     _balloons(sheet, tips, (left - 8, right + 8), (floor + 2, ceiling - 8))
 
 
-def visible_places(assembly: Assembly, view: View) -> dict[str, FloatArray]:
-    """Where a pointer to a part of the mount may point, in the view's coordinates; parts that do not show are left out.
+def visible_places(assembly: Assembly, meshes: Sequence[PartMesh], view: View) -> dict[str, FloatArray]:
+    """Where a pointer to a part may point, in the view's coordinates; parts that do not show are left out.
 
     Points spread over all surfaces are sorted into cells on paper; the nearest of each cell is what is seen there.
     """
-    meshes = [mesh for mesh in tessellate(assembly) if mesh.role is not Role.HULL]
     points = []
     for mesh in meshes:
         surface = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)

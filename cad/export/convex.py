@@ -15,7 +15,7 @@ from optics.mesh import PartMesh
 MOST_PIECES = 12
 ENOUGH_FRACTION = 0.05
 """Of the part's volume: cuts that save less than this are not worth a piece."""
-CUTS_PER_AXIS = 15
+CUTS_PER_AXIS = 9
 
 
 def convex_pieces(mesh: PartMesh) -> list[trimesh.Trimesh]:

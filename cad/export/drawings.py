@@ -15,16 +15,18 @@ from cad.export.bill import Item
 from cad.export.manifest import HASH_DIGITS, rig_hash
 from cad.export.part_drawing import draw_part
 from cad.shapes import location_mm
-from optics.mesh import Group, Role
+from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
 
 
-def write_drawings(rig: Rig, assembly: Assembly, items: Sequence[Item], folder: Path) -> list[Path]:
+def write_drawings(
+    rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh], items: Sequence[Item], folder: Path
+) -> list[Path]:
     """Write `PART.svg`, `PART.pdf`, ... and `assembly.svg`, `assembly.pdf`."""
     if rig.mount is None:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     digest = rig_hash(rig)[:HASH_DIGITS]
-    written = draw_assembly(rig, assembly, items, rig_hash=digest).write(folder / "assembly")
+    written = draw_assembly(rig, assembly, meshes, items, rig_hash=digest).write(folder / "assembly")
     for part in assembly.parts:
         if part.printed or part.role is Role.MIRROR:
             solid, origin = _to_draw(assembly, part)

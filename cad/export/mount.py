@@ -62,7 +62,7 @@ def export_mount(rig: Rig, folder: Path, *, announce: Callable[[str], None]) -> 
         announce("export: robot descriptions")
         write_robot(rig, assembly.layout, meshes, partial / "robot")
         announce("export: drawings")
-        write_drawings(rig, assembly, items, partial / "drawings")
+        write_drawings(rig, assembly, meshes, items, partial / "drawings")
         announce("export: assembly steps")
         write_steps(rig.name, assembly, meshes, partial / "assembly")
         written = sorted(path for path in partial.rglob("*") if path.is_file())

@@ -201,12 +201,12 @@ class Sheet:
         self.lines([np.array([[left, y], [right, y]]) for y in heights], width_mm=THIN_MM)
         for y, row in zip(heights, rows, strict=False):
             for column, words in enumerate(row):
-                weight = "bold" if y == top else "normal"
+                colour = "#0b4f9c" if y == top else "black"
                 is_number = column in numbers
                 x = edges[column + 1] - 1 if is_number else edges[column] + 1
                 place = (x, y - row_mm / 2)
                 aligned = "right" if is_number else "left"
-                self.text(place, words, size_mm=SMALL_TEXT_MM, ha=aligned, va="center_baseline", weight=weight)
+                self.text(place, words, size_mm=SMALL_TEXT_MM, ha=aligned, va="center_baseline", color=colour)
         return bottom
 
     def _frame(self, title: Title) -> None:

@@ -324,7 +324,7 @@ def _outwards(bench: _Bench, names: Sequence[str], present: set[str], after: Seq
         along = [carried[other] for other in sorted(touched) if other in carried]
         shift = axis * (length + BEYOND_M)
         # What sits in a piece that has been drawn out, or goes in through it, is drawn out with it, and then further.
-        if along and (touched <= carried.keys() or along[0] @ axis > 0):
+        if along and (touched <= carried.keys() or along[0] @ axis > 0.5 * np.linalg.norm(along[0])):
             shift = shift + along[0]
         moves.append(Move(names=(name,), shift_m=shift))
     return tuple(moves)
