@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from cad.flange import flange_hardware
 from cad.fold_bracket import fold_bracket_solid
 from cad.fold_stance import FoldStance, fold_stance
-from cad.gimbal_base import base_hardware, base_stance, gimbal_base_solid, pan_servo_in_body
+from cad.gimbal_base import base_hardware, base_stance, flange_seat, gimbal_base_solid, pan_servo_in_body
 from cad.gimbal_dimensions import GimbalDimensions
 from cad.hardware import Hardware
 from cad.hull import hull_shape
@@ -95,6 +95,7 @@ def build_assembly(rig: Rig) -> Assembly:
     _check_camera_is_level(rig.camera)
     mount, servos = rig.mount, rig.servos
     stance = base_stance(dimensions, layout)
+    seat = flange_seat(rig, stance)
     fold, hinge = fold_stance(rig, layout), stow_hinge(rig, layout)
     fixed, pan, tilt = Group.FIXED, Group.PAN, Group.TILT
     pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
@@ -102,7 +103,7 @@ def build_assembly(rig: Rig) -> Assembly:
     parts = [
         Part(name="hull", group=fixed, role=Role.HULL, solid=hull_shape(rig.hull, mount, rig.port, layout)),
         *_fold_parts(fold, hinge),
-        _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance)),
+        _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance, seat)),
         _servo("pan_servo", fixed, pan_servo, servos.pan),
         _horn("pan_horn", pan, pan_horn_in_pan(dimensions), servos.pan),
         _printed("yoke", pan, yoke_solid(dimensions)),
@@ -112,7 +113,7 @@ def build_assembly(rig: Rig) -> Assembly:
         _mirror("gaze_mirror", tilt, mirror_plate(dimensions.mirror), dimensions.mirror),
         *_clip("gaze_mirror", tilt, dimensions.mirror, mount, Location()),
     ]
-    hardware = base_hardware(dimensions, stance) + yoke_hardware(dimensions) + holder_hardware(dimensions)
+    hardware = base_hardware(dimensions, stance, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
     return Assembly(parts=(*parts, *map(_bought, hardware)), layout=layout, stow=hinge)
 
 

@@ -42,7 +42,8 @@ class PlaneContact:
 
     def hull_side(self, length_mm: float, width_mm: float) -> Part:
         """What the hull takes up under a footprint."""
-        return box((-length_mm, length_mm), (-width_mm, width_mm), (-DEPTH_MM, 0))
+        half_length, half_width = length_mm / 2 + BEYOND_MM, width_mm / 2 + BEYOND_MM
+        return box((-half_length, half_length), (-half_width, half_width), (-DEPTH_MM, 0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,8 +60,8 @@ class CylinderContact:
 
     def hull_side(self, length_mm: float, width_mm: float) -> Part:
         """What the hull takes up under a footprint."""
-        low = -self.radius_mm
-        return cylinder((-length_mm, 0, low), (length_mm, 0, low), self.radius_mm)
+        low, half_length = -self.radius_mm, length_mm / 2 + BEYOND_MM
+        return cylinder((-half_length, 0, low), (half_length, 0, low), self.radius_mm)
 
 
 @dataclass(frozen=True, kw_only=True)

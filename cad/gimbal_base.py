@@ -11,34 +11,28 @@ from dataclasses import dataclass, replace
 from math import atan2, degrees, hypot
 
 import numpy as np
-from build123d import Axis, Location, Part, Pos, Rot, Solid
+from build123d import Axis, Location, Part, Plane, Pos, Rot, Solid
 
 from cad.cable import TIE_EDGE_MM, TIE_STEP_MM, tie_slot
+from cad.flange import FLANGE_LENGTH_MM, Seat, base_seat, fastener_room, flange, flange_hardware, hull_side
 from cad.gimbal_dimensions import EAR_MARGIN_MM, PAN_BUSH, GimbalDimensions
 from cad.hardware import (
     Hardware,
     along,
-    cap_screw,
-    clearance_diameter_mm,
     flanged_bush,
     insert_hole,
     screw_in_insert,
-    screw_length_mm,
 )
 from cad.mirrors import FIT_MM
 from cad.servo import EAR_LENGTH_MM, EAR_SCREW, EAR_THICKNESS_MM, HORN_HEIGHT_MM, case_ends, ear_hole_positions
 from cad.shapes import along_x, along_y, box, carved, cylinder, filleted, location_mm, single_solid
 from optics.layout import Layout
 from optics.mesh import Group
+from rigs import Rig
 
 COLUMN_WIDTH_MM = 14.0
 COLUMN_DEPTH_MM = 28.0
 FOOT_HEIGHT_MM = 16.0
-FLANGE_LENGTH_MM = 50.0
-FLANGE_WIDTH_MM = 46.0
-FLANGE_HOLES_MM = (18.0, 17.0)
-FLANGE_SCREW_ROOM_MM = 8.0
-"""How far the flange's screws reach into the hull."""
 CORNER_MM = 10.0
 """Fillet between column and foot, where the base bends most, and cut of the corner outside it."""
 HOUSING_WALL_MM = 3.0
@@ -99,13 +93,19 @@ def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
     return BaseStance(body_from_base=turned, reach_mm=reach, height_mm=height)
 
 
-def gimbal_base_solid(dimensions: GimbalDimensions, stance: BaseStance) -> Solid:
+def flange_seat(rig: Rig, stance: BaseStance) -> Seat:
+    """Seat of the base's flange in the body frame, its x towards the pan axis; raises as `cad.flange.base_seat`."""
+    return base_seat(rig, tuple(Plane(stance.body_from_base).x_dir))
+
+
+def gimbal_base_solid(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) -> Solid:
     """Solid of the gimbal base in the body frame, millimetres."""
     d, hint = dimensions, "look at mount.base_anchor_mm"
-    plate, flare = _flange(d, stance)
-    base = single_solid([_side_view(d, stance), plate, flare, _servo_block(d), _housing(d)], "gimbal_base", hint)
-    cuts = [*_servo_opening(d), *_housing_cuts(d), *_flange_holes(d, stance), *_tie_slots(d, stance)]
-    return stance.body_from_base * carved(base, cuts, "gimbal_base", hint)
+    parts = [_side_view(d, stance, seat), _flare(stance, seat), _servo_block(d), _housing(d)]
+    cuts = [*_servo_opening(d), *_housing_cuts(d), *_tie_slots(d, stance, seat)]
+    base = single_solid([*(stance.body_from_base * part for part in parts), flange(seat)], "gimbal_base", hint)
+    cuts = [*(stance.body_from_base * cut for cut in cuts), fastener_room(seat), hull_side(seat)]
+    return carved(base, cuts, "gimbal_base", hint)
 
 
 def pan_servo_in_body(dimensions: GimbalDimensions, stance: BaseStance, servo: Solid) -> Solid:
@@ -113,7 +113,7 @@ def pan_servo_in_body(dimensions: GimbalDimensions, stance: BaseStance, servo: S
     return stance.body_from_base * Pos(0, 0, dimensions.pan_horn_mm) * servo
 
 
-def base_hardware(dimensions: GimbalDimensions, stance: BaseStance) -> list[Hardware]:
+def base_hardware(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) -> list[Hardware]:
     """Screws of the flange, screws and inserts of the pan servo's ears, and the pan bush, in the body frame."""
     d = dimensions
     ears = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM
@@ -126,11 +126,8 @@ def base_hardware(dimensions: GimbalDimensions, stance: BaseStance) -> list[Hard
         )
     bush = along((0, 0, d.pan_bush_seat_mm), (0, 0, 1))
     pieces.append(Hardware(name="pan_bush", group=Group.FIXED, piece=flanged_bush(PAN_BUSH), pose=bush))
-    screw = cap_screw("M4", screw_length_mm(d.mount.wall_mm + FLANGE_SCREW_ROOM_MM))
-    for number, (x, y) in enumerate(_flange_hole_positions(stance), start=1):
-        seat = along((x, y, stance.height_mm - d.mount.wall_mm), (0, 0, -1))
-        pieces.append(Hardware(name=f"base_flange_screw_{number}", group=Group.FIXED, piece=screw, pose=seat))
-    return [replace(piece, pose=stance.body_from_base * piece.pose) for piece in pieces]
+    placed = [replace(piece, pose=stance.body_from_base * piece.pose) for piece in pieces]
+    return placed + flange_hardware(seat, "base")
 
 
 def tie_on_beam_mm(dimensions: GimbalDimensions, stance: BaseStance) -> float:
@@ -138,19 +135,20 @@ def tie_on_beam_mm(dimensions: GimbalDimensions, stance: BaseStance) -> float:
     return (stance.reach_mm - COLUMN_DEPTH_MM / 2 - _servo_ends(dimensions)[0]) / 2
 
 
-def _side_view(d: GimbalDimensions, stance: BaseStance) -> Part:
-    """Column and foot as one L, rounded in its inner corner and cut at its outer one."""
+def _side_view(d: GimbalDimensions, stance: BaseStance, seat: Seat) -> Part:
+    """Column and foot as one L, rounded in its inner corner and cut at its outer one; the hull cuts its top."""
+    end = stance.height_mm + _over_anchor(seat)
     back, front = -stance.reach_mm - COLUMN_DEPTH_MM / 2, -stance.reach_mm + COLUMN_DEPTH_MM / 2
     top, bottom = d.foot_top_mm, _foot_bottom(d)
     joint = case_ends(d.servos.pan)[0]
     outline = [
-        (back, stance.height_mm),
+        (back, end),
         (back, bottom + CORNER_MM),
         (back + CORNER_MM, bottom),
         (joint, bottom),
         (joint, top),
         (front, top),
-        (front, stance.height_mm),
+        (front, end),
     ]
     half = COLUMN_WIDTH_MM / 2
     beam = along_y(outline, (-half, half))
@@ -165,29 +163,19 @@ def _foot_bottom(d: GimbalDimensions) -> float:
     return min(d.foot_top_mm - FOOT_HEIGHT_MM, d.pan_ledge_mm - FOOT_HEIGHT_MM / 2)
 
 
-def _flange(d: GimbalDimensions, stance: BaseStance) -> tuple[Part, Part]:
-    """Plate under the hull, and flares that lead its load into the column."""
+def _over_anchor(seat: Seat) -> float:
+    """How far the hull's surface may lie beyond the anchor under the column, where it slopes or is curved."""
+    sine = hypot(*seat.normal[:2])
+    return seat.contact.range_mm[1] + COLUMN_DEPTH_MM * sine / max(abs(seat.normal[2]), 0.1)
+
+
+def _flare(stance: BaseStance, seat: Seat) -> Part:
+    """What leads the flange's load into the column."""
     x, top = -stance.reach_mm, stance.height_mm
-    low = top - d.mount.wall_mm
-    half_length, half_width = FLANGE_LENGTH_MM / 2, FLANGE_WIDTH_MM / 2
-    plate = box((x - half_length, x + half_length), (-half_width, half_width), (low, top))
-    plate = plate.fillet(5, plate.edges().filter_by(Axis.Z))
+    low = top - seat.height_mm
     thin, thick = COLUMN_WIDTH_MM / 2 - 1, COLUMN_WIDTH_MM / 2 + 4
     flare = [(-thin, low - 12), (thin, low - 12), (thick, low), (thick, top), (-thick, top), (-thick, low)]
-    return plate, along_x(flare, (x - COLUMN_DEPTH_MM / 2 + 4, x + COLUMN_DEPTH_MM / 2 - 4))
-
-
-def _flange_hole_positions(stance: BaseStance) -> list[tuple[float, float]]:
-    return [
-        (dx - stance.reach_mm, y)
-        for dx in (-FLANGE_HOLES_MM[0], FLANGE_HOLES_MM[0])
-        for y in (-FLANGE_HOLES_MM[1], FLANGE_HOLES_MM[1])
-    ]
-
-
-def _flange_holes(d: GimbalDimensions, stance: BaseStance) -> list[Part]:
-    top, low, radius = stance.height_mm, stance.height_mm - d.mount.wall_mm, clearance_diameter_mm("M4") / 2
-    return [cylinder((*place, low - 1), (*place, top + 1), radius) for place in _flange_hole_positions(stance)]
+    return along_x(flare, (x - COLUMN_DEPTH_MM / 2 + 4, x + COLUMN_DEPTH_MM / 2 - 4))
 
 
 def _servo_ends(d: GimbalDimensions) -> tuple[float, float]:
@@ -232,10 +220,10 @@ def _servo_opening(d: GimbalDimensions) -> list[Part]:
     return cuts
 
 
-def _tie_slots(d: GimbalDimensions, stance: BaseStance) -> list[Part]:
+def _tie_slots(d: GimbalDimensions, stance: BaseStance, seat: Seat) -> list[Part]:
     """Slots for the ties of the tilt servo's cable: one on the beam of the foot, then up the column."""
     half, back = COLUMN_WIDTH_MM / 2, -stance.reach_mm - COLUMN_DEPTH_MM / 2 + TIE_EDGE_MM
-    low, high = d.foot_top_mm + CORNER_MM, stance.height_mm - d.mount.wall_mm - 2 * CORNER_MM
+    low, high = d.foot_top_mm + CORNER_MM, stance.height_mm - seat.height_mm - 2 * CORNER_MM
     slots = [tie_slot(-tie_on_beam_mm(d, stance), d.foot_top_mm - TIE_EDGE_MM, half, upright=False)]
     levels = np.arange(low, high, TIE_STEP_MM)
     return slots + [tie_slot(back, float(level), half, upright=True) for level in levels]
