@@ -11,7 +11,8 @@ import numpy as np
 
 from cad.meshes import rig_meshes
 from optics.gaze import forward_gaze
-from optics.layout import Layout
+from optics.layout import Layout, check_stows
+from optics.stowed_view import parts_in_body
 from rigs import Rig
 from scenes.image import check_image_path, write_image
 from scenes.renderer import FastRenderer
@@ -64,13 +65,27 @@ def render_view(
     world: str = "tank",
     depth_m: float = 5.0,
     jerlov_type: str | None = None,
+    stowed: bool = False,
 ) -> View:
-    """Render one pose and write it; raises `ValueError` for a bad argument before anything is computed."""
+    """Render one pose, with the fold mirror in use or stowed, and write it.
+
+    Raises
+    ------
+    ValueError
+        For a bad argument, before anything is computed.
+    """
     check_image_path(path)
+    if stowed:
+        check_stows(rig)
     if rig.has_mirrors:
-        Layout.from_rig(rig).check_joints(np.radians(q1_deg), np.radians(q2_deg))
+        layout = Layout.from_rig(rig)
+        layout.check_joints(np.radians(q1_deg), np.radians(q2_deg))
     scene = stage(rig, world=world, depth_m=depth_m, jerlov_type=jerlov_type)
-    parts = rig_meshes(rig) if rig.has_mirrors else []
+    parts = rig_meshes(rig, stowed=stowed) if rig.has_mirrors else []
+    if stowed:
+        # What is left of the train is the camera alone, and the gaze mirror is a part like any other.
+        parts = parts_in_body(layout, parts, np.radians(q1_deg), np.radians(q2_deg))
+        rig = rig.without_mirrors()
     renderer = FastRenderer(rig, parts, scene, width_px=width_px, height_px=height_px, samples=samples)
     return view_of(renderer, q1_deg=q1_deg, q2_deg=q2_deg, path=path)
 

@@ -23,6 +23,7 @@ def render(
     world: Annotated[str, typer.Option(help="What is around the robot.")] = "tank",
     depth: Annotated[float, typer.Option(help="Of the robot below the surface, metres.")] = 5.0,
     water: Annotated[str | None, typer.Option(help="Jerlov type; the rig's own by default.")] = None,
+    stowed: Annotated[bool, typer.Option("--stowed", help="With the fold mirror swung out of the view.")] = False,
     json: JsonOption = False,
 ) -> None:
     """Render what the camera sees for a pose of the gaze mirror.
@@ -46,6 +47,7 @@ def render(
         world=world,
         depth_m=depth,
         jerlov_type=water,
+        stowed=stowed,
     )
     if json:
         print_json(view.as_dict())
