@@ -37,9 +37,10 @@ from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 
-INTERLEAVED = 3
-"""Neighbouring poses take other rays: the image is divided this many times as finely, and a pose takes every third
-column and row, beginning with its own number. What one pose skips its neighbours see: fewer false holes."""
+INTERLEAVED = 7
+"""Neighbouring poses take other rays: the image is divided this many times as finely, and a pose takes every seventh
+column and row, beginning with its own number. What one pose skips its neighbours see: fewer false holes, and M1's
+edges, which stand still in the image, are told to a seventh of the distance between a pose's rays."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -49,7 +49,7 @@ def test_presets_can_be_built(name: str) -> None:
         ("aqua2", {"camera__position_mm": (502.0, 60.0, 0.0)}, "camera.position_mm", "177.0 mm away"),
         ("aqua2", {"fold_mirror__distance_mm": 75.0, "hull__height_mm": 300.0}, "gaze_mirror", "M2 outside the hull"),
         ("aqua2", {"camera__yaw_deg": 180.0}, "fold_mirror.distance_mm", "M1 outside the hull"),
-        ("bluerov2", {"camera__position_mm": (140.0, 150.0, 50.0)}, "fold_mirror.distance_mm", "M1 outside the hull"),
+        ("bluerov2", {"camera__position_mm": (110.0, 150.0, 50.0)}, "fold_mirror.distance_mm", "M1 outside the hull"),
         ("aqua2", {"mount__fold_anchor_mm": (270.0, 60.0, 80.0)}, "mount.fold_anchor_mm", "15.0 mm outside"),
         ("aqua2", {"mount__base_anchor_mm": (270.0, 60.0, -50.0)}, "mount.base_anchor_mm", "15.0 mm inside"),
     ],

@@ -10,6 +10,7 @@ from plain_boxes import box_part
 
 from optics.analysis import coverage, search_score
 from optics.analysis import search as search_module
+from optics.analysis.coverage import Coverage
 from optics.analysis.objectives import (
     OBJECTIVES,
     area_cm2,
@@ -38,10 +39,11 @@ SMALL = Grid(pan_steps=7, tilt_steps=9, columns=16, rows=12, nside=8)
 
 ALL = tuple(OBJECTIVES.values())
 
-COVERAGE_ERROR = 0.015
+COVERAGE_ERROR = 0.018
 RESOLUTION_ERROR = 0.015
-"""Of a coarse score, absolute and relative: seen over ten random designs of each preset were 0.013 and 0.012. Cells
-touched at the rim of what is covered count as a whole, holes between rays as nothing."""
+"""Of a coarse score, absolute and relative: seen over fourteen random designs of each preset were 0.016 and 0.010,
+against 160 x 120 rays. Cells touched at the rim of what is covered count as a whole (0.012 on average for aqua2), holes
+between rays as nothing; the reference decides its cells exactly and shares neither."""
 
 
 @pytest.fixture(scope="module", params=["aqua2", "bluerov2"])
@@ -109,22 +111,28 @@ def test_a_design_becomes_a_rig_and_back(rig: Rig) -> None:
 
 
 def test_coarse_scores_are_those_of_coverage(rig: Rig) -> None:
-    """Hull and M1's plate in the way, one-degree-like grids, against three thousand rays a pose and 61 x 61 poses."""
+    """Hull and M1's plate in the way, against 61 x 61 poses for what is covered, 160 x 120 rays for the resolution."""
     designs = designs_around(rig, 6)
     scores = CoarseScorer(rig, [boxed(rig)]).scores(designs, ALL)
     joints = rig.joints
     assert joints is not None
-    q1, q2 = (np.radians(np.linspace(joint.min_deg, joint.max_deg, 61)) for joint in (joints.pan, joints.tilt))
-    fine = []
-    for design in designs:
+
+    def found(design: FloatArray, steps: tuple[int, int], **options: int) -> Coverage:
         built = rig_with(rig, design)
         assert built.fold_mirror is not None
         plate = plate_part("m1", built.fold_mirror, Layout.from_rig(built).body_from_m1, Group.FIXED)
-        found = coverage(built, [boxed(rig), plate], q1=q1, q2=q2, nside=64)
-        weight = np.where(np.arange(61) % 60, 1.0, 0.5)
-        weights = np.outer(weight, weight) / weight.sum() ** 2
-        share = (found.pixels[..., 0] * weights).sum() / found.pixels[0, 0].sum()
-        fine.append((found.covered_fraction, share * rig.camera.width_px * rig.camera.height_px))
+        ranges = zip((joints.pan, joints.tilt), steps, strict=True)
+        q1, q2 = (np.radians(np.linspace(joint.min_deg, joint.max_deg, count)) for joint, count in ranges)
+        return coverage(built, [boxed(rig), plate], q1=q1, q2=q2, **options)
+
+    weight = [np.where(np.arange(count) % (count - 1), 1.0, 0.5) for count in (41, 21)]
+    weights = np.outer(*weight) / np.outer(*weight).sum()
+    fine = []
+    for design in designs:
+        seen = found(design, (21, 41), columns=160, rows=120, nside=8)
+        share = (seen.pixels[..., 0] * weights).sum() / seen.pixels[0, 0].sum()
+        pixels = share * rig.camera.width_px * rig.camera.height_px
+        fine.append((found(design, (61, 61)).covered_fraction, pixels))
     covered, resolution = np.array(fine).T
     np.testing.assert_allclose(scores[:, 0], covered, atol=COVERAGE_ERROR)
     np.testing.assert_allclose(scores[:, 3], resolution, rtol=RESOLUTION_ERROR)
