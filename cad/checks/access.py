@@ -149,6 +149,7 @@ def _in_the_way(key: Body, present: Sequence[Body], assembly: Assembly, q: Float
     """Name of a body that the key meets; None when it is free."""
     frames = {group: body_from_group(assembly.layout, group, float(q[0]), float(q[1])) for group in Group}
     for body in present:
-        if key.gap_mm(body, frames[key.group].inv() * frames[body.group]) == 0:
+        pose = frames[key.group].inv() * frames[body.group]
+        if key.gap_mm(body, pose.rotation.as_matrix(), 1000 * pose.translation) == 0:
             return body.name
     return None

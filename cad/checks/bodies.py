@@ -9,7 +9,6 @@ import fcl
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 
 from cad.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM
 from optics.layout import FloatArray
@@ -60,14 +59,13 @@ class Body:
             tree=_tree(vertices, faces),
         )
 
-    def gap_mm(self, other: Body, self_from_other: RigidTransform) -> float:
+    def gap_mm(self, other: Body, turn: FloatArray, shift_mm: FloatArray) -> float:
         """Smallest distance between the two surfaces, millimetres; 0 when they cross.
 
-        One body wholly inside the other is not seen: their surfaces do not meet.
+        One body wholly inside the other is not seen: their surfaces do not meet. The other's pose is given in the
+        frame of this one: rotation matrix, shape (3, 3), and translation, shape (3,), millimetres.
         """
-        turn = self_from_other.rotation.as_matrix()
-        shift = 1000 * self_from_other.translation
-        here, there = fcl.CollisionObject(self.tree), fcl.CollisionObject(other.tree, fcl.Transform(turn, shift))
+        here, there = fcl.CollisionObject(self.tree), fcl.CollisionObject(other.tree, fcl.Transform(turn, shift_mm))
         return max(float(fcl.distance(here, there, fcl.DistanceRequest(), fcl.DistanceResult())), 0.0)
 
     def shells(self, origin_mm: FloatArray, axis: FloatArray) -> list[Body]:

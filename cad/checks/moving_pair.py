@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from cad.checks.bodies import Body, distances_mm
 from cad.checks.gap_search import Cell, SmallestGap, smallest_gap
-from cad.poses import body_from_group
-from optics.layout import FloatArray, Layout
+from optics.layout import FloatArray, Layout, pan_from_m2
 from optics.mesh import Group
 
 PAN_AXIS = np.array([0.0, 0.0, 1.0])
@@ -45,9 +46,34 @@ class MovingPair:
 
     def gap_mm(self, q: FloatArray) -> float:
         """Gap at joint values (q1, q2), radians, millimetres."""
-        moving = body_from_group(self.layout, self.moving.group, float(q[0]), float(q[1]))
-        other = body_from_group(self.layout, self.other.group, float(q[0]), float(q[1]))
-        return self.moving.gap_mm(self.other, moving.inv() * other)
+        return self.moving.gap_mm(self.other, *self.moving_from_other(float(q[0]), float(q[1])))
+
+    def moving_from_other(self, q1: float, q2: float) -> tuple[FloatArray, FloatArray]:
+        """Rotation matrix and translation (millimetres) of the other body in the frame of the moving one.
+
+        It is asked for thousands of times, so the joints' turns are written out.
+        """
+        pan, tilt = self.joints
+        turn, shift = np.eye(3), np.zeros(3)
+        if pan:
+            gimbal = self._gimbal_from_body
+            angle = -self.layout.pan_angle(q1)
+            turn = _about_z(angle) @ gimbal[0]
+            shift = _about_z(angle) @ gimbal[1]
+        if tilt:
+            # Positive tilt raises the normal: a turn by the negative angle about y.
+            m2_from_pan = self._m2_from_pan @ _about_y(self.layout.tilt_angle(q2))
+            turn, shift = m2_from_pan @ turn, m2_from_pan @ shift
+        return turn, shift
+
+    @cached_property
+    def _gimbal_from_body(self) -> tuple[FloatArray, FloatArray]:
+        inverse = self.layout.body_from_gimbal.inv()
+        return inverse.rotation.as_matrix(), 1000 * inverse.translation
+
+    @cached_property
+    def _m2_from_pan(self) -> FloatArray:
+        return np.asarray(pan_from_m2(0.0).inv().rotation.as_matrix())
 
     def reach_mm(self) -> FloatArray:
         """How far a turn of each joint by one radian moves one body against the other at most, shape (2,), millimetres.
@@ -105,6 +131,16 @@ class MovingPair:
             gimbal = self.layout.body_from_gimbal
             return 1000 * gimbal.translation, gimbal.rotation.apply(PAN_AXIS)
         return np.zeros(3), PAN_AXIS
+
+
+def _about_z(angle: float) -> FloatArray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _about_y(angle: float) -> FloatArray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def moving_pairs(bodies: Sequence[Body], layout: Layout) -> list[MovingPair]:

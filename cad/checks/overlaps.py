@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from cad.poses import body_from_group
-from optics.layout import Layout
+from optics.layout import FloatArray, Layout
 from optics.mesh import Group, PartMesh
 
 OVERLAP_TOLERANCE_MM3 = 1.0
@@ -57,22 +57,12 @@ def joint_grid(layout: Layout, steps: int) -> list[tuple[float, float]]:
 
 def overlaps(meshes: Sequence[PartMesh], layout: Layout, poses: Iterable[tuple[float, float]]) -> list[Overlap]:
     """Pairs of parts that share more volume than the tolerance, each pair at its worst pose."""
-    bodies = {mesh.name: manifold_mm(mesh) for mesh in meshes}
     worst: dict[tuple[str, str], Overlap] = {}
-    seen: set[tuple[str, str, bytes]] = set()
-    for q1, q2 in poses:
-        frames = {group: body_from_group(layout, group, q1, q2) for group in Group}
-        for first, second in combinations(meshes, 2):
-            relative = frames[first.group].inv() * frames[second.group]
-            # Parts of one group, or of groups that have not moved against each other, need one look.
-            look = (first.name, second.name, np.round(relative.as_matrix(), 9).tobytes())
-            if look in seen:
-                continue
-            seen.add(look)
-            volume = (bodies[first.name] ^ _moved(bodies[second.name], relative)).volume()
-            pair = (first.name, second.name)
-            if volume > max(OVERLAP_TOLERANCE_MM3, worst[pair].volume_mm3 if pair in worst else 0.0):
-                worst[pair] = Overlap(first=pair[0], second=pair[1], volume_mm3=volume, q1=q1, q2=q2)
+    for first, second, (q1, q2) in _neighbours(meshes, layout, poses, 0.0):
+        volume = (first.body ^ second.body).volume()
+        pair = (first.mesh.name, second.mesh.name)
+        if volume > max(OVERLAP_TOLERANCE_MM3, worst[pair].volume_mm3 if pair in worst else 0.0):
+            worst[pair] = Overlap(first=pair[0], second=pair[1], volume_mm3=volume, q1=q1, q2=q2)
     return list(worst.values())
 
 
@@ -80,22 +70,56 @@ def smallest_gaps(
     meshes: Sequence[PartMesh], layout: Layout, poses: Iterable[tuple[float, float]], below_mm: float
 ) -> list[Gap]:
     """Pairs of a moving and a fixed part that come nearer to each other than `below_mm`, each at its worst pose."""
-    bodies = {mesh.name: manifold_mm(mesh) for mesh in meshes}
-    fixed = [mesh.name for mesh in meshes if mesh.group is Group.FIXED]
     worst: dict[tuple[str, str], Gap] = {}
-    for q1, q2 in poses:
-        for mesh in meshes:
-            if mesh.group is Group.FIXED:
-                continue
-            moved = _moved(bodies[mesh.name], body_from_group(layout, mesh.group, q1, q2))
-            for other in fixed:
-                gap = moved.min_gap(bodies[other], below_mm)
-                if gap < (worst[mesh.name, other].gap_mm if (mesh.name, other) in worst else below_mm):
-                    worst[mesh.name, other] = Gap(moving=mesh.name, fixed=other, gap_mm=gap, q1=q1, q2=q2)
+    for first, second, (q1, q2) in _neighbours(meshes, layout, poses, below_mm):
+        fixed, moving = (first, second) if first.mesh.group is Group.FIXED else (second, first)
+        if fixed.mesh.group is not Group.FIXED or moving.mesh.group is Group.FIXED:
+            continue
+        pair = (moving.mesh.name, fixed.mesh.name)
+        gap = moving.body.min_gap(fixed.body, below_mm)
+        if gap < (worst[pair].gap_mm if pair in worst else below_mm):
+            worst[pair] = Gap(moving=pair[0], fixed=pair[1], gap_mm=gap, q1=q1, q2=q2)
     return list(worst.values())
 
 
-def _moved(body: manifold3d.Manifold, pose: RigidTransform) -> manifold3d.Manifold:
+@dataclass(frozen=True, kw_only=True)
+class _Placed:
+    """A part in the body frame, and the box around it."""
+
+    mesh: PartMesh
+    body: manifold3d.Manifold
+    low: FloatArray
+    high: FloatArray
+
+
+def _neighbours(
+    meshes: Sequence[PartMesh], layout: Layout, poses: Iterable[tuple[float, float]], margin_mm: float
+) -> Iterator[tuple[_Placed, _Placed, tuple[float, float]]]:
+    """Pairs of parts whose boxes come nearer than a margin, at every pose that is new to them.
+
+    Parts of one group, or of groups that have not moved against each other, need one look.
+    """
+    bodies = {mesh.name: manifold_mm(mesh) for mesh in meshes}
+    seen: set[tuple[Group, Group, bytes]] = set()
+    for q1, q2 in poses:
+        frames = {group: body_from_group(layout, group, q1, q2) for group in Group}
+        looks = {
+            (a, b): (a, b, np.round((frames[a].inv() * frames[b]).as_matrix(), 9).tobytes())
+            for a in Group
+            for b in Group
+        }
+        fresh = {groups for groups, look in looks.items() if look not in seen}
+        seen |= set(looks.values())
+        placed = [_placed(mesh, bodies[mesh.name], frames[mesh.group]) for mesh in meshes]
+        for first, second in combinations(placed, 2):
+            near = (first.low - margin_mm <= second.high).all() and (second.low - margin_mm <= first.high).all()
+            if near and (first.mesh.group, second.mesh.group) in fresh:
+                yield first, second, (q1, q2)
+
+
+def _placed(mesh: PartMesh, body: manifold3d.Manifold, pose: RigidTransform) -> _Placed:
     matrix = pose.as_matrix()[:3].copy()
     matrix[:, 3] *= 1000
-    return body.transform(matrix)
+    moved = body.transform(matrix)
+    limits = np.array(moved.bounding_box())
+    return _Placed(mesh=mesh, body=moved, low=limits[:3], high=limits[3:])
