@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 from build123d import Axis, Part, Solid, import_step
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.anchors import body_width_mm
+from cad.hull_mesh import body_from_file, check_size, posed_hull_mesh
 from cad.open_frame import open_frame
 from cad.port_boss import port_boss
 from cad.shapes import along_z, box, cylinder, location_mm, one_solid
 from cad.torpedo import torpedo
 from optics.layout import Layout
 from rigs import BoxHull, FileHull, Hull, Mount, Port, TorpedoHull
+from rigs.files import STEP_SUFFIXES
 
 STEP_TOLERANCE_MM = 0.2
 """As for every hull that is rendered."""
-MILLIMETRES = {"mm": 1.0, "m": 1000.0, "inch": 25.4}
 FLIPPER_SPACING = 0.35
 FLIPPER_CHORD_MM = (50.0, 72.0)
 FLIPPER_THICKNESS_MM = 6.0
@@ -90,20 +90,16 @@ def _flipper(x: float, side: int, inner: float, outer: float) -> Part:
 def file_hull(hull: FileHull) -> Solid | trimesh.Trimesh:
     """User's hull in the body frame, millimetres.
 
-    A STEP file carries its own unit; `hull.unit` says what the numbers of an STL file mean.
+    A STEP file carries its own unit; `hull.unit` says what the numbers of a mesh mean.
+
+    Raises
+    ------
+    ValueError
+        When the file makes no hull; the message names it and says what is wrong.
     """
-    turn = Rotation.from_euler("ZYX", [hull.yaw_deg, -hull.pitch_deg, hull.roll_deg], degrees=True)
-    pose = RigidTransform.from_components(np.array(hull.position_mm) / 1000, turn)
-    if hull.file.suffix.lower() in (".step", ".stp"):
-        return location_mm(pose) * one_solid(import_step(hull.file), "hull.file", f"look at {hull.file.name}")
-    if hull.file.suffix.lower() != ".stl":
-        raise ValueError(f"hull.file = {hull.file.name!r}: expected a .step, .stp or .stl file")
-    mesh = trimesh.load_mesh(hull.file, file_type="stl")
-    mesh.apply_scale(MILLIMETRES[hull.unit])
-    matrix = pose.as_matrix()
-    matrix[:3, 3] *= 1000
-    mesh.apply_transform(matrix)
-    return mesh
+    if hull.file.suffix.lower() not in STEP_SUFFIXES:
+        return posed_hull_mesh(hull)
+    return location_mm(body_from_file(hull)) * _step_solid(hull)
 
 
 def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
@@ -113,3 +109,16 @@ def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
         return shape
     points, corners = shape.tessellate(STEP_TOLERANCE_MM)
     return trimesh.Trimesh([tuple(point) for point in points], corners, process=False)
+
+
+def _step_solid(hull: FileHull) -> Solid:
+    try:
+        shape = import_step(hull.file)
+    except Exception as error:
+        raise ValueError(f"hull.file = {hull.file.name!r}: expected a STEP file, got {error}") from None
+    solid = one_solid(shape, "hull.file", f"look at {hull.file.name}")
+    try:
+        check_size(hull, np.array(tuple(solid.bounding_box().size)))
+    except ValueError as error:
+        raise ValueError(f"hull.file = {hull.file.name!r}: {error}") from None
+    return solid

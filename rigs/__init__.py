@@ -1,6 +1,6 @@
 """The rig specification: what a mirror gaze is made of, typed, validated, with the units in the names."""
 
-from rigs.files import load_document, preset_names, preset_path, save_document
+from rigs.files import load_document, preset_names, preset_path, preset_with_hull, save_document
 from rigs.mounting import (
     BoxHull,
     FileHull,
@@ -61,5 +61,6 @@ __all__ = [
     "load_document",
     "preset_names",
     "preset_path",
+    "preset_with_hull",
     "save_document",
 ]

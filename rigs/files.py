@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +16,8 @@ from rigs.specification import Rig
 from rigs.validation import validate
 
 PRESETS = Path(__file__).parent / "presets"
+STEP_SUFFIXES = (".step", ".stp")
+"""STEP files carry their own unit."""
 
 
 def preset_names() -> list[str]:
@@ -30,6 +33,37 @@ def preset_path(name: str) -> Path:
         hint = f"; did you mean {close[0]!r}?" if close else ""
         raise FileNotFoundError(f"rig {name!r}: expected a preset ({', '.join(names)}) or a TOML file{hint}")
     return PRESETS / f"{name}.toml"
+
+
+def preset_with_hull(shape: str) -> str:
+    """Name of a preset whose hull has a given shape; raises `ValueError` when there is none."""
+    shapes = {rig.hull.shape: name for name in reversed(preset_names()) if (rig := load_rig(name)).hull is not None}
+    if shape not in shapes:
+        raise ValueError(f"hull {shape!r}: expected {', '.join(sorted(shapes))} or the name of a file")
+    return shapes[shape]
+
+
+def put_hull_file(document: tomlkit.TOMLDocument, hull: Path, *, unit: str | None, folder: Path) -> None:
+    """Let a hull's file take the place of the hull in a rig that will lie in `folder`.
+
+    Raises
+    ------
+    ValueError
+        When the rig's mirrors are not on a hull, or the unit of a mesh is not said.
+    """
+    if "hull" not in document:
+        raise ValueError(f"hull {hull.name!r}: expected a preset with mirrors, got one that has no hull")
+    if unit is None and hull.suffix.lower() not in STEP_SUFFIXES:
+        raise ValueError(
+            f"hull {hull.name!r}: expected --unit mm, m or inch; a mesh does not say what its numbers mean"
+        )
+    table = tomlkit.table()
+    table["shape"] = "file"
+    table["file"] = os.path.relpath(hull, folder)
+    table["unit"] = unit or "mm"
+    document["hull"] = table
+    for key in ("fold_plane", "base_plane"):
+        document["mount"].pop(key, None)
 
 
 def find_rig(name_or_path: str | Path) -> Path:

@@ -42,8 +42,18 @@ def test_a_step_of_two_solids_and_an_unknown_kind_of_file_are_refused(tmp_path):
     export_step(Box(1, 1, 1) + Pos(5, 0, 0) * Box(1, 1, 1), path)
     with pytest.raises(ValueError, match=r"hull\.file: expected one solid, got 2"):
         file_hull(FileHull(shape="file", file=path, unit="mm"))
-    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.obj': expected a \.step"):
-        file_hull(FileHull(shape="file", file=tmp_path / "hull.obj", unit="mm"))
+    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.iges': expected a file that ends in \.step"):
+        file_hull(FileHull(shape="file", file=tmp_path / "hull.iges", unit="mm"))
+
+
+def test_a_step_that_is_none_or_of_a_doubtful_size_is_refused(tmp_path):
+    path = tmp_path / "hull.step"
+    path.write_text("hello", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"hull\.file"):
+        file_hull(FileHull(shape="file", file=path, unit="mm"))
+    export_step(Box(0.65, 0.2, 0.1), path)
+    with pytest.raises(ValueError, match=r"a vehicle of 100 mm to 20 m, got one of 0\.65 mm in the file's own unit"):
+        file_hull(FileHull(shape="file", file=path, unit="mm"))
 
 
 def test_a_rig_on_an_stl_hull_is_built_checked_and_keyed_by_content(aqua2, tmp_path):
@@ -60,14 +70,14 @@ def test_a_rig_on_an_stl_hull_is_built_checked_and_keyed_by_content(aqua2, tmp_p
     assert mesh_key(moved) != key
 
 
-def test_an_open_stl_is_a_problem_not_a_crash(aqua2, tmp_path):
+def test_an_open_stl_is_refused_with_its_name(aqua2, tmp_path):
     surface = trimesh.creation.box(extents=(650, 260, 130))
     surface.update_faces(np.arange(12) > 0)
     path = tmp_path / "open.stl"
     surface.export(path)
     rig = aqua2.rig.model_copy(update={"hull": FileHull(shape="file", file=path, unit="mm")})
-    problems = assembly_problems(rig, build_assembly(rig))
-    assert [(p.place, p.value) for p in problems] == [("hull", "open surface")]
+    with pytest.raises(ValueError, match=r"hull\.file = 'open\.stl': expected a closed surface, got 1 hole with "):
+        build_assembly(rig)
 
 
 @pytest.mark.parametrize("flippers", [0, 1, 2, 6])

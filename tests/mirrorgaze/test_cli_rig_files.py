@@ -60,6 +60,23 @@ def test_new_copies_a_preset_with_its_comments(here):
     assert [path.name for path in here.iterdir()] == ["reef.toml"]
 
 
+@pytest.mark.parametrize(("shape", "preset"), [("box", "aqua2"), ("open-frame", "bluerov2"), ("torpedo", "torpedo")])
+def test_new_begins_with_the_preset_that_has_a_hull(here, shape, preset):
+    assert mirrorgaze("new", "reef", "--hull", shape).exit_code == 0
+    assert Rig.load(here / "reef.toml").model_copy(update={"name": preset}) == Rig.load(preset)
+
+
+def test_new_puts_a_hulls_file_in_the_presets_place(here):
+    (here / "hulls").mkdir()
+    (here / "hulls" / "mine.stl").write_text("solid", encoding="utf-8")
+    (here / "rigs").mkdir()
+    arguments = ("new", "reef", "--from", "torpedo", "--hull", "hulls/mine.stl", "--unit", "m", "-o", "rigs/reef.toml")
+    assert mirrorgaze(*arguments).exit_code == 0
+    rig = Rig.load(here / "rigs" / "reef.toml")
+    assert (rig.hull.file, rig.hull.unit) == (here / "hulls" / "mine.stl", "m")
+    assert rig.mount.fold_plane is None
+
+
 def test_new_writes_where_it_is_told(here):
     assert mirrorgaze("new", "reef", "-o", "other.toml").exit_code == 0
     assert Rig.load(here / "other.toml").name == "reef"
@@ -72,6 +89,16 @@ def test_new_writes_where_it_is_told(here):
         (["reef", "--from", "aqua"], "did you mean 'aqua2'?"),
         (["reef", "-o", "nowhere/reef.toml"], "expected an existing folder, but there is no nowhere"),
         (["reef", "-o", "."], "expected a new file, but there is one already"),
+        (["reef", "--hull", "sphere"], "hull 'sphere': expected box, open-frame, torpedo or the name of a file"),
+        (["reef", "--hull", "mine.stl"], "expected --unit mm, m or inch"),
+        (["reef", "--hull", "mine.stl", "--unit", "ft"], "hull.unit = 'ft': expected 'mm', 'm' or 'inch'"),
+        (["reef", "--hull", "mine.stl", "--unit", "mm"], "hull.file = 'mine.stl': expected a file; there is none at"),
+        (["reef", "--hull", "box", "--unit", "mm"], "expected with the file of a hull only"),
+        (["reef", "--hull", "box", "--from", "aqua2"], "expected --from or the shape of a hull, got both"),
+        (
+            ["reef", "--hull", "mine.step", "--from", "bench"],
+            "expected a preset with mirrors, got one that has no hull",
+        ),
     ],
 )
 def test_new_writes_nothing_on_bad_input(here, arguments, words):
