@@ -149,6 +149,7 @@ def _numbers(result: Coverage, patches: list[BlindPatch]) -> Result:
         "image_cells": [COLUMNS, ROWS],
         "nside": result.nside,
         "covered_fraction": result.covered_fraction,
+        "covered_standard_error": _chance(result),
         "rim_fraction": rim_fraction(result),
         "upper_fraction": result.upper_fraction,
         "lower_fraction": result.lower_fraction,
@@ -190,10 +191,10 @@ def _page(rig: Rig, folder: Path, results: Result) -> str:
     usable, resolution, redundancy = (
         maps[name] for name in ("usable_solid_angle_sr", "pixels_per_degree", "poses_seeing_a_direction")
     )
-    covered, rim = maps["covered_fraction"], maps["rim_fraction"]
+    covered, error = maps["covered_fraction"], maps["covered_standard_error"]
     key_numbers = page.tiles(
         [
-            (f"{covered:.1%}", f"of all directions seen in some pose; {covered - rim:.1%} without cells at the rim"),
+            (f"{covered:.1%}", f"of all directions seen in some pose, to ±{error:.2%}"),
             (f"{maps['upper_fraction']:.1%} / {maps['lower_fraction']:.1%}", "of the upper / lower hemisphere"),
             (f"{1000 * usable['mean']:.0f} msr", f"usable at a time, mean; at most {1000 * usable['largest']:.0f} msr"),
             (f"{redundancy['median']:.0f} poses", f"see a direction (median), of {maps['poses']}"),
@@ -357,9 +358,9 @@ def _study_rows(study: list[Refinement]) -> list[list[str]]:
     return rows
 
 
-def _chance(maps: Result) -> float:
+def _chance(result: Coverage) -> float:
     """Standard error of the covered fraction when each cell at the rim is seen, or not, with the same probability."""
-    return 0.5 * float(np.sqrt(maps["rim_fraction"] / cell_count(maps["nside"])))
+    return 0.5 * float(np.sqrt(rim_fraction(result) / cell_count(result.nside)))
 
 
 def _exactness(maps: Result, study: list[Refinement]) -> list[str]:
@@ -371,7 +372,7 @@ def _exactness(maps: Result, study: list[Refinement]) -> list[str]:
         "Not exact: a cell of the image counts by its centre's ray, so that solid angles gain or lose part of a row of "
         "cells at an edge. A cell of the sphere counts when its centre is seen: at the rim too much as often as too "
         f"little, by chance. Cells at the rim of what is seen are {maps['rim_fraction']:.1%} of the sphere, which "
-        f"makes some {_chance(maps):.2%} of error. Gaps between poses only take from what is covered.",
+        f"makes some {maps['covered_standard_error']:.2%} of error. Gaps between poses only take from what is covered.",
         "Each line halves its step twice and keeps the others, as coarse as they may be: compare along a line, not "
         "between lines. Order p: the error shrinks as step^p. “none”: the "
         "differences do not shrink steadily, so that nothing can be said beyond their size. The finest grids are "

@@ -43,13 +43,13 @@ def coverage(
         return
     maps = results["coverage"]
     usable, poses = maps["usable_solid_angle_sr"], maps["poses_seeing_a_direction"]
-    covered, rim = maps["covered_fraction"], maps["rim_fraction"]
+    covered, error = maps["covered_fraction"], maps["covered_standard_error"]
     typer.echo(str(report))
     print_table(
         [
             (
                 "  covered",
-                f"{covered:.1%} of all directions in {maps['poses']} poses, {covered - rim:.1%} without the rim",
+                f"{covered:.1%} of all directions in {maps['poses']} poses, to ±{error:.2%}",
             ),
             ("  usable", f"{1000 * usable['mean']:.1f} msr mean, {1000 * usable['largest']:.1f} msr at most"),
             ("  redundancy", f"{poses['median']:.0f} poses see a direction (median)"),
