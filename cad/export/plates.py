@@ -14,7 +14,7 @@ from scipy.spatial.transform import RigidTransform
 from cad.checks.orientation import print_orientation
 from cad.export.three_mf import PlacedMesh, write_3mf
 from optics.mesh import PartMesh, merge
-from rigs import Rig
+from rigs import Mount, Rig
 
 GAP_MM = 8.0
 """Between parts: room for a brim."""
@@ -59,20 +59,24 @@ def print_plates(rig: Rig, meshes: Sequence[PartMesh]) -> list[list[PartMesh]]:
     if rig.mount is None:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     bed = rig.mount.printer_bed_mm
-    boxes = [_upright(mesh, rig) for mesh in meshes]
+    plates = shelves([_upright(mesh, rig.mount) for mesh in meshes], (bed[0], bed[1]))
+    return [[box.placed() for box in plate] for plate in plates]
+
+
+def shelves(boxes: Sequence[Laid], bed_mm: tuple[float, float]) -> list[list[Laid]]:
+    """Lay boxes in rows on beds, deep ones first: a row is as deep as its first box."""
     for box in boxes:
-        if box.size_mm[0] > bed[0] or box.size_mm[1] > bed[1]:
+        if box.size_mm[0] > bed_mm[0] or box.size_mm[1] > bed_mm[1]:
             raise ValueError(
-                f"mount.printer_bed_mm = {bed}: expected room for {box.mesh.name}, "
+                f"mount.printer_bed_mm = {list(bed_mm)} x height: expected room for {box.mesh.name}, "
                 f"which takes {box.size_mm[0]:.0f} x {box.size_mm[1]:.0f} mm"
             )
-    # Deep ones first: a row is as deep as its first part.
-    boxes.sort(key=lambda box: (-box.size_mm[1], box.mesh.name))
+    left = sorted(boxes, key=lambda box: (-box.size_mm[1], box.mesh.name))
     plates: list[list[Laid]] = []
-    while boxes:
-        laid, boxes = _fill_plate(boxes, (bed[0], bed[1]))
+    while left:
+        laid, left = _fill_plate(left, bed_mm)
         plates.append(laid)
-    return [[box.placed() for box in plate] for plate in plates]
+    return plates
 
 
 def write_plates(rig: Rig, meshes: Sequence[PartMesh], folder: Path) -> list[Path]:
@@ -87,11 +91,9 @@ def write_plates(rig: Rig, meshes: Sequence[PartMesh], folder: Path) -> list[Pat
     return written
 
 
-def _upright(mesh: PartMesh, rig: Rig) -> Laid:
+def _upright(mesh: PartMesh, mount: Mount) -> Laid:
     """Part in its print orientation, its box in the corner of the bed."""
-    if rig.mount is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    vertices: NDArray[np.float64] = print_orientation(mesh, rig.mount).apply(mesh.vertices_m)
+    vertices: NDArray[np.float64] = print_orientation(mesh, mount).apply(mesh.vertices_m)
     vertices = vertices - vertices.min(axis=0)
     width, depth, _ = 1000 * vertices.max(axis=0)
     return Laid(mesh=replace(mesh, vertices_m=vertices), size_mm=(float(width), float(depth)))

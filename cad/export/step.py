@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from datetime import datetime
 from pathlib import Path
 
@@ -43,7 +44,8 @@ def write_step(assembly: Assembly, path: Path, q1: float = 0.0, q2: float = 0.0)
     for part in assembly.parts:
         if isinstance(part.solid, trimesh.Trimesh):
             continue
-        solid: Solid = location_mm(assembly.pose(part, q1, q2)) * part.solid
+        # Alike pieces share one shape, and would share one name.
+        solid: Solid = location_mm(assembly.pose(part, q1, q2)) * deepcopy(part.solid)
         solid.label = part.name
         solid.color = None
         placed.append(solid)

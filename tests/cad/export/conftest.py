@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -24,17 +26,25 @@ class Exported:
     progress: list[str]
 
 
-@pytest.fixture(scope="session", params=["aqua2", "bluerov2"])
-def exported(request, tmp_path_factory) -> Exported:
-    """Export of a preset into a folder whose parent is new too."""
-    folder = tmp_path_factory.mktemp(request.param) / "new" / "mount"
-    return exported_once(request.param, folder)
-
-
-def exported_once(name: str, folder: Path) -> Exported:
+@cache
+def built_once(name: str) -> tuple[Rig, Assembly, list[PartMesh]]:
     rig = Rig.load(name)
-    progress: list[str] = []
-    files = export_mount(rig, folder, announce=progress.append)
     assembly = build_assembly(rig)
-    meshes = tessellate(assembly)
-    return Exported(rig=rig, assembly=assembly, meshes=meshes, folder=folder, files=files, progress=progress)
+    return rig, assembly, tessellate(assembly)
+
+
+@pytest.fixture(scope="session")
+def exported():
+    """Export of aqua2 into a folder whose parent is new too."""
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "new" / "mount"
+        rig, assembly, meshes = built_once("aqua2")
+        progress: list[str] = []
+        files = export_mount(rig, folder, announce=progress.append)
+        yield Exported(rig=rig, assembly=assembly, meshes=meshes, folder=folder, files=files, progress=progress)
+
+
+@pytest.fixture(scope="session", params=["aqua2", "bluerov2"])
+def built(request):
+    """Rig, assembly and meshes of a preset."""
+    return built_once(request.param)
