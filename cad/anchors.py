@@ -20,6 +20,7 @@ from optics.arrays import FloatArray
 from optics.envelope import hull_half_size
 from optics.torpedo import torpedo_normal
 from rigs import BoxHull, FileHull, Hull, Problem, Rig, TorpedoHull
+from rigs.files import STEP_SUFFIXES
 
 Point = tuple[float, float, float]
 End = Literal["fold", "base"]
@@ -63,7 +64,8 @@ def hull_planes(hull: Hull) -> Mapping[str, Anchor]:
     """Planes of a hull that an anchor may name, each with a point of it.
 
     The sides of our own hulls are top, bottom, left and right, of a box also front and back; of a torpedo they touch
-    its cylinder along a line. A file's are those that the rig declares in `[hull.planes.NAME]`.
+    its cylinder along a line. A file's are those that the rig declares in `[hull.planes.NAME]`; of a STEP file an
+    anchor may also name a flat face.
     """
     if isinstance(hull, FileHull):
         return {name: _as_anchor(plane.point_mm, plane.normal) for name, plane in hull.planes.items()}
@@ -152,6 +154,11 @@ def _anchor(rig: Rig, end: End) -> Anchor:
         return _as_anchor(point, normal)
     planes = hull_planes(rig.hull)
     if name is not None:
+        if name not in planes and isinstance(rig.hull, FileHull) and rig.hull.file.suffix.lower() in STEP_SUFFIXES:
+            from cad.step_file import step_planes  # noqa: PLC0415  (takes seconds to import)
+
+            named = {face: _as_anchor(*plane) for face, plane in step_planes(rig.hull).items()}
+            planes = named | dict(planes)
         if name not in planes:
             raise ValueError(f"mount.{end}_plane = {name!r}: expected a plane of the hull{_choice(name, planes)}")
         plane = planes[name]

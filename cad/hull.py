@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from build123d import Axis, Part, Solid, import_step
+from build123d import Axis, Part, Solid
 
 from cad.anchors import body_width_mm
-from cad.hull_mesh import body_from_file, check_size, posed_hull_mesh
+from cad.hull_mesh import posed_hull_mesh
 from cad.open_frame import open_frame
 from cad.port_boss import port_boss
-from cad.shapes import along_z, box, cylinder, location_mm, one_solid
+from cad.shapes import along_z, box, cylinder, one_solid
+from cad.step_file import step_solid
 from cad.torpedo import torpedo
 from optics.layout import Layout
 from rigs import BoxHull, FileHull, Hull, Mount, Port, TorpedoHull
@@ -99,7 +100,7 @@ def file_hull(hull: FileHull) -> Solid | trimesh.Trimesh:
     """
     if hull.file.suffix.lower() not in STEP_SUFFIXES:
         return posed_hull_mesh(hull)
-    return location_mm(body_from_file(hull)) * _step_solid(hull)
+    return step_solid(hull)
 
 
 def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
@@ -109,16 +110,3 @@ def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
         return shape
     points, corners = shape.tessellate(STEP_TOLERANCE_MM)
     return trimesh.Trimesh([tuple(point) for point in points], corners, process=False)
-
-
-def _step_solid(hull: FileHull) -> Solid:
-    try:
-        shape = import_step(hull.file)
-    except Exception as error:
-        raise ValueError(f"hull.file = {hull.file.name!r}: expected a STEP file, got {error}") from None
-    solid = one_solid(shape, "hull.file", f"look at {hull.file.name}")
-    try:
-        check_size(hull, np.array(tuple(solid.bounding_box().size)))
-    except ValueError as error:
-        raise ValueError(f"hull.file = {hull.file.name!r}: {error}") from None
-    return solid

@@ -97,8 +97,15 @@ def read_hull_mesh(hull: FileHull) -> HullMesh:
     return made
 
 
-def check_size(hull: FileHull, size_mm: FloatArray) -> None:
+def check_size(size_mm: FloatArray, unit: str | None) -> None:
     """Refuse what is too small or too large for a vehicle, with the unit that would make it one.
+
+    Parameters
+    ----------
+    size_mm : array, shape (3,)
+        Its sides.
+    unit : str or None
+        What the rig says its numbers mean; None for a file that says so itself.
 
     Raises
     ------
@@ -110,18 +117,18 @@ def check_size(hull: FileHull, size_mm: FloatArray) -> None:
     if low <= longest <= high:
         return
     message = f"expected a vehicle of {_length(low)} to {_length(high)}, got one of {_length(longest)}"
-    if hull.file.suffix.lower() in STEP_SUFFIXES:
+    if unit is None:
         raise ValueError(f"{message} in the file's own unit")
-    number = longest / MILLIMETRES[hull.unit]
+    number = longest / MILLIMETRES[unit]
     better = [name for name, factor in MILLIMETRES.items() if low <= number * factor <= high]
     hint = " or ".join(f'unit = "{name}" would make it {_length(number * MILLIMETRES[name])}' for name in better)
-    raise ValueError(f'{message} with unit = "{hull.unit}"' + (f"; {hint}" if hint else ""))
+    raise ValueError(f'{message} with unit = "{unit}"' + (f"; {hint}" if hint else ""))
 
 
 def _made(hull: FileHull) -> HullMesh:
     try:
         vertices, faces = _read(hull)
-        check_size(hull, np.ptp(vertices, axis=0))
+        check_size(np.ptp(vertices, axis=0), hull.unit)
         coarse, kept = thinned(vertices, faces)
         fixed = repaired(coarse, kept)
         surface = simplified(fixed.surface)

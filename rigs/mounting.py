@@ -175,7 +175,7 @@ class FileHull(Section):
     yaw_deg: Number = 0.0
     pitch_deg: Number = 0.0
     roll_deg: Number = 0.0
-    planes: Annotated[dict[str, HullPlane], Field(default_factory=dict)]
+    planes: dict[str, HullPlane] = Field(default_factory=dict)
 
 
 ParametricHull = BoxHull | OpenFrameHull | TorpedoHull

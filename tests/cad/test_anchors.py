@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
+from build123d import Box, export_step
 
 from cad.anchors import anchor_problems, base_anchor, fold_anchor, hull_planes, nearest_on_surface
 from rigs import FileHull, HullPlane, Rig
@@ -68,6 +69,22 @@ def test_the_normal_of_a_file_hull_is_that_of_its_surface(on_a_sphere):
 
 def rig_surface(rig: Rig) -> trimesh.Trimesh:
     return trimesh.load_mesh(rig.hull.file)
+
+
+def test_a_step_files_named_face_is_a_plane(tmp_path):
+    """A box of 600 x 200 x 100 mm with one face named in the file; its middle is one of the six."""
+    path = tmp_path / "hull.step"
+    export_step(Box(600, 200, 100), path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("ADVANCED_FACE(''", "ADVANCED_FACE('deck'", 1), encoding="utf-8")
+    hull = FileHull(shape="file", file=path, unit="mm", position_mm=(0.0, 0.0, 7.0))
+    rig = with_mount(AQUA2.model_copy(update={"hull": hull}), fold_anchor_mm=(1.0, 2.0, 10.0), fold_plane="deck")
+    anchor = fold_anchor(rig)
+    normal, half = np.array(anchor.normal), np.array([300, 100, 50])
+    assert sorted(abs(normal)) == pytest.approx([0, 0, 1])
+    assert (np.array(anchor.point_mm) - [0, 0, 7]) @ normal == pytest.approx(abs(normal) @ half)
+    with pytest.raises(ValueError, match=r"mount\.fold_plane = 'dek': .*did you mean 'deck'"):
+        fold_anchor(with_mount(rig, fold_plane="dek"))
 
 
 def test_a_point_off_the_surface_and_a_wrong_normal_are_problems_with_numbers():
