@@ -70,7 +70,7 @@ def pair_finding(pair: MovingPair, assembly: Assembly, clearance_mm: float) -> F
         return _bearing(pair, fit, assembly)
     limit = clearance_mm if fit is None else fit.gap_mm
     chords = pair.moving.chord_mm + pair.other.chord_mm
-    found = pair.smallest_gap(limit - RESOLUTION_MM + chords)
+    found = pair.smallest_gap(limit - RESOLUTION_MM + chords, limit + chords)
     bound = max(found.bound_mm - chords, 0.0)
     good = bound >= limit - RESOLUTION_MM
     return Finding(

@@ -73,7 +73,7 @@ class SmallestGap:
     looks: int
 
 
-def smallest_gap(gap: GapFunction, box: Cell, reach_mm: FloatArray, limit_mm: float) -> SmallestGap:
+def smallest_gap(gap: GapFunction, box: Cell, reach_mm: FloatArray, limit_mm: float, wanted_mm: float) -> SmallestGap:
     """Find the smallest gap over a box of joint values.
 
     Parameters
@@ -86,6 +86,8 @@ def smallest_gap(gap: GapFunction, box: Cell, reach_mm: FloatArray, limit_mm: fl
         Largest distance of a moving point from each joint's axis, millimetres; 0 for a joint that does not matter.
     limit_mm : float
         What the gap will be held against: the search goes on until it is known on which side of it the gap is.
+    wanted_mm : float
+        What it would be good to prove, at least the limit: the search goes on for it, but less far.
 
     Returns
     -------
@@ -99,9 +101,7 @@ def smallest_gap(gap: GapFunction, box: Cell, reach_mm: FloatArray, limit_mm: fl
     heap = [(best - float(box.half @ reach_mm), next(order), box)]
     while best > 0:
         bound, _, cell = heap[0]
-        astride = bound < limit_mm <= best
-        close = CLOSEST_MM if astride else max(CLOSE_MM, CLOSE_FRACTION * best)
-        if bound >= best - close:
+        if bound >= best - _close_enough(bound, best, limit_mm, wanted_mm):
             return SmallestGap(gap_mm=best, bound_mm=max(bound, 0.0), q=where, looks=looks)
         heapq.heappop(heap)
         for part in cell.halves(reach_mm):
@@ -113,3 +113,12 @@ def smallest_gap(gap: GapFunction, box: Cell, reach_mm: FloatArray, limit_mm: fl
             lower = max(bound, value - float(part.half @ reach_mm))
             heapq.heappush(heap, (lower, next(order), part))
     return SmallestGap(gap_mm=0.0, bound_mm=0.0, q=where, looks=looks)
+
+
+def _close_enough(bound: float, best: float, limit_mm: float, wanted_mm: float) -> float:
+    """How far bound and smallest gap may be apart, millimetres."""
+    if bound < limit_mm <= best:
+        return CLOSEST_MM
+    if bound < wanted_mm <= best:
+        return CLOSE_MM
+    return max(CLOSE_MM, CLOSE_FRACTION * best)

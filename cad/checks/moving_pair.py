@@ -95,10 +95,11 @@ class MovingPair:
             return [replace(self, moving=shell) for shell in self.moving.shells(*axes[0])]
         return [replace(self, other=shell) for shell in self.other.shells(*axes[1])]
 
-    def smallest_gap(self, limit_mm: float) -> SmallestGap:
+    def smallest_gap(self, limit_mm: float, wanted_mm: float) -> SmallestGap:
         """Smallest gap over both joint ranges, with its bound; the joint that does not matter stays at its middle."""
         found: list[SmallestGap] = [
-            smallest_gap(piece.gap_mm, joint_box(self.layout), piece.reach_mm(), limit_mm) for piece in self.pieces()
+            smallest_gap(piece.gap_mm, joint_box(self.layout), piece.reach_mm(), limit_mm, wanted_mm)
+            for piece in self.pieces()
         ]
         nearest = min(found, key=lambda gap: gap.gap_mm)
         return SmallestGap(

@@ -8,7 +8,7 @@ import pytest
 from build123d import Pos
 
 from cad.assembly import build_assembly
-from cad.checks.assembly_checks import assembly_problems
+from cad.checks.assembly_checks import assembly_checks, assembly_problems
 from rigs import NoPortSpec
 
 
@@ -83,3 +83,42 @@ def test_a_bare_camera_inside_the_hull_is_found_and_one_in_front_of_it_is_not(aq
     assert [p.place for p in problems] == ["camera.position_mm"]
     outside = replaced(rig, "camera", position_mm=(326.0, 60.0, 0.0))
     assert assembly_problems(outside, build_assembly(outside), grid_steps=2) == []
+
+
+@pytest.fixture(scope="module")
+def checked(built):
+    return assembly_checks(built.rig, built.assembly, slicing=False)
+
+
+def test_every_check_of_the_presets_is_good(checked):
+    assert [str(problem) for problem in checked.problems] == []
+    assert checked.admissible is None
+    assert {finding.check for finding in checked.findings} == {
+        "one closed solid",
+        "wall thickness",
+        "fits the printer",
+        "overhang as printed",
+        "anchor on the hull",
+        "view of the port",
+        "axes through the centre of M2",
+        "parts out of each other",
+        "clearance over the joint range",
+        "screw access",
+    }
+
+
+def test_every_check_says_which_joint_values_are_left(aqua2):
+    """A mirror that strikes M1's bracket when it looks up and back: tilts around rest stay free."""
+    rig = replaced(aqua2.rig, "gaze_mirror", distance_mm=80.0)
+    checked = assembly_checks(rig, build_assembly(rig), slicing=False)
+    assert any("meets fold_bracket" in str(problem) for problem in checked.problems)
+    assert 0.3 < checked.admissible.fraction < 1
+    low, high = checked.admissible.largest.q2_deg
+    assert low <= 0 < high < rig.joints.tilt.max_deg
+
+
+def test_without_closed_solids_nothing_else_is_looked_at(aqua2):
+    solid = aqua2.assembly.part("yoke").solid
+    checked = assembly_checks(aqua2.rig, with_part(aqua2.assembly, "yoke", solid + Pos(0, 0, 300) * solid))
+    assert [problem.place for problem in checked.problems] == ["yoke"]
+    assert {finding.check for finding in checked.findings} == {"one closed solid"}
