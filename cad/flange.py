@@ -114,7 +114,7 @@ def flange(seat: Seat) -> Part:
     if seat.strapped and isinstance(seat.contact, CylinderContact):
         # The strap's tension wants one thickness all around, and a plate as high as a saddle would be heavy.
         low, radius = -seat.contact.radius_mm, seat.contact.radius_mm + seat.height_mm
-        plate &= cylinder((-half_length, 0, low), (half_length, 0, low), radius)
+        plate &= cylinder((-half_length - 1, 0, low), (half_length + 1, 0, low), radius)
     return _placed(seat, plate - _hull_side(seat) - _fastener_room(seat))
 
 
@@ -210,7 +210,8 @@ def _fastener_room(seat: Seat) -> Part:
         rooms = []
         for x in STRAP_PLACES_MM:
             start, end = (x - STRAP_WIDTH_MM / 2, 0, axis), (x + STRAP_WIDTH_MM / 2, 0, axis)
-            rooms.append(cylinder(start, end, inner + STRAP_HEIGHT_MM) - cylinder(start, end, inner))
+            core = cylinder((start[0] - 1, 0, axis), (end[0] + 1, 0, axis), inner)
+            rooms.append(cylinder(start, end, inner + STRAP_HEIGHT_MM) - core)
         return Part() + rooms
     rooms = []
     for x, y in _bolt_places():

@@ -121,7 +121,7 @@ def fold_stance(rig: Rig, layout: Layout) -> FoldStance:
         mirror=rig.fold_mirror,
         mount=rig.mount,
         seat=seat,
-        roof_mm=_top_of_flange(seat),
+        roof_mm=_roof(seat),
     )
     _check(stance, f"mount.fold_anchor_mm = {rig.mount.fold_anchor_mm}")
     return stance
@@ -136,13 +136,18 @@ def fold_frame(layout: Layout) -> RigidTransform:
     return RigidTransform.from_components(pinhole - turn.apply(pinhole), turn)
 
 
-def _top_of_flange(seat: Seat) -> float:
-    half_length, half_width, height = seat.length_mm / 2, seat.width_mm / 2, seat.height_mm
-    corners = [[sx * half_length, sy * half_width, height] for sx in (-1, 1) for sy in (-1, 1)]
-    if seat.strapped:
-        # A saddle is round on top: its crest is highest.
-        corners = [[sx * half_length, 0.0, height] for sx in (-1, 1)]
-    return float(1000 * seat.body_from_seat.apply(np.array(corners) / 1000)[:, 2].max())
+def _roof(seat: Seat) -> float:
+    """Height of the roof's outer face: not below the flange's, and a wall above the highest point of the contact."""
+    # The roof is as long as the flange, but level: it reaches further along the slope.
+    slope = max(float(seat.normal[2]), 0.1)
+    half_length, half_width = seat.length_mm / 2 / slope, seat.width_mm / 2 / slope
+    # A saddle is round: its crest is highest.
+    sides = (0.0,) if seat.strapped else (-half_width, half_width)
+    levels = []
+    for height, over in ((seat.height_mm, 0.0), (seat.contact.range_mm[1], seat.wall_mm)):
+        corners = np.array([[end, side, height] for end in (-half_length, half_length) for side in sides])
+        levels.append(float(1000 * seat.body_from_seat.apply(corners / 1000)[:, 2].max()) + over)
+    return max(levels)
 
 
 def _check(stance: FoldStance, place: str) -> None:
