@@ -166,7 +166,7 @@ def _foot_bottom(d: GimbalDimensions) -> float:
 def _over_anchor(seat: Seat) -> float:
     """How far the hull's surface may lie beyond the anchor under the column, where it slopes or is curved."""
     sine = hypot(*seat.normal[:2])
-    return seat.contact.range_mm[1] + COLUMN_DEPTH_MM * sine / max(abs(seat.normal[2]), 0.1)
+    return float(seat.contact.range_mm[1] + COLUMN_DEPTH_MM * sine / max(abs(seat.normal[2]), 0.1))
 
 
 def _flare(stance: BaseStance, seat: Seat) -> Part:
@@ -198,11 +198,14 @@ def _housing(d: GimbalDimensions) -> Part:
 
 
 def _housing_cuts(d: GimbalDimensions) -> list[Part]:
-    """Bore for the bush, and two weep holes under it: no air stays between the servo's case and the yoke's hub."""
+    """Bore for the bush, and weep holes under it on three sides; on the fourth the servo's case leaves a gap.
+
+    So no air stays between the servo's case and the yoke's hub, however the vehicle pitches and rolls.
+    """
     bore = cylinder((0, 0, d.foot_top_mm), (0, 0, d.pan_bush_seat_mm + 1), PAN_BUSH.housing_radius_mm)
-    level = d.foot_top_mm + WEEP_DIAMETER_MM / 2
-    reach = PAN_BUSH.flange_mm
-    return [bore, cylinder((0, -reach, level), (0, reach, level), WEEP_DIAMETER_MM / 2)]
+    level, radius, reach = d.foot_top_mm + WEEP_DIAMETER_MM / 2, WEEP_DIAMETER_MM / 2, PAN_BUSH.flange_mm
+    across = cylinder((0, -reach, level), (0, reach, level), radius)
+    return [bore, across, cylinder((0, 0, level), (reach, 0, level), radius)]
 
 
 def _servo_opening(d: GimbalDimensions) -> list[Part]:
@@ -217,6 +220,9 @@ def _servo_opening(d: GimbalDimensions) -> list[Part]:
     ]
     for x in ear_hole_positions(servo):
         cuts.append(insert_hole(EAR_SCREW, (x, 0, d.pan_ledge_mm), (0, 0, 1), d.foot_top_mm - d.pan_ledge_mm))
+        # Air that gathers under an ear leaves through the foot's sides.
+        level = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM - WEEP_DIAMETER_MM / 2
+        cuts.append(cylinder((x, -PAN_BUSH.flange_mm, level), (x, PAN_BUSH.flange_mm, level), WEEP_DIAMETER_MM / 2))
     return cuts
 
 

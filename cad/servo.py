@@ -6,6 +6,7 @@ along the case's length, towards the end that the shaft is near. The horn's fram
 
 from __future__ import annotations
 
+from functools import cache
 from math import cos, pi, sin
 
 from build123d import Solid
@@ -62,6 +63,7 @@ def ear_hole_positions(servo: Servo) -> tuple[float, float]:
     return far - EAR_LENGTH_MM / 2, near + EAR_LENGTH_MM / 2
 
 
+@cache
 def servo_solid(servo: Servo) -> Solid:
     """Solid of a servo in its own frame, millimetres.
 
@@ -92,6 +94,7 @@ def servo_solid(servo: Servo) -> Solid:
     return single_solid([case, ears, collar, shaft], f"servo {servo.name}", "look at its size_mm")
 
 
+@cache
 def horn_solid() -> Solid:
     """Solid of a round horn: a disc with a socket for the shaft, a hole for the shaft's screw and four tapped holes."""
     horn = cylinder((0, 0, -HORN_THICKNESS_MM), (0, 0, 0), HORN_DIAMETER_MM / 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from build123d import Align, Box, Cylinder, Edge, Location, Part, Plane, Polygon, Pos, Solid, extrude
+from build123d import Edge, Location, Part, Plane, Polygon, Solid, extrude
 from numpy.typing import ArrayLike
 from OCP.StdFail import StdFail_NotDone
 from scipy.spatial.transform import RigidTransform
@@ -18,7 +18,7 @@ SMALLEST_FILLET_MM = 1.0
 def box(x: Limits, y: Limits, z: Limits) -> Part:
     """Box between limits along each axis."""
     size = (x[1] - x[0], y[1] - y[0], z[1] - z[0])
-    return Pos(x[0], y[0], z[0]) * Box(*size, align=(Align.MIN, Align.MIN, Align.MIN))
+    return Part([Solid.make_box(*size, Plane((x[0], y[0], z[0])))])
 
 
 def cylinder(start: ArrayLike, end: ArrayLike, radius: float) -> Part:
@@ -26,7 +26,7 @@ def cylinder(start: ArrayLike, end: ArrayLike, radius: float) -> Part:
     origin, tip = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     length = float(np.linalg.norm(tip - origin))
     plane = Plane(origin=tuple(origin), z_dir=tuple((tip - origin) / length))
-    return plane * Cylinder(radius, length, align=(Align.CENTER, Align.CENTER, Align.MIN))
+    return Part([Solid.make_cylinder(radius, length, plane)])
 
 
 def prism(corners: Sequence[Limits], plane: Plane, limits: Limits) -> Part:
@@ -93,7 +93,7 @@ def single_solid(shapes: Iterable[Part], what: str, hint: str) -> Solid:
 
 def carved(solid: Solid, cuts: Iterable[Part], what: str, hint: str) -> Solid:
     """Solid without what is cut out of it; raises `ValueError` with a hint when it falls apart."""
-    return one_solid(Part(solid.wrapped).cut(*cuts), what, hint)
+    return one_solid(Part([solid]).cut(*cuts), what, hint)
 
 
 def one_solid(shape: Part, what: str, hint: str) -> Solid:

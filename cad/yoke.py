@@ -47,6 +47,8 @@ HORN_ROOM_MM = 0.5
 WELL_RADIUS_MM = 9.5
 """Room for the heads of the horn's screws and a key on them."""
 VENT_DIAMETER_MM = 3.0
+VENT_RADIUS_MM = HORN_DIAMETER_MM / 2 + FIT_MM
+"""From the pan axis to the vents, which are half beside the horn."""
 
 
 def yoke_solid(dimensions: GimbalDimensions) -> Solid:
@@ -137,11 +139,13 @@ def _hub_cuts(d: GimbalDimensions) -> list[Part]:
     ]
     for x, y in horn_screw_positions():
         cuts.append(counterbored_hole(HORN_SCREW, (x, y, floor), (0, 0, 1), 0.1, HUB_GRIP_MM + 1))
-        # Between the screws, half beside the horn: whichever way up the mount is, no air stays under the hub.
-        share = (HORN_DIAMETER_MM / 2 + FIT_MM) / HORN_SCREW_CIRCLE_MM / 2**0.5
+        # Between the screws: whichever way up the mount is, no air stays under the hub.
+        share = VENT_RADIUS_MM / HORN_SCREW_CIRCLE_MM / 2**0.5
         vent = (share * (x - y), share * (x + y))
         cuts.append(cylinder((*vent, below), (*vent, floor + VENT_DIAMETER_MM / 2), VENT_DIAMETER_MM / 2))
-    return cuts
+    # A slot from the middle to one of the vents, for the air over the horn when the mount stands on its head.
+    slot = box((0, VENT_RADIUS_MM), (-1, 1), (below, floor + 0.1))
+    return [*cuts, Rot(0, 0, 45) * slot]
 
 
 def _servo_opening(d: GimbalDimensions) -> list[Part]:
