@@ -65,7 +65,8 @@ class Body:
 def part_bodies(rig: Rig, meshes: Iterable[PartMesh]) -> dict[Group, list[Body]]:
     """Bodies of every part but the hull, by what they move with, each in the frame of its group.
 
-    A servo has the mass of its data sheet; everything else is solid, of the material of its role.
+    A servo has the mass of its data sheet; everything else is solid, of the material of its role, of small bought parts
+    by the last word of their names: a bush is polymer, an insert brass, the rest stainless steel.
     """
     bodies: dict[Group, list[Body]] = {group: [] for group in Group}
     for mesh in meshes:
@@ -107,7 +108,7 @@ def together(name: str, bodies: Sequence[Body]) -> Body:
 def _body(rig: Rig, mesh: PartMesh) -> Body:
     surface = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
     is_servo = mesh.role is Role.SERVO and not mesh.name.endswith("_horn")
-    density = _servo_mass_kg(rig, mesh.name) / surface.volume if is_servo else _density(rig, mesh.role)
+    density = _servo_mass_kg(rig, mesh.name) / surface.volume if is_servo else _density(rig, mesh)
     centre = np.asarray(surface.center_mass, dtype=np.float64)
     return Body(
         name=mesh.name,
@@ -119,12 +120,14 @@ def _body(rig: Rig, mesh: PartMesh) -> Body:
     )
 
 
-def _density(rig: Rig, role: Role) -> float:
+def _density(rig: Rig, mesh: PartMesh) -> float:
     if rig.mount is None:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     # Of what a servo is, only its horn is weighed by volume.
-    names = {Role.MOUNT: rig.mount.material, Role.MIRROR: "glass", Role.SERVO: "nylon"}
-    return MATERIALS[names.get(role, "stainless")].density_kg_per_m3
+    by_role = {Role.MOUNT: rig.mount.material, Role.MIRROR: "glass", Role.SERVO: "nylon"}
+    by_kind = {"bush": "polymer", "insert": "brass"}
+    material = by_role.get(mesh.role) or by_kind.get(mesh.name.rpartition("_")[2], "stainless")
+    return MATERIALS[material].density_kg_per_m3
 
 
 def _servo_mass_kg(rig: Rig, part: str) -> float:
