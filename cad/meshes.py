@@ -37,7 +37,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "description": True,
     "water": True,
     "vehicle": True,
-    "servos": {"pan": SERVO_WITHOUT_SHAPE, "tilt": SERVO_WITHOUT_SHAPE},
+    "servos": dict.fromkeys(("pan", "tilt", "stow"), SERVO_WITHOUT_SHAPE),
     "hull": {"file"},
 }
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""

@@ -91,6 +91,12 @@ def _joint_ranges(rig: Rig) -> Iterator[Problem]:
     for name in ("pan", "tilt"):
         yield from _joint_range(name, getattr(rig.joints, name), getattr(rig.servos, name))
     yield from _gaze_mirror_turned_away(rig)
+    stow, servo = rig.joints.stow, rig.servos.stow
+    if servo and stow is None:
+        yield Problem(place="servos.stow", value=servo.name, expected="no servo, as there is no hinge joints.stow")
+    elif servo and stow and stow.max_deg > servo.travel_deg:
+        expected = f"at most {servo.travel_deg:g}, the travel of servos.stow"
+        yield Problem(place="joints.stow.max_deg", value=stow.max_deg, expected=expected)
 
 
 def _joint_range(name: str, joint: Joint, servo: Servo) -> Iterator[Problem]:

@@ -45,7 +45,7 @@ def test_a_hit_does_not_import_the_modelling_kernel(aqua2, cache):
 
 
 def test_a_damaged_file_is_made_again(aqua2, cache, monkeypatch):
-    monkeypatch.setattr(module, "_build", lambda rig: aqua2.meshes)
+    monkeypatch.setattr(module, "_build", lambda rig, stowed: aqua2.meshes)
     path = cache / f"{mesh_key(aqua2.rig)}.npz"
     path.write_bytes(b"PK\x03\x04 not an archive")
     assert len(rig_meshes(aqua2.rig)) == len(aqua2.meshes)

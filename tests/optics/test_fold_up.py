@@ -18,6 +18,7 @@ from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
+from rigs.mounting import StowJoint
 
 ROUNDING = 4e-15
 """About twenty float64 operations on metres and unit vectors below one."""
@@ -156,3 +157,14 @@ def test_a_tilt_that_shows_the_mirrors_back_is_named_with_the_range_of_a_fold_up
     problems = feasibility_problems(UP.model_copy(update={"joints": joints}))
     wrong = next(problem for problem in problems if problem.place == "joints.tilt.max_deg")
     assert "between -135 and 45 deg, not 60" in wrong.expected
+
+
+def test_a_stowing_servo_needs_a_hinge_within_its_travel():
+    servo = DOWN.servos.pan
+    with_servo = DOWN.model_copy(update={"servos": DOWN.servos.model_copy(update={"stow": servo})})
+    found = {problem.place: problem.expected for problem in feasibility_problems(with_servo)}
+    assert found == {"servos.stow": "no servo, as there is no hinge joints.stow"}
+    for max_deg, places in ((servo.travel_deg, []), (servo.travel_deg + 1, ["joints.stow.max_deg"])):
+        hinged = with_servo.joints.model_copy(update={"stow": StowJoint(max_deg=max_deg)})
+        problems = feasibility_problems(with_servo.model_copy(update={"joints": hinged}))
+        assert [problem.place for problem in problems] == places
