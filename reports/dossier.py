@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -250,5 +251,12 @@ def _files(mount: Result) -> list[str]:
         "summary.json: every number of this page",
         "views/*.png: the pictures above, at full size",
         "coverage/poses.csv: gaze, usable solid angle and losses of every pose; coverage/sphere.csv: every direction",
-        *(f"{file}" for file in mount["files"]),
+        *_mount_files(mount["files"]),
     ]
+
+
+def _mount_files(files: list[str]) -> list[str]:
+    """Files of the mount, those of a folder in one line."""
+    folders = Counter(str(Path(file).parts[1]) for file in files if len(Path(file).parts) > 2)
+    single = [file for file in files if len(Path(file).parts) == 2]
+    return [*single, *(f"mount/{name}/: {count} files" for name, count in folders.items())]

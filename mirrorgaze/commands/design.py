@@ -35,7 +35,10 @@ def design(rig: RigArgument, output: FolderOption = None, json: JsonOption = Fal
 
 
 def export(rig: RigArgument, output: FolderOption = None, json: JsonOption = False) -> None:
-    """Export the mount: an STL per part, the assembly as STEP and GLB.
+    """Export the mount: everything to print, buy, assemble, draw and simulate it.
+
+    Writes an STL per part and print plates (3MF, STL), the assembly (STEP, GLB, 3MF), drawings (SVG, PDF), the bill of
+    materials (CSV), assembly steps with pictures, URDF and SDF, and a manifest. The same rig gives the same bytes.
 
     Nothing is written when the mount cannot be built: parts that collide or do not fit the printer are named.
 

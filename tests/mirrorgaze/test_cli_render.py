@@ -102,5 +102,7 @@ def test_export_names_what_it_wrote(here):
     result = mirrorgaze("export", "aqua2", "-o", "mount", "--json")
     assert result.exit_code == 0, result.stderr
     files = json.loads(result.stdout)["files"]
-    assert {"mount/yoke.stl", "mount/aqua2.step", "mount/aqua2.glb"} <= set(files)
-    assert sorted(files) == sorted(str(path.relative_to(here)) for path in (here / "mount").iterdir())
+    assert {"mount/parts/yoke.stl", "mount/aqua2.step", "mount/robot/aqua2.urdf", "mount/manifest.json"} <= set(files)
+    there = [path for path in (here / "mount").rglob("*") if path.is_file()]
+    assert sorted(files) == sorted(str(path.relative_to(here)) for path in there)
+    assert "export: drawings" in result.stderr
