@@ -10,7 +10,7 @@ import trimesh
 
 from cad.checks.admissible import CellState, admissible_region, largest_rectangle, pair_states
 from cad.checks.bodies import Body, chord_mm
-from cad.checks.clearance import RESOLUTION_MM, clearance_bodies, pair_finding
+from cad.checks.clearance import CHECK, RESOLUTION_MM, clearance_bodies, pair_finding
 from cad.checks.finding import Verdict
 from cad.checks.moving_pair import MovingPair, joint_box, moving_pairs
 from cad.checks.overlaps import joint_grid, overlaps
@@ -161,9 +161,9 @@ def test_the_largest_rectangle_holds_its_seed():
     assert largest_rectangle(good, None) is None
 
 
-def test_the_presets_keep_their_clearance_everywhere(built):
-    pairs = moving_pairs(clearance_bodies(built.meshes), built.assembly.layout)
-    findings = [pair_finding(pair, built.assembly, built.rig.mount.clearance_mm) for pair in pairs]
+def test_the_presets_keep_their_clearance_everywhere(checked):
+    findings = checked.of(CHECK)
+    assert len(findings) > 80
     assert [str(f.problem) for f in findings if f.problem] == []
     assert all(f.figure >= f.limit - RESOLUTION_MM for f in findings)
 
