@@ -97,7 +97,7 @@ def test_the_gaze_mirrors_face_is_the_layouts_plane(built):
 
 
 def test_both_joint_axes_cross_at_the_centre_of_the_gaze_mirrors_face(built):
-    """The paper's third design landmark (section 2.2), read off the round surfaces of every part that turns or guides."""
+    """The paper's third design landmark (section 2.2), read off round surfaces of all that turns or guides."""
     assembly = built.assembly
     centre = 1000 * assembly.layout.body_from_gimbal.translation
     for name, radius, point, along in (
