@@ -60,7 +60,7 @@ def export_mount(rig: Rig, folder: Path, *, announce: Callable[[str], None]) -> 
         write_bill(items, partial / "bom.csv")
         write_plates(rig, [mesh for mesh in meshes if assembly.part(mesh.name).printed], partial / "plates")
         announce("export: robot descriptions")
-        write_robot(rig, assembly.layout, meshes, partial / "robot")
+        write_robot(rig, assembly, meshes, partial / "robot")
         announce("export: drawings")
         write_drawings(rig, assembly, meshes, items, partial / "drawings")
         announce("export: assembly steps")

@@ -8,14 +8,15 @@ three revolute joints in a row, of which the last two follow tilt and pan: a fix
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.loads.masses import Body, part_bodies, together
+from cad.stow_hinge import StowHinge
 from optics.gaze import virtual_camera
 from optics.layout import Layout, pan_from_m2
 from optics.mesh import Group, PartMesh
@@ -98,33 +99,83 @@ class Robot:
     joints: tuple[LinkJoint, ...]
 
 
-def robot_model(rig: Rig, layout: Layout, meshes: Sequence[PartMesh]) -> Robot:
+def robot_model(
+    rig: Rig,
+    layout: Layout,
+    meshes: Sequence[PartMesh],
+    *,
+    hinge: StowHinge | None = None,
+    swinging: Collection[str] = (),
+) -> Robot:
     """Links and joints of a rig with mirrors.
 
     The joints `pan` and `tilt` take the rig file's q1 and q2 in radians. The hull is drawn, but it has no mass and
     nothing collides with it: that is the vehicle's own model's business.
+
+    Parameters
+    ----------
+    rig : Rig
+    layout : Layout
+    meshes : sequence of PartMesh
+        Each in the frame of its group; M1 in use.
+    hinge : StowHinge, optional
+        On which the fold mirror swings; the joint `stow` is 0 in use, where alone the virtual camera is what it says.
+    swinging : collection of str
+        Names of the parts that swing on it.
     """
     if rig.servos is None:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    bodies = part_bodies(rig, meshes)
+    bodies = {body.name: body for group in part_bodies(rig, meshes).values() for body in group}
     links = [
-        Link(
-            name=name,
-            parts=tuple(mesh for mesh in meshes if mesh.group is group),
-            body=together(name, bodies[group]),
-        )
+        _link(name, [mesh for mesh in meshes if mesh.group is group and mesh.name not in swinging], bodies)
         for group, name in LINKS.items()
     ]
-    frames = [Link(name="fold_mirror_frame"), Link(name=CAMERA)]
-    imaginary = [_imaginary_link("gaze_elevation_link"), _imaginary_link("gaze_roll_link"), Link(name=VIRTUAL_CAMERA)]
     joints = [
         _servo_joint("pan", layout.pan, rig.servos.pan, parent="base_link", pose=layout.body_from_gimbal),
         _servo_joint("tilt", layout.tilt, rig.servos.tilt, parent="pan_link", pose=RigidTransform.identity()),
-        _fixed("fold_mirror_frame", layout.body_from_m1),
+    ]
+    body_from_fold_link = RigidTransform.identity()
+    if hinge is not None:
+        joint = _stow_joint(hinge)
+        joints.append(joint)
+        body_from_fold_link = joint.parent_from_child
+        at_hinge = body_from_fold_link.inv()
+        own = [replace(mesh, vertices_m=at_hinge.apply(mesh.vertices_m)) for mesh in meshes if mesh.name in swinging]
+        moved = {name: body.moved(at_hinge) for name, body in bodies.items() if name in swinging}
+        links.append(_link("stow_link", own, moved))
+    joints += [
+        _fixed(
+            "fold_mirror_frame",
+            body_from_fold_link.inv() * layout.body_from_m1,
+            parent="base_link" if hinge is None else "stow_link",
+        ),
         _fixed(CAMERA, layout.body_from_camera),
         *_virtual_camera_joints(layout, rig.servos.pan, rig.servos.tilt),
     ]
+    frames = [Link(name="fold_mirror_frame"), Link(name=CAMERA)]
+    imaginary = [_imaginary_link("gaze_elevation_link"), _imaginary_link("gaze_roll_link"), Link(name=VIRTUAL_CAMERA)]
     return Robot(name=rig.name, links=(*links, *frames, *imaginary), joints=tuple(joints))
+
+
+def _link(name: str, meshes: Sequence[PartMesh], bodies: Mapping[str, Body]) -> Link:
+    body = together(name, [bodies[mesh.name] for mesh in meshes if mesh.name in bodies])
+    return Link(name=name, parts=tuple(meshes), body=body)
+
+
+def _stow_joint(hinge: StowHinge) -> LinkJoint:
+    """Hinge of the fold mirror; one that is turned by hand and locked has neither effort nor velocity."""
+    point, axis = hinge.axis_in_body()
+    return LinkJoint(
+        name="stow",
+        parent="base_link",
+        child="stow_link",
+        parent_from_child=RigidTransform.from_translation(point),
+        axis=axis,
+        lower=0.0,
+        upper=float(np.radians(hinge.max_deg)),
+        effort_n_m=hinge.servo.torque_n_m if hinge.servo else 0.0,
+        velocity_rad_per_s=float(np.radians(hinge.servo.speed_deg_per_s)) if hinge.servo else 0.0,
+    )
 
 
 def _servo_joint(name: str, joint: Joint, servo: Servo, *, parent: str, pose: RigidTransform) -> LinkJoint:

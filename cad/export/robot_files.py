@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from cad.assembly import Assembly
 from cad.export.robot import robot_model
 from cad.export.robot_meshes import write_robot_meshes
 from cad.export.sdf import write_sdf
 from cad.export.urdf import write_urdf
-from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import Rig
 
 
-def write_robot(rig: Rig, layout: Layout, meshes: Sequence[PartMesh], folder: Path) -> list[Path]:
+def write_robot(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh], folder: Path) -> list[Path]:
     """Write URDF and SDF with the meshes they point at; the folder can be moved as a whole."""
-    robot = robot_model(rig, layout, meshes)
-    write_robot_meshes(meshes, folder)
+    swinging = {part.name for part in assembly.parts if part.stows}
+    robot = robot_model(rig, assembly.layout, meshes, hinge=assembly.stow, swinging=swinging)
+    write_robot_meshes([mesh for link in robot.links for mesh in link.parts], folder)
     return [write_urdf(robot, folder / f"{rig.name}.urdf"), write_sdf(robot, folder / f"{rig.name}.sdf")]

@@ -98,9 +98,9 @@ def assembly_steps(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[Step]
     for part in assembly.parts:
         if part.role in {Role.SERVO, Role.MIRROR}:
             steps.append(_fit(bench, part.name, _nearest_host(bench, part)))
-    for group in (Group.TILT, Group.PAN):
-        inner = [name for name in printed if bench.parts[name].group is group]
-        steps += [_join(bench, name) for name in inner]
+    swinging = [name for name in printed if bench.parts[name].stows]
+    turning = [name for group in (Group.TILT, Group.PAN) for name in printed if bench.parts[name].group is group]
+    steps += [_join(bench, name) for name in [*swinging, *turning]]
     hull = next(part.name for part in assembly.parts if part.role is Role.HULL)
     steps += [_bolt(bench, cluster, hull) for cluster in [c for c in bench.clusters if hull not in c]]
     return steps
@@ -203,7 +203,7 @@ def _join(bench: _Bench, name: str) -> Step:
     """Bring what turns to what carries it: the nearest of the other clusters, the hull apart."""
     inner = bench.cluster_of(name)
     others = [c for c in bench.clusters if c is not inner and not any(_is_hull(bench, n) for n in c)]
-    group = {Group.TILT: Group.PAN, Group.PAN: Group.FIXED}[bench.parts[name].group]
+    group = Group.PAN if bench.parts[name].group is Group.TILT else Group.FIXED
     others = [c for c in others if any(bench.parts[n].group is group for n in c)]
     outer = min(others, key=lambda cluster: _gap(bench, inner, cluster))
     host = next(n for n in bench.parts if n in outer and bench.parts[n].printed)

@@ -48,3 +48,9 @@ def exported():
 def built(request):
     """Rig, assembly and meshes of a preset."""
     return built_once(request.param)
+
+
+@pytest.fixture(scope="session")
+def aqua2():
+    """Rig, assembly and meshes of aqua2."""
+    return built_once("aqua2")

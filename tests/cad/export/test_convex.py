@@ -39,8 +39,8 @@ def test_an_l_is_two_pieces_without_waste():
     assert len(pieces) == 2
 
 
-def test_pieces_hold_the_part_and_little_else(exported):
-    for mesh in exported.meshes:
+def test_pieces_hold_the_part_and_little_else(aqua2):
+    for mesh in aqua2[2]:
         if mesh.role is Role.HULL:
             continue
         pieces = convex_pieces(mesh)
