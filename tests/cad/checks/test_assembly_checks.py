@@ -8,6 +8,7 @@ import pytest
 from build123d import Pos
 
 from cad.assembly import build_assembly
+from cad.checks import admissible
 from cad.checks.assembly_checks import assembly_checks, assembly_problems
 from rigs import NoPortSpec
 
@@ -102,8 +103,9 @@ def test_every_check_of_the_presets_is_good(checked):
     }
 
 
-def test_every_check_says_which_joint_values_are_left(aqua2):
+def test_every_check_says_which_joint_values_are_left(aqua2, monkeypatch):
     """A mirror that strikes M1's bracket when it looks up and back: tilts around rest stay free."""
+    monkeypatch.setattr(admissible, "GRID_CELLS", 32)
     rig = replaced(aqua2.rig, "gaze_mirror", distance_mm=80.0)
     checked = assembly_checks(rig, build_assembly(rig), slicing=False)
     assert any("meets fold_bracket" in str(problem) for problem in checked.problems)
