@@ -127,6 +127,8 @@ def _loose(parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> di
     small = [name for name, part in parts.items() if _small(part)]
     large = [name for name in parts if name not in small]
     touched = {name: {other for other in large if _touch(bodies[name], bodies[other])} for name in small}
+    for name in filter(lambda name: _pressed(parts[name]), small):
+        touched[name] = {_pressed_into(name, parts, bodies)}
     driven = [name for name in small if not _pressed(parts[name])]
     needed: dict[str, set[str]] = {}
     for stack in _stacks(driven, bodies):
@@ -136,6 +138,13 @@ def _loose(parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> di
         needs = set[str]().union(*(touched[name] for name in [*stack, *beside]))
         needed |= dict.fromkeys(stack, needs)
     return {name: needed.get(name, touched[name]) for name in small}
+
+
+def _pressed_into(name: str, parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> str:
+    """Printed part of the same group that an insert or bush is nearest to: some holes are drawn with play."""
+    hosts = [other for other, part in parts.items() if part.printed and part.group is parts[name].group]
+    near = [other for other in hosts if _boxes_meet(bodies[name], bodies[other], NEAR_M)]
+    return min(near or hosts, key=lambda other: float(bodies[name].min_gap(bodies[other], NEAR_M)))
 
 
 def _stacks(names: Sequence[str], bodies: dict[str, manifold3d.Manifold]) -> list[list[str]]:

@@ -7,8 +7,11 @@ import re
 import numpy as np
 import pytest
 
+from cad.assembly import build_assembly
 from cad.export.steps import assembly_steps
+from cad.tessellation import tessellate
 from optics.mesh import Role
+from rigs.mounting import StowJoint
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +51,23 @@ def test_servos_mirrors_and_inserts_come_before_the_hull(steps):
     presses = [number for number, title in enumerate(titles) if title.startswith("Press")]
     assert presses == list(range(len(presses)))
     assert presses
+
+
+def test_a_hinge_is_put_together_before_it_goes_to_the_hull(aqua2):
+    """With `joints.stow` an arm holds M1 and hangs in the bracket."""
+    rig = aqua2[0]
+    joints = rig.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
+    assembly = build_assembly(rig.model_copy(update={"joints": joints}))
+    titles = [step.title for step in assembly_steps(assembly, tessellate(assembly))]
+    numbers = [
+        next(number for number, title in enumerate(titles) if title.startswith(start))
+        for start in (
+            "Fit the fold mirror to the fold arm",
+            "Join the fold arm to the fold bracket",
+            "Fasten the fold bracket to the hull",
+        )
+    ]
+    assert numbers == sorted(numbers)
 
 
 def test_pieces_are_drawn_out_of_their_places(steps):
