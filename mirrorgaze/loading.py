@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import typer
+
 from optics.feasibility import feasibility_problems
-from rigs import Rig, RigError
+from rigs import FileHull, Rig, RigError
 
 
 def load_usable_rig(name_or_path: str) -> Rig:
@@ -13,3 +15,16 @@ def load_usable_rig(name_or_path: str) -> Rig:
     if problems:
         raise RigError(name_or_path, problems)
     return rig
+
+
+def tell_hull_notes(rig: Rig) -> list[str]:
+    """Say on stderr what had to be done to a hull's file, and return it; `ValueError` when the file cannot be used."""
+    if not isinstance(rig.hull, FileHull):
+        return []
+    # Reading meshes takes libraries that other hulls do not need.
+    from cad.hull_mesh import hull_notes
+
+    notes = hull_notes(rig)
+    for note in notes:
+        typer.echo(note, err=True)
+    return notes

@@ -23,7 +23,13 @@ from rigs import Rig
 FOLDERS = ("parts", "plates", "drawings", "assembly", "robot")
 
 
-def export_mount(rig: Rig, folder: Path, *, announce: Callable[[str], None]) -> list[Path]:
+AddFiles = Callable[[Path], object]
+"""Writes further files into the folder it is given."""
+
+
+def export_mount(
+    rig: Rig, folder: Path, *, announce: Callable[[str], None], add_files: AddFiles = lambda folder: None
+) -> list[Path]:
     """Write everything that is needed to make, fit and simulate a rig's mount.
 
     Parameters
@@ -34,6 +40,8 @@ def export_mount(rig: Rig, folder: Path, *, announce: Callable[[str], None]) -> 
         Where to write; made when it is missing. Files of the same names are replaced, all at the end.
     announce : callable
         Takes lines of progress.
+    add_files : callable
+        Writes what else belongs into the folder, such as reports, which this package knows nothing of.
 
     Returns
     -------
@@ -65,6 +73,7 @@ def export_mount(rig: Rig, folder: Path, *, announce: Callable[[str], None]) -> 
         write_drawings(rig, assembly, meshes, items, partial / "drawings")
         announce("export: assembly steps")
         write_steps(rig.name, assembly, meshes, partial / "assembly")
+        add_files(partial)
         written = sorted(path for path in partial.rglob("*") if path.is_file())
         written = [*written, write_manifest(rig, partial, written)]
         names = sorted(path.relative_to(partial) for path in written)

@@ -85,10 +85,16 @@ def write_plates(rig: Rig, meshes: Sequence[PartMesh], folder: Path) -> list[Pat
     for number, plate in enumerate(print_plates(rig, meshes), 1):
         placed = [PlacedMesh(mesh=mesh, pose=RigidTransform.identity()) for mesh in plate]
         written.append(write_3mf(placed, folder / f"plate_{number}.3mf", title=f"{rig.name}, plate {number}"))
-        vertices_m, faces, _ = merge(plate)
         written.append(folder / f"plate_{number}.stl")
-        written[-1].write_bytes(trimesh.Trimesh(1000 * vertices_m, faces, process=False).export(file_type="stl"))
+        written[-1].write_bytes(plate_stl(plate))
     return written
+
+
+def plate_stl(plate: Sequence[PartMesh]) -> bytes:
+    """A plate as a binary STL in the bed's frame, millimetres."""
+    vertices_m, faces, _ = merge(plate)
+    content: bytes = trimesh.Trimesh(1000 * vertices_m, faces, process=False).export(file_type="stl")
+    return content
 
 
 def _upright(mesh: PartMesh, mount: Mount) -> Laid:

@@ -38,29 +38,33 @@ def export(rig: RigArgument, output: FolderOption = None, json: JsonOption = Fal
     """Export the mount: everything to print, buy, assemble, draw and simulate it.
 
     Writes an STL per part and print plates (3MF, STL), the assembly (STEP, GLB, 3MF), drawings (SVG, PDF), the bill of
-    materials (CSV), assembly steps with pictures, URDF and SDF, and a manifest. The same rig gives the same bytes.
+    materials (CSV), assembly steps with pictures, URDF and SDF, the checks (CSV, PNG), the loads (CSV, PNG), and a
+    manifest. The same rig gives the same bytes.
 
-    Nothing is written when the mount cannot be built: parts that collide or do not fit the printer are named.
+    Every check is made first (see `mirrorgaze check RIG --cad`); where there is a slicer, parts and plates are sliced,
+    which takes long the first time. Nothing is written when one fails, or a servo is too weak.
 
     \b
     Example:
       mirrorgaze export aqua2 -o out/mount
     """
-    from cad.assembly import build_assembly
-    from cad.checks.assembly_checks import assembly_problems
-    from cad.export import export_mount
-    from mirrorgaze.loading import load_usable_rig
+    from mirrorgaze.loading import load_usable_rig, tell_hull_notes
+    from reports.check_figures import summary_rows
+    from reports.mount_export import export_checked_mount
     from rigs import RigError
 
     loaded = load_usable_rig(rig)
-    problems = assembly_problems(loaded, build_assembly(loaded))
-    if problems:
-        raise RigError(rig, problems)
-    files = export_mount(loaded, output or Path("out") / loaded.name / "mount", announce=_announce)
+    notes = tell_hull_notes(loaded)
+    try:
+        mount = export_checked_mount(loaded, output or Path("out") / loaded.name / "mount", announce=_announce)
+    except RigError as error:
+        raise RigError(rig, error.problems) from None
     if json:
-        print_json({"files": [str(file) for file in files]})
+        print_json({"files": [str(file) for file in mount.files], "hull_notes": notes})
     else:
-        for file in files:
+        for check, counts, worst in summary_rows(mount.checks):
+            _announce(f"{check}: {counts}; nearest: {worst}")
+        for file in mount.files:
             typer.echo(str(file))
 
 

@@ -97,6 +97,8 @@ def check(
 ) -> None:
     """Say that a rig is good, or all that is wrong with it.
 
+    What had to be done to a hull from a file is told too.
+
     With --cad the mount is built and every check of it made; that takes half a minute, and longer the first time, when
     a slicer is there.
 
@@ -104,6 +106,7 @@ def check(
     Example:
       mirrorgaze check aqua2 --cad -o out/checks
     """
+    from mirrorgaze.loading import tell_hull_notes
     from optics.feasibility import feasibility_problems
     from rigs import Rig, RigError
 
@@ -112,6 +115,7 @@ def check(
         problems = feasibility_problems(loaded)
         if problems:
             raise RigError(rig, problems)
+        notes = tell_hull_notes(loaded)
         checks = _check_mount(loaded, rig, output, json=json) if cad else {}
     except RigError as error:
         if not json:
@@ -119,7 +123,8 @@ def check(
         print_json({"source": rig, "good": False, "problems": [_as_json(problem) for problem in error.problems]})
         raise typer.Exit(BAD_INPUT) from None
     if json:
-        print_json({"source": rig, "good": True, "problems": [], **checks, "rig": loaded.model_dump(mode="json")})
+        rest = {"hull_notes": notes, **checks, "rig": loaded.model_dump(mode="json")}
+        print_json({"source": rig, "good": True, "problems": [], **rest})
     else:
         typer.echo(f"{rig}: good")
         print_table(_key_facts(loaded))
@@ -142,11 +147,11 @@ def schema() -> None:
 def _check_mount(rig: Rig, source: str, output: Path | None, *, json: bool) -> dict[str, object]:
     """Make all checks of a mount and tell of them; `RigError` with every problem when something is wrong."""
     from cad.assembly import build_assembly
-    from cad.checks.assembly_checks import assembly_checks
     from reports.check_figures import findings_as_dicts, summary_rows, write_checks
+    from reports.mount_export import mount_checks
     from rigs import RigError
 
-    checks = assembly_checks(rig, build_assembly(rig), announce=lambda line: typer.echo(line, err=True))
+    checks = mount_checks(rig, build_assembly(rig), announce=lambda line: typer.echo(line, err=True))
     if output is not None:
         for file in write_checks(checks, rig, output):
             typer.echo(str(file), err=True)

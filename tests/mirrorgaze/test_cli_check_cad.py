@@ -7,7 +7,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-import cad.checks.assembly_checks
+import reports.mount_export
 from cad.checks.assembly_checks import MountChecks
 from cad.checks.finding import Finding
 from mirrorgaze.cli import app
@@ -30,7 +30,7 @@ def found(monkeypatch):
 
     def find(*findings):
         checks = MountChecks(findings=findings)
-        monkeypatch.setattr(cad.checks.assembly_checks, "assembly_checks", lambda *_, **__: checks)
+        monkeypatch.setattr(reports.mount_export, "mount_checks", lambda *_, **__: checks)
 
     return find
 
