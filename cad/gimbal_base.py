@@ -191,21 +191,25 @@ def _servo_block(d: GimbalDimensions) -> Part:
     return block.fillet(2, block.edges().filter_by(Axis.Z))
 
 
+def _housing_radius(d: GimbalDimensions) -> float:
+    return PAN_BUSH.housing_radius_mm + max(HOUSING_WALL_MM, d.mount.wall_mm)
+
+
 def _housing(d: GimbalDimensions) -> Part:
     """Ring around the pan bush, on the foot."""
-    radius = PAN_BUSH.housing_radius_mm + max(HOUSING_WALL_MM, d.mount.wall_mm)
-    return cylinder((0, 0, d.pan_ledge_mm), (0, 0, d.pan_bush_seat_mm), radius)
+    return cylinder((0, 0, d.pan_ledge_mm), (0, 0, d.pan_bush_seat_mm), _housing_radius(d))
 
 
 def _housing_cuts(d: GimbalDimensions) -> list[Part]:
-    """Bore for the bush, and weep holes under it on three sides; on the fourth the servo's case leaves a gap.
+    """Bore for the bush, and weep holes under it on four sides; one of them leads out over the servo's case.
 
     So no air stays between the servo's case and the yoke's hub, however the vehicle pitches and rolls.
     """
     bore = cylinder((0, 0, d.foot_top_mm), (0, 0, d.pan_bush_seat_mm + 1), PAN_BUSH.housing_radius_mm)
-    level, radius, reach = d.foot_top_mm + WEEP_DIAMETER_MM / 2, WEEP_DIAMETER_MM / 2, PAN_BUSH.flange_mm
+    level, radius, reach = d.foot_top_mm + WEEP_DIAMETER_MM / 2, WEEP_DIAMETER_MM / 2, _housing_radius(d) + 1
     across = cylinder((0, -reach, level), (0, reach, level), radius)
-    return [bore, across, cylinder((0, 0, level), (reach, 0, level), radius)]
+    lengthwise = cylinder((-reach, 0, level), (reach, 0, level), radius)
+    return [bore, across, lengthwise]
 
 
 def _servo_opening(d: GimbalDimensions) -> list[Part]:

@@ -152,7 +152,7 @@ def _lug(hinge: StowHinge, limits: Limits) -> Part:
     foot, top = stance.roof_mm - stance.wall_mm / 2, stance.roof_mm + RAMP_MM
     start = stance.rear_mm + ROOF_CORNER_MM
     knee = (max(start + RAMP_MM, x - 2 * LUG_RADIUS_MM - 5), top)
-    side = [(start, foot), (start + RAMP_MM, top), knee, hinge.on_lug(knee, side=-1), (x, z)]
+    side = [(start, foot), (start + RAMP_MM, top), knee, hinge.on_lug(knee, side=1), (x, z)]
     toe = x + 0.7 * LUG_RADIUS_MM
     rail = along_y([*side, (toe, z), (toe, foot)], limits)
     return rail + cylinder((x, limits[0], z), (x, limits[1], z), LUG_RADIUS_MM)

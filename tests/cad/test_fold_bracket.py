@@ -136,11 +136,12 @@ def test_a_sloping_flange_is_one_solid_that_leaves_the_hull_alone():
 
 
 def test_parts_of_the_hinge_are_one_solid_each_and_clear_of_each_other(hinged):
-    _, assembly = hinged
+    rig, assembly = hinged
     for part in assembly.parts:
         if part.printed:
             assert part.solid.is_valid, part.name
             assert len(part.solid.solids()) == 1, part.name
+            assert manifold_mm(meshes_in_use(rig.name)[part.name]).volume() > 0, part.name
     swinging = {part.name for part in assembly.parts if part.stows}
     assert {"fold_arm", "fold_mirror"} < swinging
     assert "fold_bracket" not in swinging

@@ -35,4 +35,4 @@ def test_the_papers_servo_differs_only_in_speed():
 
 def test_a_rig_that_names_a_servo_gets_its_numbers():
     assert Rig.load("aqua2").servos.pan.speed_deg_per_s == 60
-    assert Rig.load("bluerov2").servos.pan.speed_deg_per_s == 400
+    assert Rig.load("bluerov2").servos.pan.speed_deg_per_s == 300
