@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 from plain_boxes import box_part, slab_distance
+from scipy.spatial.transform import RigidTransform
 
 from optics.analysis import Fate, usable_fov
 from optics.analysis.fate import BLOCKERS, fate_at_part, fates_of_status
