@@ -20,6 +20,7 @@ from cad.checks.orientation import print_findings
 from cad.checks.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, joint_grid, overlaps, smallest_gaps
 from cad.checks.slicer import slice_finding
 from cad.checks.solidity import solidity
+from cad.checks.stowing import stowing_findings
 from cad.checks.walls import wall_finding
 from cad.flange import FLANGE_LENGTH_MM
 from cad.tessellation import tessellate
@@ -123,6 +124,7 @@ def assembly_checks(
     findings += [wall_finding(mesh, mount) for mesh in printed]
     findings += [finding for mesh in printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
+    findings += stowing_findings(rig, assembly)
     findings += axis_findings(assembly)
     findings += _overlap_findings(meshes, assembly.layout)
     announce("clearance over the joint range ...")
