@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from cad.assembly import Assembly
+from cad.export.hose_clamps import BAND_WIDTH_MM, clamp_mass_g, clamp_name, clamp_volume_cm3, hose_clamps
 from cad.loads.masses import part_bodies
 from optics.mesh import PartMesh, Role
 from rigs import Rig
@@ -37,7 +38,7 @@ class Item:
     size_mm : tuple of float
         Box around one piece, along the axes of its frame.
     parts : tuple of str
-        Names of the parts in the assembly.
+        Names of the parts in the assembly; none for hose clamps.
     """
 
     kind: str
@@ -51,7 +52,10 @@ class Item:
 
 
 def bill_of_materials(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh]) -> list[Item]:
-    """Everything but the hull: what is printed first, then what is bought, alike pieces counted together."""
+    """Everything but the hull: what is printed first, then what is bought, alike pieces counted together.
+
+    Hose clamps, which go around the hull and are no parts of the assembly, come last.
+    """
     if rig.mount is None:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     bodies = {body.name: body for group in part_bodies(rig, meshes).values() for body in group}
@@ -74,7 +78,8 @@ def bill_of_materials(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh]) 
             )
         )
     lines.sort(key=lambda line: (line.kind != "print", line.name if line.kind == "buy" else ""))
-    return [_counted(list(alike)) for _, alike in groupby(lines, key=lambda line: (line.kind, line.name))]
+    counted = [_counted(list(alike)) for _, alike in groupby(lines, key=lambda line: (line.kind, line.name))]
+    return counted + [_clamp(diameter, count) for diameter, count in sorted(hose_clamps(rig).items())]
 
 
 def write_bill(items: Sequence[Item], path: Path) -> Path:
@@ -89,6 +94,19 @@ def write_bill(items: Sequence[Item], path: Path) -> Path:
         writer.writerow([item.kind, item.name, item.count, item.material, *numbers, size, " ".join(item.parts)])
     path.write_text(text.getvalue(), encoding="utf-8")
     return path
+
+
+def _clamp(diameter_mm: int, count: int) -> Item:
+    return Item(
+        kind="buy",
+        name=clamp_name(diameter_mm),
+        count=count,
+        material="",
+        volume_cm3=clamp_volume_cm3(diameter_mm),
+        mass_g=clamp_mass_g(diameter_mm),
+        size_mm=(float(diameter_mm), float(diameter_mm), BAND_WIDTH_MM),
+        parts=(),
+    )
 
 
 def _counted(alike: list[Item]) -> Item:
