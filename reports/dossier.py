@@ -14,19 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from cad.assembly import build_assembly
-from cad.checks.assembly_checks import assembly_problems
-from cad.export import export_mount
 from cad.meshes import rig_meshes
 from optics.analysis import Fate, coverage
 from optics.gaze import inverse_gaze
 from optics.layout import Layout
 from reports import page
 from reports.figures import FATE_NAMES, draw_usable_fov
+from reports.mount_export import export_checked_mount
+from reports.mount_sections import checks_and_loads, checks_section, loads_section
 from reports.progress import Announce, Stages, write_text
 from reports.sphere_figures import draw_coverage
 from reports.tables import rig_facts, write_poses, write_sphere
-from rigs import Rig, RigError
+from rigs import Rig
 from scenes.portrait import write_portraits
 from scenes.renderer import FastRenderer
 from scenes.stage import stage
@@ -77,7 +76,7 @@ def design(rig: Rig, folder: Path, *, announce: Announce) -> Path:
     Raises
     ------
     RigError
-        When the mount cannot be built as the rig says (parts collide, do not fit the printer, ...).
+        When a check of the mount fails (parts collide, do not fit the printer, ...) or a servo is too weak.
     ValueError
         For a rig without mirrors.
     FileExistsError
@@ -100,13 +99,10 @@ def design(rig: Rig, folder: Path, *, announce: Announce) -> Path:
 
 
 def _mount(rig: Rig, folder: Path, announce: Announce) -> tuple[Result, list[Path]]:
-    assembly = build_assembly(rig)
-    problems = assembly_problems(rig, assembly)
-    if problems:
-        raise RigError(rig.name, problems)
-    files = export_mount(rig, folder / "mount", announce=announce)
+    # Slicing takes minutes the first time; `mirrorgaze export` does it.
+    made = export_checked_mount(rig, folder / "mount", announce=announce, slicing=False)
     parts = []
-    for part, mesh in zip(assembly.parts, rig_meshes(rig), strict=True):
+    for part, mesh in zip(made.assembly.parts, rig_meshes(rig), strict=True):
         size = np.ptp(mesh.vertices_m, axis=0) * 1000
         corners = mesh.vertices_m[mesh.faces]
         # Divergence theorem: a closed surface's volume is the sum of its faces' signed tetrahedra.
@@ -121,7 +117,12 @@ def _mount(rig: Rig, folder: Path, announce: Announce) -> tuple[Result, list[Pat
                 "volume_cm3": round(float(volume) * 1e6, 3),
             }
         )
-    return {"parts": parts, "files": [str(file.relative_to(folder)) for file in files]}, files
+    result = {
+        "parts": parts,
+        "files": [str(file.relative_to(folder)) for file in made.files],
+        **checks_and_loads(made.checks, made.loads),
+    }
+    return result, made.files
 
 
 def _views(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
@@ -218,6 +219,8 @@ def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
             page.gallery(page.picture(folder / file, PORTRAIT_CAPTION) for file in results["views"]["portraits"]),
             page.table(["Part", "", "Size (mm)", "Volume (cm³)", "Moves with"], parts, numbers=[3]),
         ),
+        checks_section(mount, folder / "mount"),
+        loads_section(mount, folder / "mount"),
         page.section("Rig", page.table(["", ""], rig_facts(rig))),
         page.section("Files", page.bullets(_files(mount))),
         page.section("What this leaves out", page.bullets(LIMITS)),
@@ -232,7 +235,8 @@ LIMITS = (
     f"{IMAGE_CELLS[0]} × {IMAGE_CELLS[1]} grid looks into its cell of the sphere.",
     "Views show single scattering in water of constant properties under a flat sea; no blur by forward scattering, no "
     "sensor noise.",
-    "Collisions are looked for on a grid of poses, not between them. Loads, buoyancy and slicing are not checked yet.",
+    "Clearances are those of rigid parts, and loads are bounds for steady flow; nothing is sliced here, see mirrorgaze "
+    "export.",
 )
 
 

@@ -41,10 +41,10 @@ class CheckedMount:
 
 def mount_checks(rig: Rig, assembly: Assembly, *, announce: Announce, slicing: bool = True) -> MountChecks:
     """Make every check of a mount and, when parts could be sliced, slice its print plates too."""
-    checks = assembly_checks(rig, assembly, slicing=slicing, announce=announce)
+    checks = assembly_checks(rig, assembly, slicing=slicing, announce=lambda line: announce(f"checks: {line}"))
     if checks.problems or not slicing or slicer_path() is None:
         return checks
-    announce("slicer, plates ...")
+    announce("checks: slicer, plates ...")
     printed = [mesh for part, mesh in zip(assembly.parts, tessellate(assembly), strict=True) if part.printed]
     return replace(checks, findings=(*checks.findings, *plate_findings(rig, printed)))
 
@@ -72,13 +72,13 @@ def export_checked_mount(rig: Rig, folder: Path, *, announce: Announce, slicing:
     checks = mount_checks(rig, assembly, announce=announce, slicing=slicing)
     if checks.problems:
         raise RigError(rig.name, checks.problems)
-    announce("loads ...")
+    announce("export: loads")
     loads = load_study(rig, tessellate(assembly))
     if loads.problems:
         raise RigError(rig.name, loads.problems)
 
     def add_reports(partial: Path) -> None:
-        announce("export: checks and loads")
+        announce("export: figures of checks and loads")
         write_checks(checks, rig, partial / CHECKS_FOLDER)
         write_loads(loads, partial / LOADS_FOLDER)
 

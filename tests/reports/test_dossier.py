@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -35,7 +36,9 @@ def test_everything_an_engineer_needs_is_there(made):
     assert {path.stem for path in (folder / "views").iterdir()} == set(dossier.GAZES_DEG) | portraits
     assert (folder / "mount/aqua2.step").is_file()
     assert (folder / "mount/parts/yoke.stl").is_file()
-    stages = [line.split()[0] for line in lines if not line.startswith("export: ")]
+    assert (folder / "mount/checks/checks.csv").is_file()
+    assert (folder / "mount/loads/masses.csv").is_file()
+    stages = [line.split()[0] for line in lines if not line.startswith(("export: ", "checks: "))]
     assert stages[:4] == ["mount", "views", "coverage", "report"]
     assert not list(folder.rglob("*.partial*"))
 
@@ -44,7 +47,7 @@ def test_report_opens_without_a_network(made):
     """Self-contained: no address but data URIs, no script."""
     html = (made[0] / "report.html").read_text(encoding="utf-8")
     sources = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)""", html)
-    assert len(sources) == len(dossier.GAZES_DEG) + len(VIEWPOINTS) + 2
+    assert len(sources) == len(dossier.GAZES_DEG) + len(VIEWPOINTS) + 4
     assert all(source.startswith("data:image/png;base64,") for source in sources)
     assert not re.search(r"https?://|<script|@import|url\(", html)
 
@@ -70,6 +73,18 @@ def test_summary_agrees_with_the_tables(made):
     assert float(row["elevation_deg"]) == pytest.approx(2 * float(row["q2_deg"]), abs=1e-4)
 
 
+def test_checks_and_loads_are_on_the_page(made):
+    """The page has the summary's figures; every check is of a mount that was exported, so none failed."""
+    folder = made[0]
+    mount = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["mount"]
+    assert {finding["verdict"] for finding in mount["checks"]} == {"passed"}
+    html = (folder / "report.html").read_text(encoding="utf-8")
+    for check, counts, _ in mount["check_rows"]:
+        assert f"<td>{check}</td><td>{counts}</td>" in html
+    for servo in mount["loads"]["servos"]:
+        assert f'<td>{servo["servo"]}</td><td class="number">{servo["off_balance_water_n_m"]:.3f}</td>' in html
+
+
 def test_views_show_where_they_look(made):
     views = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["views"]["views"]
     for view in views:
@@ -93,9 +108,19 @@ def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
 
 
 def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatch):
-    """Interrupted in the views, the mount is not made again, and the page is the same to the byte."""
+    """Interrupted in the views, the mount is not made again, and the page is the same to the byte.
+
+    The mount, which takes most of the time, is copied.
+    """
     folder = tmp_path / "aqua2"
+
+    def copied_mount(rig, target, announce):
+        shutil.copytree(made[0] / "mount", target / "mount")
+        result = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["mount"]
+        return result, [target / file for file in result["files"]]
+
     with monkeypatch.context() as patched:
+        patched.setattr(dossier, "_mount", copied_mount)
         patched.setattr(dossier, "view_of", _interrupt)
         with pytest.raises(KeyboardInterrupt):
             design(Rig.load("aqua2"), folder, announce=lambda line: None)
