@@ -11,8 +11,9 @@ from itertools import product
 
 import numpy as np
 
-from cad.loads.masses import GRAVITY_M_PER_S2, Body, FloatArray, mount_in_body, together
+from cad.loads.masses import GRAVITY_M_PER_S2, Body, FloatArray, mount_in_body, part_bodies, together
 from cad.loads.seawater import water_density
+from cad.poses import body_from_group
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
 from rigs import Rig
@@ -123,12 +124,13 @@ def _net_weight(body: Body, centre_m: FloatArray, density: float) -> tuple[float
 
 def _travel(rig: Rig, meshes: Sequence[PartMesh]) -> FloatArray:
     layout = Layout.from_rig(rig)
+    groups = {group: together(group, bodies) for group, bodies in part_bodies(rig, meshes).items() if bodies}
     steps = [np.radians(np.linspace(j.min_deg, j.max_deg, POSES_PER_JOINT)) for j in (layout.pan, layout.tilt)]
     centres = [
-        together("mount", mount_in_body(rig, meshes, float(q1), float(q2))).centre_of_mass_m
-        for q1, q2 in product(*steps)
+        together("mount", [body.moved(body_from_group(layout, group, q1, q2)) for group, body in groups.items()])
+        for q1, q2 in product(*(step.tolist() for step in steps))
     ]
-    return np.asarray(np.ptp(np.array(centres), axis=0))
+    return np.asarray(np.ptp([body.centre_of_mass_m for body in centres], axis=0))
 
 
 def _trim(rig: Rig, moment: FloatArray) -> Trim | None:
