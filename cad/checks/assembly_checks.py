@@ -20,6 +20,7 @@ from cad.checks.orientation import print_findings
 from cad.checks.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, joint_grid, overlaps, smallest_gaps
 from cad.checks.slicer import slice_finding
 from cad.checks.solidity import solidity
+from cad.checks.stow_clearance import stow_clearance_findings
 from cad.checks.stowing import stowing_findings
 from cad.checks.walls import wall_finding
 from cad.flange import FLANGE_LENGTH_MM
@@ -131,6 +132,7 @@ def assembly_checks(
     pairs = moving_pairs(clearance_bodies(meshes), assembly.layout)
     clearances = [pair_finding(pair, assembly, mount.clearance_mm) for pair in pairs]
     findings += clearances
+    findings += stow_clearance_findings(assembly, meshes, mount.clearance_mm)
     admissible = _admissible(list(zip(pairs, clearances, strict=True)), assembly.layout)
     announce("screws ...")
     findings += access_findings(assembly, meshes)
