@@ -206,7 +206,8 @@ def _housing_cuts(d: GimbalDimensions) -> list[Part]:
     So no air stays between the servo's case and the yoke's hub, however the vehicle pitches and rolls.
     """
     bore = cylinder((0, 0, d.foot_top_mm), (0, 0, d.pan_bush_seat_mm + 1), PAN_BUSH.housing_radius_mm)
-    level, radius, reach = d.foot_top_mm + WEEP_DIAMETER_MM / 2, WEEP_DIAMETER_MM / 2, _housing_radius(d) + 1
+    # A little into the floor: a cylinder that only touches it, and the insert holes that end there, leaves slivers.
+    level, radius, reach = d.foot_top_mm + 0.4 * WEEP_DIAMETER_MM, WEEP_DIAMETER_MM / 2, _housing_radius(d) + 1
     across = cylinder((0, -reach, level), (0, reach, level), radius)
     lengthwise = cylinder((-reach, 0, level), (reach, 0, level), radius)
     return [bore, across, lengthwise]

@@ -22,9 +22,6 @@ CHORDS = 0.01
 STEP_ROUNDING = 1e-6
 """Relative; coordinates are written with some 15 digits, volumes are sums over curved faces."""
 
-SLIVERED = {"gimbal_base"}
-"""Open CASCADE writes what it does not read back alike: see the expected failure below."""
-
 
 def test_every_stl_is_closed_and_in_millimetres(exported):
     for part in exported.assembly.parts:
@@ -39,22 +36,11 @@ def test_the_step_holds_every_part_by_name_and_colour_in_its_place(exported, tmp
     for child in whole.children:
         part = exported.assembly.part(child.label)
         centre = exported.assembly.pose(part, *POSE).apply(np.array(tuple(part.solid.center())) / 1000)
-        if part.name not in SLIVERED:
-            assert child.volume == pytest.approx(part.solid.volume, rel=STEP_ROUNDING), part.name
-            assert child.is_valid, part.name
-            assert 1000 * centre == pytest.approx(np.array(tuple(child.center())), abs=1e-3)
+        assert child.volume == pytest.approx(part.solid.volume, rel=STEP_ROUNDING), part.name
+        assert child.is_valid, part.name
+        assert 1000 * centre == pytest.approx(np.array(tuple(child.center())), abs=1e-3)
         # Open CASCADE keeps colours in single precision.
         assert tuple(child.color)[:3] == pytest.approx(np.array(COLOURS[part.role.value]) / 255, abs=1e-6)
-
-
-@pytest.mark.xfail(reason="an edge of 3e-5 mm in the base is cut anew when the STEP is read: 0.08 % of its volume")
-def test_slivers_survive_the_step(exported, tmp_path):
-    whole = import_step(write_step(exported.assembly, tmp_path / "whole.step"))
-    for child in whole.children:
-        if child.label in SLIVERED:
-            assert child.is_valid
-            expected = exported.assembly.part(child.label).solid.volume
-            assert child.volume == pytest.approx(expected, rel=STEP_ROUNDING)
 
 
 def test_the_glb_is_metres_with_y_up(exported, tmp_path):
