@@ -18,7 +18,7 @@ from cad.hull import hull_shape
 from cad.mirror_holder import holder_hardware, mirror_holder_solid, tilt_horn_in_m2
 from cad.mirrors import clip_hardware, mirror_clip, mirror_plate
 from cad.poses import body_from_group
-from cad.servo import HORN_DIAMETER_MM, HORN_SCREW, servo_solid
+from cad.servo import HORN_DIAMETER_MM, HORN_SCREW, check_servo, servo_solid
 from cad.shapes import location_mm
 from cad.stow_bracket import arm_solid, deck_solid, hinge_hardware, stow_servo_in_body
 from cad.stow_hinge import StowHinge, stow_hinge
@@ -94,6 +94,9 @@ def build_assembly(rig: Rig) -> Assembly:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     _check_camera_is_level(rig.camera)
     mount, servos = rig.mount, rig.servos
+    for key in ("pan", "tilt", "stow"):
+        if (servo := getattr(servos, key)) is not None:
+            check_servo(servo, f"servos.{key}")
     stance = base_stance(dimensions, layout)
     seat = flange_seat(rig, stance)
     fold, hinge = fold_stance(rig, layout), stow_hinge(rig, layout)
@@ -144,7 +147,7 @@ def _clip(name: str, group: Group, mirror: FlatMirror, mount: Mount, place: Loca
     if mount.mirror_fixing == "glue":
         return []
     pieces = (replace(piece, pose=place * piece.pose) for piece in clip_hardware(mirror, mount.wall_mm, name, group))
-    return [_printed(f"{name}_clip", group, place * mirror_clip(mirror)), *map(_bought, pieces)]
+    return [_printed(f"{name}_clip", group, place * mirror_clip(mirror, mount.wall_mm)), *map(_bought, pieces)]
 
 
 def _printed(name: str, group: Group, solid: Solid) -> Part:

@@ -54,12 +54,12 @@ def flange_parts(stance: FoldStance) -> list[Part]:
 
 def on_hull(stance: FoldStance, parts: list[Part], name: str) -> Solid:
     """One solid of parts, without the hull's side of the contact and the fasteners' room; in the body frame."""
-    hint = "look at mount.fold_anchor_mm and fold_mirror"
-    whole = Part() + single_solid(parts, name, hint)
+    what, hint = f"fold_mirror, of the {name}", "look at mount.fold_anchor_mm too"
+    whole = Part() + single_solid(parts, what, hint)
     cuts = [fastener_room(stance.seat)]
     if len(parts) and (stance.seat.contact.range_mm != (0.0, 0.0) or stance.seat.normal[2] < 1 - LEVEL):
         cuts.append(hull_side(stance.seat))
-    return in_body(stance, single_solid([whole - cuts], name, hint))
+    return in_body(stance, single_solid([whole - cuts], what, hint))
 
 
 def in_body(stance: FoldStance, solid: Solid) -> Solid:

@@ -100,12 +100,12 @@ def flange_seat(rig: Rig, stance: BaseStance) -> Seat:
 
 def gimbal_base_solid(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) -> Solid:
     """Solid of the gimbal base in the body frame, millimetres."""
-    d, hint = dimensions, "look at mount.base_anchor_mm"
+    d, what, hint = dimensions, "mount.base_anchor_mm, of the gimbal_base", "look at servos.pan too"
     parts = [_side_view(d, stance, seat), _flare(stance, seat), _servo_block(d), _housing(d)]
     cuts = [*_servo_opening(d), *_housing_cuts(d), *_tie_slots(d, stance, seat)]
-    base = single_solid([*(stance.body_from_base * part for part in parts), flange(seat)], "gimbal_base", hint)
+    base = single_solid([*(stance.body_from_base * part for part in parts), flange(seat)], what, hint)
     cuts = [*(stance.body_from_base * cut for cut in cuts), fastener_room(seat), hull_side(seat)]
-    return carved(base, cuts, "gimbal_base", hint)
+    return carved(base, cuts, what, hint)
 
 
 def pan_servo_in_body(dimensions: GimbalDimensions, stance: BaseStance, servo: Solid) -> Solid:
@@ -153,9 +153,9 @@ def _side_view(d: GimbalDimensions, stance: BaseStance, seat: Seat) -> Part:
     half = COLUMN_WIDTH_MM / 2
     beam = along_y(outline, (-half, half))
     corner = beam.edges().filter_by(Axis.Y).filter_by(lambda e: hypot(e.center().X - front, e.center().Z - top) < 1)
-    beam = filleted(beam, corner, CORNER_MM, "gimbal_base, between column and foot")
+    beam = filleted(beam, corner, CORNER_MM, "mount.base_anchor_mm, between the base's column and foot")
     upright = beam.edges().filter_by(Axis.Z).filter_by(lambda edge: front + 1 > edge.center().X)
-    return filleted(beam, upright, half / 2, "gimbal_base, edges of the column")
+    return filleted(beam, upright, half / 2, "mount.base_anchor_mm, edges of the base's column")
 
 
 def _foot_bottom(d: GimbalDimensions) -> float:

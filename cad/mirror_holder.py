@@ -48,11 +48,11 @@ HORN_ROOM_MM = 0.5
 
 def mirror_holder_solid(dimensions: GimbalDimensions) -> Solid:
     """Solid of the mirror holder in the m2 frame, millimetres."""
-    d, hint = dimensions, "look at gaze_mirror and mount.wall_mm"
+    d, what, hint = dimensions, "gaze_mirror, of the mirror_holder", "look at mount.wall_mm too"
     tray = mirror_tray(d.mirror, d.mount.wall_mm, d.mount.mirror_fixing)
     cheeks = [_cheek(d, (d.cheek_inner_mm, d.cheek_outer_mm)), _cheek(d, (-d.cheek_outer_mm, -d.cheek_inner_mm))]
-    whole = single_solid([tray, *cheeks], "mirror_holder", hint)
-    return carved(whole, [*_horn_holes(d), _pivot_hole(d)], "mirror_holder", hint)
+    whole = single_solid([tray, *cheeks], what, hint)
+    return carved(whole, [*_horn_holes(d), _pivot_hole(d)], what, hint)
 
 
 def tilt_horn_in_m2(dimensions: GimbalDimensions) -> Solid:

@@ -37,6 +37,8 @@ RIM_MM = 2.0
 LIP_OVERLAP_MM = 1.5
 LIP_THICKNESS_MM = 1.2
 BOND_HOLE_DIAMETER_MM = 8.0
+SMALLEST_SIDE_MM = 2 * (BOND_HOLE_DIAMETER_MM + 2.0)
+"""Of a plate: its bonding holes are half a side apart, and 2 mm of floor stay between them."""
 VENT_DIAMETER_MM = 4.0
 SMALLEST_VENT_INSET_MM = 5.0
 HEAD_MM = 9.0
@@ -96,9 +98,9 @@ def mirror_tray(mirror: FlatMirror, wall_mm: float, fixing: Fixing = "glue") -> 
     Raises
     ------
     ValueError
-        For a plate that is too thin or too thick for a cell.
+        For a plate that is too small, too thin or too thick for a cell.
     """
-    _check_thickness(mirror)
+    _check(mirror)
     half_width, half_height = mirror.width_mm / 2, mirror.height_mm / 2
     back, floor = -tray_depth_mm(mirror, wall_mm), -(mirror.thickness_mm + BED_MM)
     outside, foot = tray_half_width_mm(mirror), tray_foot_mm(mirror)
@@ -121,19 +123,23 @@ def mirror_tray(mirror: FlatMirror, wall_mm: float, fixing: Fixing = "glue") -> 
     strip = _strip_mm(wall_mm)
     if strip > 0:
         tray += box((-outside + RIM_MM, outside - RIM_MM), (half_height - 2, beyond - 1), (back - strip, back + 0.5))
-    cuts += [insert_hole("M3", (x, y, floor), (0, 0, -1), wall_mm + strip) for x, y in clip_screws(mirror)]
+    cuts += [insert_hole("M3", (x, y, floor), (0, 0, -1), wall_mm + strip) for x, y in clip_screws(mirror, wall_mm)]
     return tray.cut(*cuts)
 
 
-def clip_screws(mirror: FlatMirror) -> list[tuple[float, float]]:
-    """Where the screws of a clip are, as (x, y) of the mirror's frame: at its ends, and between them in a long one."""
-    reach = max(tray_half_width_mm(mirror) - HEAD_MM, 0.0)
+def clip_screws(mirror: FlatMirror, wall_mm: float) -> list[tuple[float, float]]:
+    """Where the screws of a clip are, as (x, y) of the mirror's frame: at its ends, and between them in a long one.
+
+    Those at the ends stay beside the ribs that carry the tray, which are a wall thick.
+    """
+    margin = max(HEAD_MM, wall_mm + insert("M3").hole_diameter_mm / 2 + insert("M3").wall_mm)
+    reach = max(tray_half_width_mm(mirror) - margin, 0.0)
     y = mirror.height_mm / 2 + (FIT_MM + HEAD_MM) / 2
     gaps = max(1, -int(-2 * reach // CLIP_SCREW_PITCH_MM))
     return [(-reach + 2 * reach * step / gaps, y) for step in range(gaps + 1)]
 
 
-def mirror_clip(mirror: FlatMirror) -> Solid:
+def mirror_clip(mirror: FlatMirror, wall_mm: float) -> Solid:
     """Bar on the tray's head that keeps the mirror from sliding out and holds its upper edge down, in place."""
     half_width, half_height = mirror.width_mm / 2, mirror.height_mm / 2
     floor, top = -(mirror.thickness_mm + BED_MM), _clip_top(mirror)
@@ -144,9 +150,13 @@ def mirror_clip(mirror: FlatMirror) -> Solid:
     lip = box((-free, free), (half_height - LIP_OVERLAP_MM, half_height + FIT_MM + 1), (0, LIP_THICKNESS_MM))
     cuts = [
         counterbored_hole("M3", (x, y, floor + CLIP_SEAT_MM), (0, 0, 1), top - floor, CLIP_SEAT_MM + 1)
-        for x, y in clip_screws(mirror)
+        for x, y in clip_screws(mirror, wall_mm)
     ]
-    return single_solid([bar, lip], "mirror clip", "look at the mirror's width_mm").cut(*cuts).solid()
+    return (
+        single_solid([bar, lip], f"{_section(mirror)}.width_mm, of its clip", "look at mount.mirror_fixing too")
+        .cut(*cuts)
+        .solid()
+    )
 
 
 def clip_hardware(mirror: FlatMirror, wall_mm: float, name: str, group: Group) -> list[Hardware]:
@@ -155,7 +165,7 @@ def clip_hardware(mirror: FlatMirror, wall_mm: float, name: str, group: Group) -
     depth = wall_mm + _strip_mm(wall_mm)
     return [
         piece
-        for count, (x, y) in enumerate(clip_screws(mirror), start=1)
+        for count, (x, y) in enumerate(clip_screws(mirror, wall_mm), start=1)
         for piece in screw_in_insert(f"{name}_clip_{count}", group, "M3", (x, y, seat), (0, 0, 1), CLIP_SEAT_MM, depth)
     ]
 
@@ -170,10 +180,22 @@ def _clip_top(mirror: FlatMirror) -> float:
     return max(LIP_THICKNESS_MM, CLIP_SEAT_MM + head_height_mm("M3") - mirror.thickness_mm - BED_MM)
 
 
-def _check_thickness(mirror: FlatMirror) -> None:
-    name = "fold_mirror" if isinstance(mirror, FoldMirror) else "gaze_mirror"
+def _section(mirror: FlatMirror) -> str:
+    """Section of the rig file that a mirror comes from."""
+    return "fold_mirror" if isinstance(mirror, FoldMirror) else "gaze_mirror"
+
+
+def _check(mirror: FlatMirror) -> None:
     low, high = THICKNESS_LIMITS_MM
     if not low <= mirror.thickness_mm <= high:
         raise ValueError(
-            f"{name}.thickness_mm = {mirror.thickness_mm:g}: expected {low:g} to {high:g}, what a mirror cell holds"
+            f"{_section(mirror)}.thickness_mm = {mirror.thickness_mm:g}: expected {low:g} to {high:g}, "
+            "what a mirror cell holds"
         )
+    for key in ("width_mm", "height_mm"):
+        size = getattr(mirror, key)
+        if size < SMALLEST_SIDE_MM:
+            raise ValueError(
+                f"{_section(mirror)}.{key} = {size:g}: expected at least {SMALLEST_SIDE_MM:g}, below which the holes "
+                "in its cell's floor run into each other"
+            )

@@ -22,6 +22,8 @@ EAR_THICKNESS_MM = 2.5
 EAR_DEPTH_MM = 9.0
 """From the case's top down to the ears' upper face; nominal for small servos, as are the other details here."""
 EAR_SCREW: Thread = "M2"
+SMALLEST_HEIGHT_MM = 13.0
+"""Of a case: its ears are half way down, and an insert with its relief goes between them and the case's top."""
 HORN_SCREW: Thread = "M2"
 HORN_SCREW_CIRCLE_MM = 7.0
 """Radius on which the horn has four tapped holes."""
@@ -63,22 +65,34 @@ def ear_hole_positions(servo: Servo) -> tuple[float, float]:
     return far - EAR_LENGTH_MM / 2, near + EAR_LENGTH_MM / 2
 
 
-@cache
-def servo_solid(servo: Servo) -> Solid:
-    """Solid of a servo in its own frame, millimetres.
+def check_servo(servo: Servo, key: str) -> None:
+    """Refuse a servo that no mount can be made for; `key` is where the rig has it.
 
     Raises
     ------
     ValueError
-        When the shaft is not on the case.
+        When the shaft is not on the case, or the case is too shallow for the screws of its ears.
     """
-    far, near = case_ends(servo)
-    if near < SHAFT_DIAMETER_MM / 2:
+    _, width, height = servo.size_mm
+    largest = servo.size_mm[0] / 2 - SHAFT_DIAMETER_MM / 2
+    if servo.shaft_offset_mm > largest:
         raise ValueError(
-            f"servo {servo.name!r}: expected shaft_offset_mm of at most "
-            f"{servo.size_mm[0] / 2 - SHAFT_DIAMETER_MM / 2:g}, so that the shaft is on the case, "
-            f"got {servo.shaft_offset_mm:g}"
+            f"{key}.shaft_offset_mm = {servo.shaft_offset_mm:g}: expected at most {largest:g}, "
+            "so that the shaft is on the case"
         )
+    if width < SHAFT_DIAMETER_MM:
+        raise ValueError(f"{key}.size_mm[1] = {width:g}: expected at least the shaft's {SHAFT_DIAMETER_MM:g}")
+    if height < SMALLEST_HEIGHT_MM:
+        raise ValueError(
+            f"{key}.size_mm[2] = {height:g}: expected at least {SMALLEST_HEIGHT_MM:g}, so that the inserts for the "
+            "screws of its ears have room beside its case"
+        )
+
+
+@cache
+def servo_solid(servo: Servo) -> Solid:
+    """Solid of a servo that `check_servo` lets pass, in its own frame, millimetres."""
+    far, near = case_ends(servo)
     half_width = servo.size_mm[1] / 2
     case = box((far, near), (-half_width, half_width), (case_bottom(servo), -HORN_HEIGHT_MM))
     case = case.chamfer(0.8, None, case.edges())

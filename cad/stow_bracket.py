@@ -32,6 +32,7 @@ from cad.servo import (
     EAR_SCREW,
     EAR_THICKNESS_MM,
     HORN_CENTRE_HOLE_DIAMETER_MM,
+    HORN_HEIGHT_MM,
     HORN_SCREW,
     HORN_THICKNESS_MM,
     case_ends,
@@ -68,12 +69,17 @@ def deck_solid(hinge: StowHinge) -> Solid:
     parts = [plate, nose, _lug(hinge, _mirrored(y, hinge.lug_limits_mm)), *flange_parts(stance)]
     cuts = _pivot_cuts(hinge, -1)
     if hinge.servo:
-        parts += [_servo_lug(hinge), _rail(hinge, _shifted(y, hinge.lug_limits_mm))]
+        beside_case = max(hinge.lug_limits_mm[0], hinge.horn_mm - HORN_HEIGHT_MM + GAP_MM)
+        parts += [_servo_lug(hinge), _rail(hinge, _shifted(y, (beside_case, hinge.lug_limits_mm[1])))]
         cuts += _servo_cuts(hinge)
     else:
         parts.append(_lug(hinge, _shifted(y, hinge.lug_limits_mm)))
         cuts += _pivot_cuts(hinge, 1) + _lock_cuts(hinge)
-    return on_hull(stance, [single_solid(parts, "fold_bracket", "look at joints.stow").cut(*cuts)], "fold_bracket")
+    return on_hull(
+        stance,
+        [single_solid(parts, "joints.stow, of the fold_bracket", "look at mount.fold_anchor_mm too").cut(*cuts)],
+        "fold_bracket",
+    )
 
 
 def arm_solid(hinge: StowHinge) -> Solid:
@@ -97,8 +103,8 @@ def arm_solid(hinge: StowHinge) -> Solid:
         place = _lock_place(hinge, 0.0)
         start, end = (place[0], y + hinge.arm_mm[0] - 1, place[1]), (place[0], y + hinge.arm_mm[1] + 1, place[1])
         cuts.append(cylinder(start, end, clearance_diameter_mm(LOCK) / 2))
-    arm = single_solid(parts, "fold_arm", "look at fold_mirror and mount.wall_mm").cut(*cuts)
-    return in_body(stance, single_solid([Part() + arm], "fold_arm", "look at fold_mirror and mount.wall_mm"))
+    what, hint = "fold_mirror, of the fold_arm", "look at mount.wall_mm too"
+    return in_body(stance, single_solid([Part() + single_solid(parts, what, hint).cut(*cuts)], what, hint))
 
 
 def stow_servo_in_body(hinge: StowHinge) -> tuple[Solid, Solid]:
@@ -167,7 +173,10 @@ def _rail(hinge: StowHinge, limits: Limits) -> Part:
 
 
 def _plate_outline(hinge: StowHinge, bar: list[Point]) -> list[Point]:
-    """Outline of the arm's plates, as (x, z): the hull of the lug's circle, the cell's back and the bar."""
+    """Outline of the arm's plates, as (x, z): the hull of the lug's circle, the cell's back and the bar.
+
+    Nothing of it is in front of the cell's floor, where M1 is.
+    """
     stance = hinge.stance
     # Half a wall into the cell's floor: solids that only touch do not become one.
     inset = stance.wall_mm / 2 / 2**0.5
@@ -183,7 +192,23 @@ def _plate_outline(hinge: StowHinge, bar: list[Point]) -> list[Point]:
             *bar,
         ]
     )
-    return [(float(x), float(z)) for x, z in points[ConvexHull(points).vertices]]
+    return _behind(upper, lower, [(float(x), float(z)) for x, z in points[ConvexHull(points).vertices]])
+
+
+def _behind(upper: Point, lower: Point, outline: list[Point]) -> list[Point]:
+    """What of a convex outline lies behind the line from an upper to a lower point (Sutherland and Hodgman 1974)."""
+    along_line = np.subtract(upper, lower)
+    normal = np.array([along_line[1], -along_line[0]])
+    depths = [float(normal @ np.subtract(point, lower)) for point in outline]
+    kept: list[Point] = []
+    for number, (point, depth) in enumerate(zip(outline, depths, strict=True)):
+        before, depth_before = outline[number - 1], depths[number - 1]
+        if depth * depth_before < 0:
+            share = depth_before / (depth_before - depth)
+            kept.append((before[0] + share * (point[0] - before[0]), before[1] + share * (point[1] - before[1])))
+        if depth >= 0:
+            kept.append(point)
+    return kept
 
 
 def _pivot_cuts(hinge: StowHinge, side: int) -> list[Part]:

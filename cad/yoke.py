@@ -54,10 +54,10 @@ VENT_RADIUS_MM = HORN_DIAMETER_MM / 2 + FIT_MM
 def yoke_solid(dimensions: GimbalDimensions) -> Solid:
     """Solid of the yoke in the pan frame, millimetres."""
     d = dimensions
-    hint = "look at gaze_mirror, servos.tilt and mount.wall_mm"
-    body = single_solid([_frame(d), *_hub(d), *_pivot_boss(d)], "yoke", hint)
+    what, hint = "gaze_mirror, of the yoke", "look at servos.tilt and mount.wall_mm too"
+    body = single_solid([_frame(d), *_hub(d), *_pivot_boss(d)], what, hint)
     cuts = [*_taper(d), *_servo_opening(d), *_hub_cuts(d), *_pivot_cuts(d), *yoke_cable_cuts(d)]
-    return carved(body, cuts, "yoke", hint)
+    return carved(body, cuts, what, hint)
 
 
 def tilt_servo_in_pan(dimensions: GimbalDimensions, servo: Solid) -> Solid:
@@ -109,9 +109,9 @@ def _frame(d: GimbalDimensions) -> Part:
     ]
     frame = along_x(outline, (-half, half))
     roots = frame.edges().filter_by(Axis.X).filter_by(lambda edge: _is_root(edge.center().Y, edge.center().Z, d))
-    frame = filleted(frame, roots, ROOT_FILLET_MM, "yoke, roots of the arms")
+    frame = filleted(frame, roots, ROOT_FILLET_MM, "gaze_mirror, roots of the yoke's arms")
     top = frame.edges().filter_by(Axis.Y).group_by(Axis.Z)[-1]
-    return filleted(frame, top, OUTER_CHAMFER_MM / 2, "yoke, top of the servo's arm")
+    return filleted(frame, top, OUTER_CHAMFER_MM / 2, "servos.tilt, top of the yoke's arm")
 
 
 def _is_root(y: float, z: float, d: GimbalDimensions) -> bool:

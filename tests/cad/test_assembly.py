@@ -238,7 +238,7 @@ def test_a_fold_anchor_beside_the_camera_or_below_the_mirror_is_refused(aqua2):
 
 def test_a_servo_whose_shaft_is_beside_its_case_is_refused(aqua2):
     servo = aqua2.rig.servos.pan.model_copy(update={"shaft_offset_mm": 14.0})
-    with pytest.raises(ValueError, match=r"expected shaft_offset_mm of at most 12\.5.*got 14"):
+    with pytest.raises(ValueError, match=r"servos\.pan\.shaft_offset_mm = 14: expected at most 12\.5"):
         build_assembly(replaced(aqua2.rig, "servos", pan=servo))
 
 

@@ -44,7 +44,7 @@ def test_a_cell_is_one_solid_that_leaves_plate_and_clip_their_room(fixing, wall_
     assert len(tray.solids()) == 1
     assert shared_mm3(tray, plate) < TOUCHING_MM3
     if fixing == "screws":
-        clip = mirror_clip(mirror(thickness_mm))
+        clip = mirror_clip(mirror(thickness_mm), wall_mm)
         assert clip.is_valid
         assert shared_mm3(clip, plate) < TOUCHING_MM3
         assert shared_mm3(clip, tray) < TOUCHING_MM3
@@ -59,7 +59,7 @@ def test_lips_lie_on_the_face_and_leave_the_rest_of_it_free(fixing):
     plate = mirror_plate(mirror())
     held = mirror_tray(mirror(), 4.0, fixing)
     if fixing == "screws":
-        held = held + mirror_clip(mirror())
+        held = held + mirror_clip(mirror(), 4.0)
     forward = Pos(0, 0, 0.1) * plate
     # Two lips of 1.5 mm along the sides; the clip's lies between them, less its fit.
     area = 2 * LIP_OVERLAP_MM * 100.0
@@ -75,7 +75,7 @@ def test_only_a_clip_keeps_the_mirror_from_sliding_out():
     slid = Pos(0, 1, 0) * mirror_plate(mirror())
     assert shared_mm3(mirror_tray(mirror(), 4.0, "screws"), slid) < TOUCHING_MM3
     # 1 mm of slide less the fit, over the whole section of the plate.
-    assert shared_mm3(mirror_clip(mirror()), slid) == pytest.approx((1 - FIT_MM) * 80 * 3, rel=1e-6)
+    assert shared_mm3(mirror_clip(mirror(), 4.0), slid) == pytest.approx((1 - FIT_MM) * 80 * 3, rel=1e-6)
 
 
 @pytest.mark.parametrize("fixing", ["glue", "screws"])
@@ -90,7 +90,10 @@ def test_air_gets_out_at_every_corner_behind_the_plate(fixing):
 @pytest.mark.parametrize("fixing", ["glue", "screws"])
 def test_a_turning_cell_stays_within_its_radius(fixing):
     for wall_mm in (1.2, 8.0):
-        shapes = [mirror_tray(mirror(), wall_mm, fixing), *([mirror_clip(mirror())] if fixing == "screws" else [])]
+        shapes = [
+            mirror_tray(mirror(), wall_mm, fixing),
+            *([mirror_clip(mirror(), wall_mm)] if fixing == "screws" else []),
+        ]
         reach = max((v.Y**2 + v.Z**2) ** 0.5 for shape in shapes for v in shape.vertices())
         radius = cell_radius_mm(mirror(), wall_mm, fixing)
         # Rounded corners take a millimetre or two off the outermost ones.
