@@ -98,7 +98,9 @@ def test_an_impossible_rig_is_refused_by_every_command(impossible_rig, here, com
     assert [path.name for path in here.iterdir()] == [impossible_rig]
 
 
-def test_export_names_what_it_wrote(here):
+def test_export_names_what_it_wrote(here, monkeypatch):
+    # A slicer on the PATH would take a minute of its own; its check has its own tests.
+    monkeypatch.setenv("PATH", str(here))
     result = mirrorgaze("export", "aqua2", "-o", "mount", "--json")
     assert result.exit_code == 0, result.stderr
     files = json.loads(result.stdout)["files"]
