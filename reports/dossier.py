@@ -194,7 +194,7 @@ def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
     parts = [
         [
             part["name"],
-            "print" if part["printed"] else "buy" if part["role"] in ("servo", "mirror") else "reference",
+            "print" if part["printed"] else "reference" if part["role"] == "hull" else "buy",
             " × ".join(f"{side:.0f}" for side in part["size_mm"]),
             f"{part['volume_cm3']:.1f}",
             part["moves_with"],

@@ -15,6 +15,7 @@ from cad.checks.axes import axis_findings
 from cad.checks.clearance import RESOLUTION_MM, clearance_bodies, pair_finding
 from cad.checks.finding import Finding, Sense, Verdict
 from cad.checks.fits import fit_of
+from cad.checks.keys import key_to_change
 from cad.checks.moving_pair import MovingPair, moving_pairs
 from cad.checks.orientation import print_findings
 from cad.checks.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, joint_grid, overlaps, smallest_gaps
@@ -240,7 +241,7 @@ def _gap_problem(gap: Gap, clearance_mm: float) -> Problem:
 def _collision_problem(overlap: Overlap) -> Problem:
     pose = f"q1 = {np.degrees(overlap.q1):.1f}, q2 = {np.degrees(overlap.q2):.1f} degrees"
     return Problem(
-        place=overlap.first,
-        value=f"{overlap.volume_mm3:.0f} mm³ shared with {overlap.second} at {pose}",
+        place=key_to_change(overlap.first, overlap.second),
+        value=f"{overlap.volume_mm3:.0f} mm³ shared by {overlap.first} and {overlap.second} at {pose}",
         expected=f"{overlap.first} and {overlap.second} clear of each other",
     )

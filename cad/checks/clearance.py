@@ -18,6 +18,7 @@ from cad.checks.bodies import Body
 from cad.checks.finding import Finding
 from cad.checks.fits import Fit, FitKind, fit_of
 from cad.checks.gap_search import SmallestGap
+from cad.checks.keys import key_to_change
 from cad.checks.moving_pair import MovingPair, joint_box
 from cad.shapes import location_mm
 from optics.layout import FloatArray
@@ -94,7 +95,8 @@ def pose_words(q: FloatArray, joints: tuple[bool, bool] = (True, True)) -> str:
 def _problem(pair: MovingPair, found: SmallestGap, limit: float, *, declared: bool) -> Problem:
     names, pose = f"{pair.moving.name} and {pair.other.name}", pose_words(found.q, pair.joints)
     if found.gap_mm == 0:
-        return Problem(place=pair.moving.name, value=f"meets {pair.other.name} at {pose}", expected=f"{names} clear")
+        place = key_to_change(pair.moving.name, pair.other.name)
+        return Problem(place=place, value=f"{names} meet at {pose}", expected="them clear of each other")
     gap = f"{found.gap_mm:.2f} mm, the gap between {names} at {pose}"
     if declared:
         return Problem(place=pair.moving.name, value=gap, expected=f"a running gap of at least {limit:g} mm")

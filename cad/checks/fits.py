@@ -52,6 +52,7 @@ FITS = (
     Fit(moving="tilt hardware", other="yoke", kind=BEARING, gap_mm=0.2, why="washer before the pivot's boss"),
     Fit(moving="mirror_holder", other="pivot_bush", kind=BEARING, gap_mm=0.2, why="cheek before the pivot's bush"),
     Fit(moving="yoke", other="gimbal_base", kind=RUNNING, gap_mm=RUNNING_GAP_MM, why="hub over the housing"),
+    Fit(moving="pan_horn", other="gimbal_base", kind=RUNNING, gap_mm=RUNNING_GAP_MM, why="horn in the housing"),
     Fit(moving="yoke", other="pan_servo", kind=RUNNING, gap_mm=RUNNING_GAP_MM, why="hub over the servo's case"),
     Fit(
         moving="pan hardware",

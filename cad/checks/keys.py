@@ -1,0 +1,23 @@
+"""Which key of the rig file to change when two parts are in each other's way."""
+
+from __future__ import annotations
+
+HOLDS_M1 = ("fold_", "stow_")
+
+
+def key_to_change(first: str, second: str) -> str:
+    """Key for two parts that meet, by their names; the first part's name where no number of the rig is at fault.
+
+    What turns with M2 meets the hull or what holds M1: M2's distance. What holds M1 meets the hull: M1's distance. The
+    base is in the hull or in the way of what turns: its anchor. The flange's screws meet the servo of the hinge: the
+    flange's anchor, which goes further back.
+    """
+    holds_m1 = [name for name in (first, second) if name.startswith(HOLDS_M1)]
+    if len(holds_m1) == 2:
+        return "mount.fold_anchor_mm" if "stow_servo" in holds_m1 else first
+    names = {first, second}
+    if "gimbal_base" in names:
+        return "mount.base_anchor_mm"
+    if holds_m1 and "hull" in names:
+        return "fold_mirror.distance_mm"
+    return "gaze_mirror.distance_mm" if holds_m1 or "hull" in names else first
