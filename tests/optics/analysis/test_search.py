@@ -40,10 +40,12 @@ SMALL = Grid(pan_steps=7, tilt_steps=9, columns=16, rows=12, nside=8)
 ALL = tuple(OBJECTIVES.values())
 
 COVERAGE_ERROR = 0.018
+COVERAGE_SPREAD = 0.008
 RESOLUTION_ERROR = 0.015
 """Of a coarse score, absolute and relative: seen over fourteen random designs of each preset were 0.016 and 0.010,
 against 160 x 120 rays. Cells touched at the rim of what is covered count as a whole (0.012 on average for aqua2), holes
-between rays as nothing; the reference decides its cells exactly and shares neither."""
+between rays as nothing; the reference decides its cells exactly and shares neither. What all designs share does not
+matter to a search: about their mean the errors of coverage were at most 0.005."""
 
 
 @pytest.fixture(scope="module", params=["aqua2", "bluerov2"])
@@ -135,6 +137,8 @@ def test_coarse_scores_are_those_of_coverage(rig: Rig) -> None:
         fine.append((found(design, (61, 61)).covered_fraction, pixels))
     covered, resolution = np.array(fine).T
     np.testing.assert_allclose(scores[:, 0], covered, atol=COVERAGE_ERROR)
+    error = scores[:, 0] - covered
+    np.testing.assert_allclose(error, error.mean(), atol=COVERAGE_SPREAD)
     np.testing.assert_allclose(scores[:, 3], resolution, rtol=RESOLUTION_ERROR)
     # What a search needs: the order of designs that differ by more than the error.
     for a, b in ((a, b) for a in range(6) for b in range(6)):
