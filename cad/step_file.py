@@ -42,6 +42,7 @@ def _solid(file: Path, changed_ns: int) -> Solid:
     try:
         shape = import_step(file)
     except Exception as error:
+        # The kernel's reader fails in as many ways as files are broken.
         raise ValueError(f"hull.file = {file.name!r}: expected a STEP file, got {error}") from None
     solid = one_solid(shape, "hull.file", f"look at {file.name}")
     try:
