@@ -1,0 +1,56 @@
+"""What there is around the robot, as triangles with a material for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.worlds.surface import FloatArray, Surface, joined
+
+
+@dataclass(frozen=True, kw_only=True)
+class World:
+    """Surroundings in the world frame (x east, y north, z up, surface at z = 0).
+
+    Attributes
+    ----------
+    name : str
+    vertices_m : array, shape (n, 3)
+    faces : array, shape (m, 3)
+        Counter-clockwise seen from the water; none in open water.
+    material : array, shape (m,)
+        `Material` of each face.
+    colour : array, shape (n, 3), float32
+        Factors on the material's reflectance in the red, green and blue part of the spectrum
+        (`scenes.materials.colour_basis`); ones: the material as it was measured.
+    instance : array, shape (m,), int32
+        Position in `instance_names` of the thing that each face belongs to.
+    instance_names : tuple of str
+        What can be told apart in a mask: a wall, a rock, a head of coral.
+    """
+
+    name: str
+    vertices_m: FloatArray
+    faces: NDArray[np.int32]
+    material: NDArray[np.int32]
+    colour: NDArray[np.float32]
+    instance: NDArray[np.int32]
+    instance_names: tuple[str, ...]
+
+
+def world_of(name: str, things: Sequence[tuple[str, Surface]]) -> World:
+    """World of named things, each an instance, in the given order."""
+    whole = joined([each for _, each in things])
+    sizes = [len(each.faces) for _, each in things]
+    return World(
+        name=name,
+        vertices_m=whole.vertices_m,
+        faces=whole.faces,
+        material=whole.material,
+        colour=whole.colour,
+        instance=np.repeat(np.arange(len(things), dtype=np.int32), sizes),
+        instance_names=tuple(thing for thing, _ in things),
+    )
