@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.tables import read_table
-from rigs.specification import JerlovType
+from rigs import JerlovType, WaterSource
+from rigs.water import TYPES_OF_SOURCE, check_type_of_source
 
 DATA = Path(__file__).parent / "data"
+
+AttenuationSource = Literal["austin-petzold", "jerlov"]
+
+ATTENUATION_FILES: dict[AttenuationSource, str] = {
+    "austin-petzold": "austin_petzold1986_kd.csv",
+    "jerlov": "jerlov1976_kd.csv",
+}
 
 LEAST_SUN_COSINE = 0.65
 """Cosine of the refracted sun on the horizon is 0.66: what is lower was not refracted."""
@@ -41,14 +50,42 @@ def water_index(wavelength_nm: ArrayLike, salinity_ppt: float, temperature_celsi
     )
 
 
-def absorption(jerlov_type: JerlovType, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
-    """Absorption coefficient, 1/m: Williamson & Hollins 2022, Applied Optics 61, 9951 (types IB to 5C)."""
-    return _jerlov_column(f"a_{jerlov_type}", wavelength_nm)
+def absorption(
+    jerlov_type: JerlovType, wavelength_nm: ArrayLike, source: WaterSource = "williamson-hollins"
+) -> NDArray[np.float64]:
+    """Absorption coefficient of a Jerlov type, the water's own included, 1/m.
+
+    Parameters
+    ----------
+    source : str
+        ``williamson-hollins``: 2022, Applied Optics 61, 9951 (types IB to 5C), measured at 412 to 715 nm.
+        ``solonenko-mobley``: 2015, Applied Optics 54, 5392 (all ten types), an inversion of Jerlov's Kd. Its table has
+        no absorption of 5C from 600 nm and of 3C from 675 nm on (misprinted there): see `_filled`.
+
+    Raises
+    ------
+    ValueError
+        Outside 400 to 700 nm, or when the source has no such type.
+    """
+    return _jerlov_column("a", jerlov_type, wavelength_nm, source)
 
 
-def scattering(jerlov_type: JerlovType, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
-    """Scattering coefficient, 1/m: Williamson & Hollins 2022 (types IB to 5C)."""
-    return _jerlov_column(f"b_{jerlov_type}", wavelength_nm)
+def scattering(
+    jerlov_type: JerlovType, wavelength_nm: ArrayLike, source: WaterSource = "williamson-hollins"
+) -> NDArray[np.float64]:
+    """Scattering coefficient of a Jerlov type, the water's own included, 1/m; sources as for `absorption`."""
+    return _jerlov_column("b", jerlov_type, wavelength_nm, source)
+
+
+def molecular_scattering_of_types(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+    """Molecular part of the Jerlov types' scattering coefficients, 1/m.
+
+    Haltrin 1999, Applied Optics 38, 6826, eq. 5. Both sources build b of every type as this plus small and large
+    particles, b = b_w + C_s x^1.7 + C_l x^0.3 with x = 400 nm / wavelength; for Solonenko & Mobley's types I and IA
+    the tables give back its factor as 1.000 and 1.001 (`tests/optics/test_water.py`).
+    """
+    wavelength = np.asarray(wavelength_nm, dtype=np.float64)
+    return np.asarray(0.005826 * (400 / wavelength) ** 4.322)
 
 
 def diffuse_attenuation(
@@ -65,11 +102,66 @@ def diffuse_attenuation(
     return np.sqrt(a**2 + (0.425 * sun_cosine - 0.190) * a * b) / sun_cosine
 
 
-def _jerlov_column(column: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+def tabulated_diffuse_attenuation(
+    jerlov_type: JerlovType, wavelength_nm: ArrayLike, source: AttenuationSource
+) -> NDArray[np.float64]:
+    """Kd of a Jerlov type as a campaign tabulated it, 1/m, straight lines between its wavelengths.
+
+    For comparison: nothing is computed from it.
+
+    Parameters
+    ----------
+    source : str
+        ``austin-petzold``: 1986, Optical Engineering 25, 471, table VI (I to 1C; I is pure sea water).
+        ``jerlov``: 1976, Marine Optics, table XXVII (all ten; its type I lies below pure sea water at most
+        wavelengths, which Austin & Petzold corrected).
+    """
     wavelength = np.asarray(wavelength_nm, dtype=np.float64)
     check_range("wavelength_nm", wavelength, 400, 700)
-    table = read_table(DATA / "williamson_hollins2022_iop_5nm.csv")
-    return np.asarray(np.interp(wavelength, table["wavelength_nm"], table[column]))
+    types = attenuation_types(source)
+    if jerlov_type not in types:
+        raise ValueError(f"expected a Jerlov type with Kd by {source} ({', '.join(types)}), got {jerlov_type!r}")
+    table = read_table(DATA / ATTENUATION_FILES[source])
+    return np.asarray(np.interp(wavelength, table["wavelength_nm"], table[f"Kd_{jerlov_type}"]))
+
+
+def attenuation_types(source: AttenuationSource) -> tuple[str, ...]:
+    """Jerlov types that a source tabulates Kd of, clearest first."""
+    names = read_table(DATA / ATTENUATION_FILES[source])
+    return tuple(name.removeprefix("Kd_") for name in names if name != "wavelength_nm")
+
+
+def _jerlov_column(
+    letter: str, jerlov_type: JerlovType, wavelength_nm: ArrayLike, source: WaterSource
+) -> NDArray[np.float64]:
+    wavelength = np.asarray(wavelength_nm, dtype=np.float64)
+    check_range("wavelength_nm", wavelength, 400, 700)
+    if source not in TYPES_OF_SOURCE:
+        raise ValueError(f"expected a source of Jerlov types ({', '.join(TYPES_OF_SOURCE)}), got {source!r}")
+    check_type_of_source(jerlov_type, source)
+    if source == "williamson-hollins":
+        table = read_table(DATA / "williamson_hollins2022_iop_5nm.csv")
+    else:
+        table = read_table(DATA / f"solonenko_mobley2015_{letter}.csv")
+    column = f"{letter}_{jerlov_type}"
+    values = _filled(table, jerlov_type) if np.isnan(table[column]).any() else table[column]
+    return np.asarray(np.interp(wavelength, table["wavelength_nm"], values))
+
+
+def _filled(table: dict[str, NDArray[np.float64]], jerlov_type: str) -> NDArray[np.float64]:
+    """Absorption of a type with gaps: between its neighbours, at the share of the way that it last stood at.
+
+    3C lies between 1C and 7C, 5C between 3C and 7C. At 500 to 575 nm 5C stands at 0.33, 0.32, 0.31 and 0.30 of the
+    way, so the last one is held; the neighbours differ there by 0.06 1/m at most.
+    """
+    below = {"3C": "1C", "5C": "3C"}[jerlov_type]
+    clearer = _filled(table, below) if below in ("3C", "5C") else table[f"a_{below}"]
+    values, murkier = table[f"a_{jerlov_type}"].copy(), table["a_7C"]
+    gap = np.isnan(values)
+    last = np.flatnonzero(~gap)[-1]
+    share = (values[last] - clearer[last]) / (murkier[last] - clearer[last])
+    values[gap] = (clearer + share * (murkier - clearer))[gap]
+    return values
 
 
 def check_range(name: str, value: ArrayLike, lowest: float, highest: float) -> None:

@@ -28,8 +28,8 @@ from rigs.specification import (
     PinholeSpec,
     Port,
     Rig,
-    Water,
 )
+from rigs.water import JerlovType, Water, WaterSource
 
 __all__ = [
     "BoxHull",
@@ -42,6 +42,7 @@ __all__ = [
     "GazeMirror",
     "Hull",
     "HullPlane",
+    "JerlovType",
     "Joint",
     "Joints",
     "Mount",
@@ -58,6 +59,7 @@ __all__ = [
     "TorpedoHull",
     "Vehicle",
     "Water",
+    "WaterSource",
     "load_document",
     "preset_names",
     "preset_path",

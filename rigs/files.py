@@ -19,6 +19,9 @@ PRESETS = Path(__file__).parent / "presets"
 STEP_SUFFIXES = (".step", ".stp")
 """STEP files carry their own unit."""
 
+FILE_KEYS = (("hull", "file"), ("water", "iop_file"), ("camera", "response_file"))
+"""Sections and keys of a rig file that name another file; a relative name is taken from the rig file's folder."""
+
 
 def preset_names() -> list[str]:
     """Names of the presets, in alphabetical order."""
@@ -98,23 +101,33 @@ def parse_rig(text: str, *, source: str, folder: Path) -> Rig:
         message, _, place = str(error).removesuffix(")").rpartition(" (at ")
         raise RigError(source, [Problem(place=place, value=None, expected=f"valid TOML: {message}")]) from None
     rig, problems = validate(document)
-    problems += _hull_file_problems(document, folder)
+    places = {problem.place for problem in problems}
+    problems += [problem for problem in _missing_files(document, folder) if problem.place not in places]
     if rig is None or problems:
         raise RigError(source, problems)
-    if rig.hull is not None and rig.hull.shape == "file":
-        file = (folder / rig.hull.file).resolve()
-        rig = rig.model_copy(update={"hull": rig.hull.model_copy(update={"file": file})})
+    for section, key in FILE_KEYS:
+        if _names_a_file(document, section, key):
+            here = getattr(rig, section)
+            file = (folder / getattr(here, key)).resolve()
+            rig = rig.model_copy(update={section: here.model_copy(update={key: file})})
     return rig
 
 
-def _hull_file_problems(document: Mapping[str, Any], folder: Path) -> list[Problem]:
-    hull = document.get("hull")
-    if not isinstance(hull, Mapping) or hull.get("shape") != "file" or not isinstance(hull.get("file"), str):
-        return []
-    file = (folder / hull["file"]).resolve()
-    if file.is_file():
-        return []
-    return [Problem(place="hull.file", value=hull["file"], expected=f"a file; there is none at {file}")]
+def _names_a_file(document: Mapping[str, Any], section: str, key: str) -> bool:
+    table = document.get(section)
+    return isinstance(table, Mapping) and isinstance(table.get(key), str)
+
+
+def _missing_files(document: Mapping[str, Any], folder: Path) -> list[Problem]:
+    problems = []
+    for section, key in FILE_KEYS:
+        if _names_a_file(document, section, key):
+            named = document[section][key]
+            file = (folder / named).resolve()
+            if not file.is_file():
+                expected = f"a file; there is none at {file}"
+                problems.append(Problem(place=f"{section}.{key}", value=named, expected=expected))
+    return problems
 
 
 def load_document(path: Path) -> tomlkit.TOMLDocument:

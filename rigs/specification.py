@@ -14,9 +14,9 @@ from pydantic import Field, model_validator
 
 from rigs.mounting import Hull, Joints, Mount, Servos, Vehicle
 from rigs.section import Number, Positive, Section, Vector3, Whole
+from rigs.water import Water
 
 PortMaterial = Literal["pmma", "polycarbonate", "n-bk7", "borofloat33", "sapphire", "fused-silica"]
-JerlovType = Literal["IB", "II", "III", "1C", "3C", "5C"]
 
 
 class CameraPose(Section):
@@ -33,7 +33,10 @@ class CameraPose(Section):
 
 
 class ImageSize(CameraPose):
-    """Pixels and intrinsics shared by both camera models; pixel (0, 0) is the centre of the top-left pixel."""
+    """Pixels and intrinsics shared by both camera models; pixel (0, 0) is the centre of the top-left pixel.
+
+    `response_file` is a CSV of the sensor's spectral response: wavelength_nm, red, green, blue.
+    """
 
     width_px: Annotated[Whole, Field(gt=0, le=20000)]
     height_px: Annotated[Whole, Field(gt=0, le=20000)]
@@ -41,6 +44,7 @@ class ImageSize(CameraPose):
     fy_px: Positive
     cx_px: Number
     cy_px: Number
+    response_file: Path | None = None
 
     @model_validator(mode="after")
     def _principal_point_is_in_the_image(self) -> Self:
@@ -125,14 +129,6 @@ class NoPortSpec(Section):
 
 
 Port = Annotated[FlatPortSpec | DomePortSpec | NoPortSpec, Field(discriminator="shape")]
-
-
-class Water(Section):
-    """The water the rig works in; index by Quan & Fry, optical properties by Jerlov type."""
-
-    salinity_ppt: Annotated[Number, Field(ge=0, le=35)] = 35.0
-    temperature_celsius: Annotated[Number, Field(ge=0, le=30)] = 20.0
-    jerlov_type: JerlovType = "IB"
 
 
 class FlatMirror(Section):

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform
 
 from optics.arrays import check_vector
-from rigs import Rig
-from rigs.specification import JerlovType
+from rigs import JerlovType, Rig
 from scenes.light import Light, Sun, underwater_light
 from scenes.worlds import WORLDS, World
 
