@@ -168,4 +168,5 @@ def check_range(name: str, value: ArrayLike, lowest: float, highest: float) -> N
     """Raise a `ValueError` that says what was expected and what came; NaN is outside every range."""
     values = np.asarray(value, dtype=np.float64)
     if not ((values >= lowest) & (values <= highest)).all():
-        raise ValueError(f"expected {name} between {lowest:g} and {highest:g}, got {value!r}")
+        came = repr(value) if values.ndim == 0 else f"{values.min():g} to {values.max():g}"
+        raise ValueError(f"expected {name} between {lowest:g} and {highest:g}, got {came}")
