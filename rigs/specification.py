@@ -12,6 +12,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from rigs.image_sensor import ImageSensorSpec
 from rigs.mounting import Hull, Joints, Mount, Servos, Vehicle
 from rigs.section import Number, Positive, Section, Vector3, Whole
 from rigs.water import Water
@@ -178,6 +179,7 @@ class Rig(Section):
     camera: Camera
     port: Port
     water: Water = Water()
+    image_sensor: ImageSensorSpec | None = None
     fold_mirror: FoldMirror | None = None
     gaze_mirror: GazeMirror | None = None
     joints: Joints | None = None

@@ -1,0 +1,28 @@
+"""The image sensor: from radiance in front of the lens to the picture a robot gets, in the terms of EMVA 1288."""
+
+from scenes.sensor.automatic import next_settings, settled_settings, start_settings
+from scenes.sensor.capture import Capture, capture
+from scenes.sensor.colour import develop, grey_card_gains
+from scenes.sensor.model import ImageSensor
+from scenes.sensor.noise import frame_generator
+from scenes.sensor.readout import CameraSettings, RawImage, expose
+from scenes.sensor.shutter import ExposurePlan, assemble, exposure_plan, sample_count
+
+__all__ = [
+    "CameraSettings",
+    "Capture",
+    "ExposurePlan",
+    "ImageSensor",
+    "RawImage",
+    "assemble",
+    "capture",
+    "develop",
+    "expose",
+    "exposure_plan",
+    "frame_generator",
+    "grey_card_gains",
+    "next_settings",
+    "sample_count",
+    "settled_settings",
+    "start_settings",
+]

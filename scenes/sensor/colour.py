@@ -1,0 +1,81 @@
+"""Colour: white balance, and the picture that is made of digital numbers."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scenes.sensor.bayer import demosaic
+from scenes.sensor.model import ImageSensor, electron_rate
+from scenes.sensor.readout import RawImage
+from scenes.spectrum import Bands, camera_bands
+
+Rgb = tuple[float, float, float]
+
+LOOK_UP_SIZE = 2**16
+"""OpenCV looks up 16-bit images in tables of this length."""
+
+CURVE_STEPS = 4096
+"""Steps of the tabulated transfer curve; where it is steepest, one is an eighth of a step of the 8-bit picture."""
+
+
+def develop(raw: RawImage, sensor: ImageSensor) -> NDArray[np.uint8]:
+    """Picture of a raw image: black level off, white balance, bilinear colours between the filters, sRGB curve.
+
+    Each channel is multiplied by its white-balance gain and cut at full scale; as no gain is below 1, what saturates
+    is white.
+
+    Returns
+    -------
+    array
+        uint8, shape (height, width, 3): red, green, blue.
+    """
+    numbers = raw.digital_numbers
+    if numbers.dtype != np.uint16:
+        numbers = np.rint(numbers).astype(np.uint16)
+    colours = demosaic(numbers, sensor.spec.bayer)
+    tables = np.full((1, LOOK_UP_SIZE, 3), 255, dtype=np.uint8)
+    linear = (np.arange(sensor.largest_dn + 1) - sensor.spec.black_level_dn) / full_range(sensor)
+    for channel, gain in enumerate(raw.settings.white_gains):
+        step = np.clip(linear * gain, 0, 1) * CURVE_STEPS
+        tables[0, : linear.size, channel] = _curve()[np.rint(step).astype(np.int64)]
+    return np.asarray(cv2.LUT(colours, tables))
+
+
+def srgb_encode(linear: ArrayLike) -> NDArray[np.float64]:
+    """Transfer curve of sRGB (IEC 61966-2-1) for linear values from 0 to 1."""
+    linear = np.asarray(linear, dtype=np.float64)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+@cache
+def _curve() -> NDArray[np.uint8]:
+    return np.round(srgb_encode(np.arange(CURVE_STEPS + 1) / CURVE_STEPS) * 255).astype(np.uint8)
+
+
+def full_range(sensor: ImageSensor) -> int:
+    """Digital numbers from black to full scale."""
+    return sensor.largest_dn - sensor.spec.black_level_dn
+
+
+def balancing_gains(level: ArrayLike, largest_gain: float) -> Rgb:
+    """Gains that make a colour grey, at least 1 and at most `largest_gain`.
+
+    Parameters
+    ----------
+    level : array_like, shape (3,)
+        Linear signal of the colour in red, green and blue.
+    largest_gain : float
+    """
+    level = np.asarray(level, dtype=np.float64)
+    gains = np.clip(level.max() / np.maximum(level, 1e-9 * max(level.max(), 1e-30)), 1, largest_gain)
+    return (float(gains[0]), float(gains[1]), float(gains[2]))
+
+
+def grey_card_gains(card_radiance: ArrayLike, sensor: ImageSensor, bands: Bands | None = None) -> Rgb:
+    """White-balance gains of a camera set on a grey card of a given radiance, shape (3,), any scale."""
+    signal = np.asarray(card_radiance) * electron_rate(sensor.spec, bands or camera_bands())
+    return balancing_gains(signal, sensor.spec.white_balance.largest_gain)

@@ -1,0 +1,147 @@
+"""An image sensor behind its lens: the rig file's numbers in SI, and what differs from pixel to pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.constants import c as speed_of_light
+from scipy.constants import h as planck
+
+from rigs import Rig
+from rigs.image_sensor import ImageSensorSpec
+from rigs.specification import Camera, PinholeSpec
+from scenes.sensor.bayer import mosaic
+from scenes.sensor.noise import fixed_pattern
+from scenes.spectrum import Bands, camera_bands
+
+FloatImage = NDArray[np.float32]
+
+DARK_CURRENT_REFERENCE_CELSIUS = 25.0
+"""Temperature at which the rig file gives the dark current."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImageSensor:
+    """A sensor of a given image size; planes are (height, width), or (height, width, 3) without a Bayer mosaic.
+
+    Attributes
+    ----------
+    spec : ImageSensorSpec
+        The rig file's numbers.
+    height_px, width_px : int
+    responsivity : array, planes
+        Electrons per second and radiance, 1 / (s W/(m^2 sr nm)): lens, pixel, band, quantum efficiency, vignetting and
+        PRNU.
+    dark_offset_e : array, planes
+        DSNU, electrons.
+    row_time_s : float
+        From one row of this image to the next; 0 for a global shutter.
+    """
+
+    spec: ImageSensorSpec
+    height_px: int
+    width_px: int
+    responsivity: FloatImage
+    dark_offset_e: FloatImage
+    row_time_s: float
+
+    @classmethod
+    def from_rig(
+        cls, rig: Rig, *, width_px: int | None = None, height_px: int | None = None, bands: Bands | None = None
+    ) -> Self:
+        """Sensor of a rig, or a nominal one where the rig names none.
+
+        An image smaller than the camera's is taken from every second, third ... pixel: a pixel stays what it is, and
+        the whole image takes as long to read.
+
+        Parameters
+        ----------
+        rig : Rig
+        width_px, height_px : int, optional
+            Size of the image; the camera's own by default.
+        bands : Bands, optional
+            Bands that the radiance is averaged over; the renderer's by default.
+
+        Raises
+        ------
+        ValueError
+            When the rows take longer to read than a frame lasts.
+        """
+        spec = rig.image_sensor or ImageSensorSpec()
+        width, height = width_px or rig.camera.width_px, height_px or rig.camera.height_px
+        read_out_s, frame_s = spec.row_time_us * 1e-6 * rig.camera.height_px, 1 / spec.frame_rate_hz
+        if read_out_s > frame_s:
+            raise ValueError(
+                f"image_sensor.row_time_us = {spec.row_time_us:g}: expected {rig.camera.height_px} rows within a frame "
+                f"({1e3 * frame_s:.1f} ms at {spec.frame_rate_hz:g} Hz), which allows "
+                f"{1e6 * frame_s / rig.camera.height_px:.1f} us; they take {1e3 * read_out_s:.1f} ms"
+            )
+        illumination = relative_illumination(rig.camera, width, height, spec.vignetting)
+        by_channel = electron_rate(spec, bands or camera_bands())
+        ideal = mosaic((illumination[..., None] * by_channel).astype(np.float32), spec.bayer)
+        gain_pattern, offset_pattern = fixed_pattern(spec.pattern_seed, ideal.shape)
+        return cls(
+            spec=spec,
+            height_px=height,
+            width_px=width,
+            responsivity=ideal * np.maximum(1 + np.float32(spec.prnu) * gain_pattern, 0),
+            dark_offset_e=np.float32(spec.dsnu_e) * offset_pattern,
+            row_time_s=read_out_s / height,
+        )
+
+    @property
+    def largest_dn(self) -> int:
+        """Full scale of the converter, digital numbers."""
+        return int(2**self.spec.bits) - 1
+
+    @property
+    def frame_time_s(self) -> float:
+        """From one frame to the next."""
+        return 1 / self.spec.frame_rate_hz
+
+    @property
+    def dark_current_e_per_s(self) -> float:
+        """Dark current at the sensor's temperature: it doubles every few kelvin (EMVA 1288 R4 Linear, section 2.6)."""
+        above = self.spec.temperature_celsius - DARK_CURRENT_REFERENCE_CELSIUS
+        return float(self.spec.dark_current_e_per_s * 2 ** (above / self.spec.dark_current_doubling_celsius))
+
+    def electrons_per_dn(self, gain_db: float) -> float:
+        """1 / K at an analogue gain."""
+        return float(self.spec.gain_e_per_dn / 10 ** (gain_db / 20))
+
+
+def electron_rate(spec: ImageSensorSpec, bands: Bands) -> NDArray[np.float64]:
+    """Electrons per second and radiance on the axis, shape (3,), 1 / (s W/(m^2 sr nm)).
+
+    Irradiance behind a lens focused far away is E = pi L tau / (4 N^2). A band's radiance is an average weighted by the
+    response per watt, which has its peak QE lambda / (h c) at the band's middle; its integral over wavelength is that
+    peak times the width of a Gaussian of the band's variance, sqrt(2 pi) sigma. `docs/sensor.md` derives it.
+    """
+    middle_nm = bands.weight @ bands.wavelength_nm
+    variance_nm2 = bands.weight @ bands.wavelength_nm**2 - middle_nm**2
+    width_nm = np.sqrt(2 * np.pi * variance_nm2)
+    per_joule = np.asarray(spec.quantum_efficiency) * middle_nm * 1e-9 / (planck * speed_of_light)
+    lens = np.pi * spec.lens_transmittance / (4 * spec.f_number**2)
+    area_m2 = (spec.pixel_pitch_um * 1e-6) ** 2
+    return np.asarray(lens * area_m2 * width_nm * per_joule)
+
+
+def relative_illumination(camera: Camera, width_px: int, height_px: int, vignetting: str) -> NDArray[np.float64]:
+    """Irradiance of an even scene relative to that on the axis, shape (height, width).
+
+    A pinhole lens falls off as cos^4 of the angle in air. Fisheyes are built against that fall, by pupils that turn and
+    grow with the angle: theirs is taken as even.
+    """
+    if vignetting == "none" or not isinstance(camera, PinholeSpec):
+        return np.ones((height_px, width_px))
+    # Pixel centres of the smaller image in the camera's own pixels.
+    u = (np.arange(width_px) + 0.5) * camera.width_px / width_px - 0.5
+    v = (np.arange(height_px) + 0.5) * camera.height_px / height_px - 0.5
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 1, 2)
+    matrix = np.array([[camera.fx_px, 0, camera.cx_px], [0, camera.fy_px, camera.cy_px], [0, 0, 1]])
+    slope = cv2.undistortPoints(pixels, matrix, np.array(camera.distortion)).reshape(height_px, width_px, 2)
+    return np.asarray((1 + (slope**2).sum(axis=-1)) ** -2)
