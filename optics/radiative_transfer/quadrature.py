@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import assoc_legendre_p_all
+from scipy.special import assoc_legendre_p_all, gammaln
 
 from optics.radiative_transfer.surface import cosine_in_water, critical_cosine
 
@@ -62,5 +62,9 @@ def harmonics(degrees: int, cosine: FloatArray) -> FloatArray:
     array, shape (m, l, k)
         Orders 0 to `degrees` - 1, degrees 0 to `degrees` - 1 (zero where l < m), at the k cosines.
     """
-    table = assoc_legendre_p_all(degrees - 1, degrees - 1, cosine, norm=True)[0]
-    return np.ascontiguousarray(np.moveaxis(table[:, :degrees], 1, 0))
+    # SciPy 1.17's own norm=True forgets the norm at cosines of exactly 1 and -1.
+    table = assoc_legendre_p_all(degrees - 1, degrees - 1, cosine)[0][:, :degrees]
+    degree, order = np.arange(degrees)[:, None], np.arange(degrees)
+    ratio = gammaln(np.maximum(degree - order, 0) + 1) - gammaln(degree + order + 1)
+    normalised = table * np.sqrt((2 * degree + 1) / 2 * np.exp(ratio))[..., None]
+    return np.ascontiguousarray(np.moveaxis(normalised, 1, 0))
