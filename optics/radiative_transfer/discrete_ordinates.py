@@ -1,7 +1,7 @@
 """Discrete ordinates: the modes of light in homogeneous, infinitely deep water under a flat surface.
 
-Stamnes, Tsay, Wiscombe & Jayaweera 1988, Applied Optics 27, 2502, with the half-size symmetric eigenproblem of Nakajima &
-Tanaka 1986, J. Quant. Spectrosc. Radiat. Transfer 35, 13. `docs/radiative_transfer.md` writes the equations.
+Stamnes, Tsay, Wiscombe & Jayaweera 1988, Applied Optics 27, 2502, with the half-size symmetric eigenproblem of
+Nakajima & Tanaka 1986, J. Quant. Spectrosc. Radiat. Transfer 35, 13. `docs/radiative_transfer.md` writes the equations.
 """
 
 from __future__ import annotations
@@ -56,7 +56,6 @@ def solve(
     sun_irradiance: float,
     sky_radiance: FloatArray,
     outside: int,
-    window: int,
 ) -> Modes:
     """Solve the radiative-transfer equation for one wavelength.
 
@@ -69,11 +68,11 @@ def solve(
     sun_irradiance : float
         On a plane normal to the beam, above the surface.
     sky_radiance : array, shape (window,)
-        Above the surface, at the cosines `Streams.cosine_air`.
-    outside, window : int
-        Number of streams per hemisphere outside and inside Snell's window.
+        Above the surface, at the cosines `Streams.cosine_air` of as many streams in Snell's window.
+    outside : int
+        Number of streams per hemisphere outside it.
     """
-    nodes = streams(n_water, outside=outside, window=window)
+    nodes = streams(n_water, outside=outside, window=len(sky_radiance))
     transport = _transport(albedo, phase_moments, nodes)
     sun_cosine = float(cosine_in_water(sun_cosine_air, n_water))
     beam = sun_irradiance * float(transmittance(sun_cosine_air, n_water)) * sun_cosine_air / sun_cosine
@@ -115,7 +114,7 @@ def parity(orders: int) -> FloatArray:
 def radiance_moments(nodes: Streams, legendre: FloatArray, radiance: FloatArray) -> FloatArray:
     """Integrals ``int Y_lm L_m dmu`` over both hemispheres: shape (m, l, k) of a radiance (m, 2, n, k)."""
     weighted = legendre * nodes.weight
-    return weighted @ radiance[:, 0] + parity(len(legendre))[..., None] * (weighted @ radiance[:, 1])
+    return np.asarray(weighted @ radiance[:, 0] + parity(len(legendre))[..., None] * (weighted @ radiance[:, 1]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +142,7 @@ def _transport(albedo: float, phase_moments: FloatArray, nodes: Streams) -> _Tra
     turned = np.swapaxes(reduced, -1, -2)
     sum_operator = loss - turned @ np.where(even, scattered, 0)
     odd = loss - turned @ np.where(even, 0, scattered)
-    factor = np.linalg.cholesky(sum_operator)
+    factor = np.asarray(np.linalg.cholesky(sum_operator), dtype=np.float64)
     squared, vectors = np.linalg.eigh(np.swapaxes(factor, -1, -2) @ odd @ factor)
     return _Transport(
         scale=np.sqrt(nodes.weight * nodes.cosine),
@@ -190,9 +189,9 @@ def _off_resonance(beam_rate: float, rate: FloatArray) -> FloatArray:
 def _amplitudes(
     nodes: Streams, n_water: float, modes: FloatArray, particular: FloatArray, sky_radiance: FloatArray
 ) -> FloatArray:
-    """Amplitudes (m, k) with which light from above is refracted sky and what the surface reflects of that from below."""
+    """Amplitudes (m, k) with which light from above is refracted sky and light from below reflected."""
     reflected = internal_reflectance(nodes.cosine, n_water)[:, None]
     arriving = -(particular[:, 0] - reflected * particular[:, 1])
     sky = transmittance(nodes.cosine_air, n_water) * n_water**2 * sky_radiance
     arriving[0, -len(sky) :, 0] += sky
-    return np.linalg.solve(modes[:, 0] - reflected * modes[:, 1], arriving)[..., 0]
+    return np.asarray(np.linalg.solve(modes[:, 0] - reflected * modes[:, 1], arriving)[..., 0], dtype=np.float64)

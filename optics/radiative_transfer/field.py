@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from optics.inherent_optics import InherentOptics
-from optics.radiative_transfer.delta_scaling import DEGREES, Scaled, delta_scaled
-from optics.radiative_transfer.discrete_ordinates import Modes, solve
+from optics.radiative_transfer.column import WINDOW_STREAMS, Column, fourier, multiple_radiance, solve_column
+from optics.radiative_transfer.delta_scaling import DEGREES
 from optics.radiative_transfer.grids import SHALLOWEST_M, azimuths_rad, cosines, depths_m
 from optics.radiative_transfer.irradiance import irradiance_on_planes, irradiances
-from optics.radiative_transfer.line_of_sight import many_times_scattered, scattering_angle
 from optics.radiative_transfer.quadrature import window_cosines_air
-from optics.radiative_transfer.surface import internal_reflectance
 
 FloatArray = NDArray[np.float64]
 
-OUTSIDE_STREAMS = 24
-WINDOW_STREAMS = 24
 DEEPEST_M = 40.0
 
 
@@ -111,51 +107,56 @@ def radiance_field(
     sky = np.asarray(sky_radiance(window_cosines_air(WINDOW_STREAMS)), dtype=np.float64)
     _check(optics, sun_cosine_air, sun, sky, deepest_m)
     moments = optics.moments(DEGREES + 1)
-    solutions = []
-    for position, index in enumerate(optics.n_water):
-        scaled = delta_scaled(optics.absorption[position], optics.scattering[position], moments[position])
-        modes = solve(
-            albedo=scaled.albedo,
-            phase_moments=scaled.phase_moments,
-            n_water=float(index),
+    columns = [
+        solve_column(
+            absorption=float(optics.absorption[position]),
+            scattering=float(optics.scattering[position]),
+            moments=moments[position],
+            phase=_phase_function(optics, position),
+            n_water=float(optics.n_water[position]),
             sun_cosine_air=sun_cosine_air,
             sun_irradiance=float(sun[position]),
             sky_radiance=sky[position],
-            outside=OUTSIDE_STREAMS,
-            window=WINDOW_STREAMS,
         )
-        solutions.append((scaled, modes))
-    return _tabulated(optics, solutions, deepest_m)
+        for position in range(len(optics.wavelength_nm))
+    ]
+    return _tabulated(optics, columns, deepest_m)
 
 
-def _tabulated(optics: InherentOptics, solutions: list[tuple[Scaled, Modes]], deepest_m: float) -> RadianceField:
-    """Tables of what was solved, one solution per wavelength."""
+def _phase_function(optics: InherentOptics, position: int) -> Callable[[FloatArray], FloatArray]:
+    """Phase function at one wavelength, of angles of any shape."""
+    one = replace(
+        optics,
+        **{
+            name: getattr(optics, name)[position : position + 1]
+            for name in ("wavelength_nm", "absorption", "scattering", "molecular_fraction", "n_water")
+        },
+    )
+    return lambda angle: one.phase_function(angle.ravel())[0].reshape(angle.shape)
+
+
+def _tabulated(optics: InherentOptics, columns: list[Column], deepest_m: float) -> RadianceField:
+    """Tables of what was solved, one column per wavelength."""
     depth, cosine, azimuth = depths_m(deepest_m), cosines(optics.n_water), azimuths_rad()
-    fourier = np.cos(np.outer(np.arange(DEGREES), azimuth))
-    multiple, irradiance, layers = [], [], []
-    for position, (scaled, modes) in enumerate(solutions):
-        tau = scaled.attenuation * depth
-        often = np.tensordot(many_times_scattered(modes, tau, cosine), fourier, axes=(0, 0))
-        multiple.append(often + _once_and_reflected(optics, position, scaled, modes, tau, cosine, azimuth))
-        irradiance.append(np.tensordot(irradiance_on_planes(modes, tau, cosine), fourier, axes=(0, 0)))
-        layers.append(irradiances(modes, tau))
-    attenuation = np.array([scaled.attenuation for scaled, _ in solutions])
+    attenuation = np.array([column.scaled.attenuation for column in columns])
+    layers = [irradiances(column.modes, column.scaled.attenuation * depth) for column in columns]
+    planes = [irradiance_on_planes(column.modes, column.scaled.attenuation * depth, cosine) for column in columns]
     down, up = np.stack([e.downwelling for e in layers]), np.stack([e.upwelling for e in layers])
     scalar_down, scalar_up = np.stack([e.scalar_down for e in layers]), np.stack([e.scalar_up for e in layers])
     return RadianceField(
         wavelength_nm=optics.wavelength_nm,
         n_water=optics.n_water,
-        sun_cosine=np.array([modes.sun_cosine for _, modes in solutions]),
-        sun_irradiance=np.array([modes.sun_irradiance for _, modes in solutions]),
+        sun_cosine=np.array([column.modes.sun_cosine for column in columns]),
+        sun_irradiance=np.array([column.modes.sun_irradiance for column in columns]),
         attenuation=optics.beam_attenuation,
         beam_attenuation=attenuation,
-        forward_fraction=np.array([scaled.forward_fraction for scaled, _ in solutions]),
-        asymptotic_attenuation=attenuation * [modes.rate[0].min() for _, modes in solutions],
+        forward_fraction=np.array([column.scaled.forward_fraction for column in columns]),
+        asymptotic_attenuation=attenuation * [column.modes.rate[0, :-1].min() for column in columns],
         depth_m=depth,
         cosine=cosine,
         azimuth_rad=azimuth,
-        multiple=np.stack(multiple),
-        irradiance=np.stack(irradiance),
+        multiple=np.stack([multiple_radiance(column, depth, cosine, azimuth) for column in columns]),
+        irradiance=np.tensordot(np.stack(planes), fourier(DEGREES, azimuth), axes=(1, 0)),
         downwelling=down,
         upwelling=up,
         scalar=scalar_down + scalar_up,
@@ -163,28 +164,6 @@ def _tabulated(optics: InherentOptics, solutions: list[tuple[Scaled, Modes]], de
         mean_cosine_down=down / scalar_down,
         mean_cosine_up=up / scalar_up,
     )
-
-
-def _once_and_reflected(
-    optics: InherentOptics,
-    position: int,
-    scaled: Scaled,
-    modes: Modes,
-    optical_depth: FloatArray,
-    cosine: FloatArray,
-    azimuth: FloatArray,
-) -> FloatArray:
-    """Sunlight that was scattered once, up, and then reflected down by the surface: shape (z, m, p)."""
-    result = np.zeros((len(optical_depth), len(cosine), len(azimuth)))
-    looked = cosine > 0
-    upwards = cosine[looked]
-    angle = scattering_angle(-upwards, azimuth, modes.sun_cosine)
-    phase = optics.phase_function(angle.ravel())[position].reshape(angle.shape)
-    scattered = optics.scattering[position] / scaled.attenuation * phase * modes.sun_irradiance
-    at_surface = scattered / (1 + upwards / modes.sun_cosine)[:, None]
-    reflected = internal_reflectance(upwards, modes.n_water)[:, None] * at_surface
-    result[:, looked] = np.exp(-optical_depth[:, None] / upwards)[..., None] * reflected
-    return result
 
 
 def _check(

@@ -29,10 +29,10 @@ def transmittance(cosine_air: ArrayLike, n_water: ArrayLike) -> FloatArray:
     Radiance that goes down is multiplied by this and by the index squared. Born & Wolf, Principles of Optics,
     section 1.5.3.
     """
-    air = np.asarray(cosine_air, dtype=np.float64)
-    water = cosine_in_water(air, n_water)
-    s, p = air + n_water * water, n_water * air + water
-    return np.asarray(2 * n_water * air * water * (1 / s**2 + 1 / p**2))
+    air, n = np.asarray(cosine_air, dtype=np.float64), np.asarray(n_water, dtype=np.float64)
+    water = cosine_in_water(air, n)
+    s, p = air + n * water, n * air + water
+    return np.asarray(2 * n * air * water * (1 / s**2 + 1 / p**2))
 
 
 def internal_reflectance(cosine_water: ArrayLike, n_water: ArrayLike) -> FloatArray:
