@@ -103,7 +103,7 @@ def beam_source(scattering_moments: FloatArray, legendre: FloatArray, sun_cosine
     count = len(scattering_moments)
     at_sun = harmonics(count, np.array([sun_cosine]))[..., 0]
     share = np.where(np.arange(count) == 0, 1.0, 2.0) / (2 * np.pi)
-    return np.einsum("m,ml,mlk->mk", share, scattering_moments * at_sun, legendre)
+    return np.asarray(np.einsum("m,ml,mlk->mk", share, scattering_moments * at_sun, legendre))
 
 
 def parity(orders: int) -> FloatArray:

@@ -120,7 +120,7 @@ def radiance_field(
         )
         for position in range(len(optics.wavelength_nm))
     ]
-    return _tabulated(optics, columns, deepest_m)
+    return _tabulated(optics, columns, sun_cosine_air, deepest_m)
 
 
 def _phase_function(optics: InherentOptics, position: int) -> Callable[[FloatArray], FloatArray]:
@@ -135,9 +135,9 @@ def _phase_function(optics: InherentOptics, position: int) -> Callable[[FloatArr
     return lambda angle: one.phase_function(angle.ravel())[0].reshape(angle.shape)
 
 
-def _tabulated(optics: InherentOptics, columns: list[Column], deepest_m: float) -> RadianceField:
+def _tabulated(optics: InherentOptics, columns: list[Column], sun_cosine_air: float, deepest_m: float) -> RadianceField:
     """Tables of what was solved, one column per wavelength."""
-    depth, cosine, azimuth = depths_m(deepest_m), cosines(optics.n_water), azimuths_rad()
+    depth, cosine, azimuth = depths_m(deepest_m), cosines(optics.n_water, sun_cosine_air), azimuths_rad()
     attenuation = np.array([column.scaled.attenuation for column in columns])
     layers = [irradiances(column.modes, column.scaled.attenuation * depth) for column in columns]
     planes = [irradiance_on_planes(column.modes, column.scaled.attenuation * depth, cosine) for column in columns]

@@ -5,19 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.radiative_transfer.surface import critical_cosine
+from optics.radiative_transfer.surface import cosine_in_water, critical_cosine
 
 FloatArray = NDArray[np.float64]
 
 DEPTH_COUNT = 32
 SHALLOWEST_M = 0.05
 AZIMUTH_DEG = (0, 4, 8, 12, 17, 23, 30, 38, 47, 57, 68, 80, 95, 110, 130, 155, 180)
-WINDOW_DEG = (47.9, 47, 45.5, 43, 40, 36, 32, 28, 24, 20, 16, 12.5, 9, 6, 3.5, 1.5, 0)
+WINDOW_DEG = (47.8, 47.4, 46.8, 45.5, 43, 40, 36, 32, 28, 24, 20, 16, 12.5, 9, 6, 3.5, 1.5, 0)
 """From the vertical: in steps that become small towards the zenith, where the cosine hardly changes, and towards the
 edge of Snell's window, behind which the surface's reflectance falls steeply."""
 
-OUTSIDE_SHARES = (0.01, 0.03, 0.06, 0.1, 0.16, 0.24, 0.34, 0.45, 0.56, 0.67, 0.78, 0.9)
+OUTSIDE_SHARES = (0.01, 0.03, 0.06, 0.1, 0.16, 0.24, 0.34, 0.45, 0.56, 0.67, 0.77, 0.85, 0.91, 0.955, 0.985)
 """Cosines outside the window, as shares of that of its edge."""
+
+SUN_OFFSETS_DEG = (-10, -6, -3, 0, 3, 6, 10)
+"""From the refracted sun, around which light scattered by small angles more than once makes a second aureole."""
 
 LOOKING_DOWN = (-1.0, -0.98, -0.92, -0.83, -0.73, -0.62, -0.51, -0.41, -0.31, -0.22, -0.15, -0.1, -0.06, -0.03, -0.01)
 HORIZON = 1e-6
@@ -29,12 +32,14 @@ def depths_m(deepest_m: float) -> FloatArray:
     return np.concatenate([[0.0], np.geomspace(SHALLOWEST_M, deepest_m, DEPTH_COUNT - 1)])
 
 
-def cosines(n_water: FloatArray) -> FloatArray:
-    """Cosines of the directions looked along, ascending; dense at the horizon and just inside Snell's window."""
+def cosines(n_water: FloatArray, sun_cosine_air: float) -> FloatArray:
+    """Cosines of the directions looked along, ascending; dense at horizon, zenith, sun, and edge of Snell's window."""
     edges = critical_cosine(np.array([n_water.min(), n_water.max()]))
     outside = np.multiply(OUTSIDE_SHARES, edges[0])
-    window = np.cos(np.radians(WINDOW_DEG))
-    return np.unique(np.concatenate([LOOKING_DOWN, [-HORIZON, HORIZON], outside, edges, window[window > edges[1]]]))
+    sun = np.degrees(np.arccos(cosine_in_water(sun_cosine_air, n_water.mean())))
+    upwards = np.concatenate([WINDOW_DEG, np.maximum(sun + SUN_OFFSETS_DEG, 0)])
+    window = np.cos(np.radians(upwards))
+    return np.unique(np.concatenate([LOOKING_DOWN, [-HORIZON, HORIZON], outside, edges, window]))
 
 
 def azimuths_rad() -> FloatArray:

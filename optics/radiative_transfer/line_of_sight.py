@@ -11,6 +11,10 @@ from optics.radiative_transfer.surface import internal_reflectance
 
 FloatArray = NDArray[np.float64]
 
+RESONANCE = 1e-6
+"""A line of sight along which the water dims light just as a mode decays, to this share, is tilted by as much: less
+than 1e-4 degrees. Nearer, the difference of both would be lost to rounding."""
+
 
 def many_times_scattered(modes: Modes, optical_depth: FloatArray, cosine: FloatArray) -> FloatArray:
     """Fourier components of the radiance that is neither sky or sun unscattered nor sun scattered only once.
@@ -46,19 +50,18 @@ def many_times_scattered(modes: Modes, optical_depth: FloatArray, cosine: FloatA
 def _from_below(modes: Modes, optical_depth: FloatArray, cosine: FloatArray, source: FloatArray) -> FloatArray:
     """``int_tau^inf J(t) exp(-(t - tau) / |mu|) dt / |mu|`` of ``J = sum source_k exp(-rate_k t)``."""
     decay = np.exp(-modes.rate[:, None, :] * optical_depth[:, None])
-    return decay @ (source / (1 - modes.rate[..., None] * cosine))
+    return np.asarray(decay @ (source / (1 - modes.rate[..., None] * cosine)))
 
 
 def _from_above(modes: Modes, optical_depth: FloatArray, cosine: FloatArray, source: FloatArray) -> FloatArray:
     """``int_0^tau J(t) exp(-(tau - t) / mu) dt / mu`` of ``J = sum source_k exp(-rate_k t)``."""
-    slant = optical_depth[:, None] / cosine
-    result = np.empty((len(source), *slant.shape))
-    for order, (rates, sources) in enumerate(zip(modes.rate, source, strict=True)):
-        path = rates[:, None, None] * optical_depth[:, None]
-        difference = np.abs(slant - path)
-        result[order] = np.einsum("kzp,kp->zp", np.exp(-np.minimum(slant, path)) * _mean_decay(difference), sources)
-        result[order] *= slant
-    return result
+    gap = 1 - modes.rate[..., None] * cosine
+    resonant = (np.abs(gap) < RESONANCE).any(axis=1)
+    along = np.where(resonant, cosine * (1 + 2 * RESONANCE), cosine)
+    shared = source / (1 - modes.rate[..., None] * along[:, None, :])
+    decay = np.exp(-modes.rate[:, None, :] * optical_depth[:, None])
+    dimmed = np.exp(-optical_depth[:, None] / along[:, None, :])
+    return np.asarray(decay @ shared - dimmed * shared.sum(axis=1)[:, None, :])
 
 
 def _mean_decay(exponent: FloatArray) -> FloatArray:
