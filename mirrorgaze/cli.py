@@ -22,6 +22,7 @@ from mirrorgaze.commands import (
     search,
     sizing,
     tolerance,
+    water,
 )
 from mirrorgaze.errors import with_exit_status
 
@@ -37,6 +38,7 @@ COMMANDS = (
     coverage.coverage,
     gaze.gaze,
     gaze.virtual_camera,
+    water.water,
     ports.port,
     calibration.calibrate_study,
     tolerance.tolerance,

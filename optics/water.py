@@ -131,6 +131,14 @@ def attenuation_types(source: AttenuationSource) -> tuple[str, ...]:
     return tuple(name.removeprefix("Kd_") for name in names if name != "wavelength_nm")
 
 
+def filled_wavelengths_nm(jerlov_type: JerlovType, source: WaterSource) -> NDArray[np.float64]:
+    """Wavelengths from 400 nm on at which a source's table gives no absorption of a type, and `absorption` fills it."""
+    if source != "solonenko-mobley":
+        return np.array([])
+    table = read_table(DATA / "solonenko_mobley2015_a.csv")
+    return table["wavelength_nm"][np.isnan(table[f"a_{jerlov_type}"]) & (table["wavelength_nm"] >= 400)]
+
+
 def _jerlov_column(
     letter: str, jerlov_type: JerlovType, wavelength_nm: ArrayLike, source: WaterSource
 ) -> NDArray[np.float64]:
@@ -168,5 +176,5 @@ def check_range(name: str, value: ArrayLike, lowest: float, highest: float) -> N
     """Raise a `ValueError` that says what was expected and what came; NaN is outside every range."""
     values = np.asarray(value, dtype=np.float64)
     if not ((values >= lowest) & (values <= highest)).all():
-        came = repr(value) if values.ndim == 0 else f"{values.min():g} to {values.max():g}"
+        came = repr(values.item()) if values.ndim == 0 else f"{values.min():g} to {values.max():g}"
         raise ValueError(f"expected {name} between {lowest:g} and {highest:g}, got {came}")

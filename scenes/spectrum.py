@@ -13,6 +13,7 @@ from scipy.special import expit
 
 from optics.tables import read_table
 from optics.user_tables import read_spectra
+from rigs import Camera
 
 FloatArray = NDArray[np.float64]
 
@@ -108,6 +109,11 @@ def camera_bands(response: CameraResponse | None = None) -> Bands:
         wavelength_nm=np.concatenate([nodes for nodes, _ in rules]),
         weight=np.asarray(block_diag(*(weights for _, weights in rules)), dtype=np.float64),
     )
+
+
+def bands_of_camera(camera: Camera) -> Bands:
+    """Bands of a rig's camera: by its `response_file`, or the nominal ones."""
+    return camera_bands() if camera.response_file is None else camera_bands(read_camera_response(camera.response_file))
 
 
 def _quadrature(wavelength_nm: FloatArray, channel: FloatArray) -> tuple[FloatArray, FloatArray]:
