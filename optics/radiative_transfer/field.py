@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.inherent_optics import InherentOptics
+from optics.radiative_transfer.cache import cache_folder, content_key, load_arrays, save_arrays
 from optics.radiative_transfer.column import WINDOW_STREAMS, Column, fourier, multiple_radiance, solve_column
 from optics.radiative_transfer.delta_scaling import DEGREES
 from optics.radiative_transfer.grids import SHALLOWEST_M, azimuths_rad, cosines, depths_m
@@ -84,7 +86,7 @@ def radiance_field(
     sky_radiance: Callable[[FloatArray], FloatArray],
     deepest_m: float = DEEPEST_M,
 ) -> RadianceField:
-    """Solve for the light in homogeneous, infinitely deep water under a flat surface.
+    """Light in homogeneous, infinitely deep water under a flat surface; from the cache when it can be.
 
     Parameters
     ----------
@@ -106,6 +108,24 @@ def radiance_field(
     sun = np.asarray(sun_irradiance, dtype=np.float64)
     sky = np.asarray(sky_radiance(window_cosines_air(WINDOW_STREAMS)), dtype=np.float64)
     _check(optics, sun_cosine_air, sun, sky, deepest_m)
+    # Particles and molecules at the angles of the table: what all else of a phase function follows from.
+    phase = optics.phase_function(optics.phase.angle_rad)
+    numbers = (optics.wavelength_nm, optics.absorption, optics.scattering, optics.n_water, phase)
+    key = content_key((*numbers, sun_cosine_air, sun, sky, deepest_m))
+    path = cache_folder() / f"radiance-{key}.npz"
+    try:
+        return RadianceField(**load_arrays(path))
+    except (OSError, TypeError, ValueError, zipfile.BadZipFile):
+        # Absent or damaged: either way it is made again.
+        field = _solved(optics, sun_cosine_air, sun, sky, deepest_m)
+    save_arrays(path, vars(field))
+    return field
+
+
+def _solved(
+    optics: InherentOptics, sun_cosine_air: float, sun: FloatArray, sky: FloatArray, deepest_m: float
+) -> RadianceField:
+    """Solve and tabulate."""
     moments = optics.moments(DEGREES + 1)
     columns = [
         solve_column(
