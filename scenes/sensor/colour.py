@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scenes.sensor.bayer import demosaic
-from scenes.sensor.model import ImageSensor, electron_rate
+from scenes.sensor.model import ImageSensor
 from scenes.sensor.readout import RawImage
-from scenes.spectrum import Bands, camera_bands
 
 Rgb = tuple[float, float, float]
 
@@ -75,7 +74,6 @@ def balancing_gains(level: ArrayLike, largest_gain: float) -> Rgb:
     return (float(gains[0]), float(gains[1]), float(gains[2]))
 
 
-def grey_card_gains(card_radiance: ArrayLike, sensor: ImageSensor, bands: Bands | None = None) -> Rgb:
+def grey_card_gains(card_radiance: ArrayLike, sensor: ImageSensor) -> Rgb:
     """White-balance gains of a camera set on a grey card of a given radiance, shape (3,), any scale."""
-    signal = np.asarray(card_radiance) * electron_rate(sensor.spec, bands or camera_bands())
-    return balancing_gains(signal, sensor.spec.white_balance.largest_gain)
+    return balancing_gains(np.asarray(card_radiance) * sensor.electron_rate, sensor.spec.white_balance.largest_gain)

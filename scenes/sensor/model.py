@@ -16,12 +16,16 @@ from rigs.image_sensor import ImageSensorSpec
 from rigs.specification import Camera, PinholeSpec
 from scenes.sensor.bayer import mosaic
 from scenes.sensor.noise import fixed_pattern
-from scenes.spectrum import Bands, camera_bands
+from scenes.spectrum import CHANNEL_PEAKS_NM, CHANNEL_WIDTH_NM, CameraResponse, read_camera_response
 
+FloatArray = NDArray[np.float64]
 FloatImage = NDArray[np.float32]
 
 DARK_CURRENT_REFERENCE_CELSIUS = 25.0
 """Temperature at which the rig file gives the dark current."""
+
+VISIBLE_NM = np.arange(400, 700.25, 0.25)
+"""Where the renderer's bands lie: light beyond is not rendered and makes no electrons."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,9 +37,10 @@ class ImageSensor:
     spec : ImageSensorSpec
         The rig file's numbers.
     height_px, width_px : int
+    electron_rate : array, shape (3,)
+        Electrons per second and radiance of red, green and blue pixels on the axis, 1 / (s W/(m^2 sr nm)).
     responsivity : array, planes
-        Electrons per second and radiance, 1 / (s W/(m^2 sr nm)): lens, pixel, band, quantum efficiency, vignetting and
-        PRNU.
+        The same of each pixel, with vignetting and PRNU.
     dark_offset_e : array, planes
         DSNU, electrons.
     row_time_s : float
@@ -45,14 +50,13 @@ class ImageSensor:
     spec: ImageSensorSpec
     height_px: int
     width_px: int
+    electron_rate: FloatArray
     responsivity: FloatImage
     dark_offset_e: FloatImage
     row_time_s: float
 
     @classmethod
-    def from_rig(
-        cls, rig: Rig, *, width_px: int | None = None, height_px: int | None = None, bands: Bands | None = None
-    ) -> Self:
+    def from_rig(cls, rig: Rig, *, width_px: int | None = None, height_px: int | None = None) -> Self:
         """Sensor of a rig, or a nominal one where the rig names none.
 
         An image smaller than the camera's is taken from every second, third ... pixel: a pixel stays what it is, and
@@ -63,13 +67,11 @@ class ImageSensor:
         rig : Rig
         width_px, height_px : int, optional
             Size of the image; the camera's own by default.
-        bands : Bands, optional
-            Bands that the radiance is averaged over; the renderer's by default.
 
         Raises
         ------
         ValueError
-            When the rows take longer to read than a frame lasts.
+            When the rows take longer to read than a frame lasts, or the camera's response file is no good.
         """
         spec = rig.image_sensor or ImageSensorSpec()
         width, height = width_px or rig.camera.width_px, height_px or rig.camera.height_px
@@ -81,13 +83,15 @@ class ImageSensor:
                 f"{1e6 * frame_s / rig.camera.height_px:.1f} us; they take {1e3 * read_out_s:.1f} ms"
             )
         illumination = relative_illumination(rig.camera, width, height, spec.vignetting)
-        by_channel = electron_rate(spec, bands or camera_bands())
+        file = rig.camera.response_file
+        by_channel = electron_rate(spec, None if file is None else read_camera_response(file))
         ideal = mosaic((illumination[..., None] * by_channel).astype(np.float32), spec.bayer)
         gain_pattern, offset_pattern = fixed_pattern(spec.pattern_seed, ideal.shape)
         return cls(
             spec=spec,
             height_px=height,
             width_px=width,
+            electron_rate=by_channel,
             responsivity=ideal * np.maximum(1 + np.float32(spec.prnu) * gain_pattern, 0),
             dark_offset_e=np.float32(spec.dsnu_e) * offset_pattern,
             row_time_s=read_out_s / height,
@@ -114,23 +118,29 @@ class ImageSensor:
         return float(self.spec.gain_e_per_dn / 10 ** (gain_db / 20))
 
 
-def electron_rate(spec: ImageSensorSpec, bands: Bands) -> NDArray[np.float64]:
+def electron_rate(spec: ImageSensorSpec, response: CameraResponse | None) -> FloatArray:
     """Electrons per second and radiance on the axis, shape (3,), 1 / (s W/(m^2 sr nm)).
 
-    Irradiance behind a lens focused far away is E = pi L tau / (4 N^2). A band's radiance is an average weighted by the
-    response per watt, which has its peak QE lambda / (h c) at the band's middle; its integral over wavelength is that
-    peak times the width of a Gaussian of the band's variance, sqrt(2 pi) sigma. `docs/sensor.md` derives it.
+    Irradiance behind a lens focused far away is E = pi L tau / (4 N^2). A frame's radiance is an average weighted by
+    the response per watt, R. The quantum efficiency is stated at R's peak, so QE lambda is QE_peak lambda_peak R /
+    R_peak, and electrons are that average times QE_peak lambda_peak / (h c) times the integral of R / R_peak.
     """
-    middle_nm = bands.weight @ bands.wavelength_nm
-    variance_nm2 = bands.weight @ bands.wavelength_nm**2 - middle_nm**2
-    width_nm = np.sqrt(2 * np.pi * variance_nm2)
-    per_joule = np.asarray(spec.quantum_efficiency) * middle_nm * 1e-9 / (planck * speed_of_light)
+    if response is None:
+        peak_nm = np.asarray(CHANNEL_PEAKS_NM)
+        width_nm = np.full(3, np.sqrt(2 * np.pi) * CHANNEL_WIDTH_NM)
+    else:
+        within = [
+            np.interp(VISIBLE_NM, response.wavelength_nm, channel, left=0, right=0) for channel in response.response
+        ]
+        peak_nm = np.array([VISIBLE_NM[channel.argmax()] for channel in within])
+        width_nm = np.array([np.trapezoid(channel, VISIBLE_NM) / channel.max() for channel in within])
+    per_joule = np.asarray(spec.quantum_efficiency) * peak_nm * 1e-9 / (planck * speed_of_light)
     lens = np.pi * spec.lens_transmittance / (4 * spec.f_number**2)
     area_m2 = (spec.pixel_pitch_um * 1e-6) ** 2
     return np.asarray(lens * area_m2 * width_nm * per_joule)
 
 
-def relative_illumination(camera: Camera, width_px: int, height_px: int, vignetting: str) -> NDArray[np.float64]:
+def relative_illumination(camera: Camera, width_px: int, height_px: int, vignetting: str) -> FloatArray:
     """Irradiance of an even scene relative to that on the axis, shape (height, width).
 
     A pinhole lens falls off as cos^4 of the angle in air. Fisheyes are built against that fall, by pupils that turn and

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenes.sensor.bayer import mosaic
 from scenes.sensor.model import ImageSensor
-from scenes.sensor.noise import mean_below, noisy_signal
+from scenes.sensor.noise import TAIL, mean_below, mean_signal, noisy_signal
 
 FloatImage = NDArray[np.float32]
 
@@ -66,15 +66,17 @@ def expose(
     charge_e = collected_charge(radiance, sensor, settings.exposure_s)
     per_dn = sensor.electrons_per_dn(settings.gain_db)
     spec, offset = sensor.spec, sensor.dark_offset_e
+    well_e = _well_that_shows(sensor, per_dn)
     if rng is not None:
-        signal = noisy_signal(charge_e, read_noise_e=spec.read_noise_e, full_well_e=spec.full_well_e, rng=rng)
+        signal = noisy_signal(charge_e, read_noise_e=spec.read_noise_e, full_well_e=well_e, rng=rng)
         numbers = np.rint((signal + offset) / np.float32(per_dn) + np.float32(spec.black_level_dn))
         return RawImage(digital_numbers=np.clip(numbers, 0, sensor.largest_dn).astype(np.uint16), settings=settings)
-    mean, variance = mean_below(charge_e, charge_e, spec.full_well_e)
+    end_e = np.float32((sensor.largest_dn - spec.black_level_dn) * per_dn) - offset
+    mean = mean_signal(charge_e, read_noise_e=spec.read_noise_e, full_well_e=well_e, end_e=end_e)
     mean = (mean + offset) / np.float32(per_dn) + np.float32(spec.black_level_dn)
-    variance = (variance + np.float32(spec.read_noise_e**2)) / np.float32(per_dn**2)
-    mean, variance = mean_below(mean, variance, sensor.largest_dn)
-    return RawImage(digital_numbers=-mean_below(-mean, variance, 0.0)[0], settings=settings)
+    # The other end of the converter, at 0: only darkness reaches it.
+    variance = (charge_e + np.float32(spec.read_noise_e**2)) / np.float32(per_dn**2)
+    return RawImage(digital_numbers=-mean_below(-mean, variance, 0.0), settings=settings)
 
 
 def collected_charge(radiance: FloatImage, sensor: ImageSensor, exposure_s: float) -> FloatImage:
@@ -82,6 +84,13 @@ def collected_charge(radiance: FloatImage, sensor: ImageSensor, exposure_s: floa
     charge = mosaic(np.asarray(radiance, dtype=np.float32), sensor.spec.bayer) * sensor.responsivity
     charge = charge * np.float32(exposure_s) + np.float32(sensor.dark_current_e_per_s * exposure_s)
     return np.asarray(np.minimum(charge, np.float32(BRIGHTEST * sensor.spec.full_well_e)))
+
+
+def _well_that_shows(sensor: ImageSensor, electrons_per_dn: float) -> float:
+    """Full well, electrons, or infinity where the converter is at its end long before the well is full."""
+    end_e = (sensor.largest_dn - sensor.spec.black_level_dn) * electrons_per_dn
+    margin_e = TAIL * (sensor.spec.read_noise_e + sensor.spec.dsnu_e)
+    return float(sensor.spec.full_well_e) if sensor.spec.full_well_e < end_e + margin_e else np.inf
 
 
 def check_radiance(radiance: FloatImage, sensor: ImageSensor) -> None:
