@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from scenes.worlds.catalogue import BUILT_IN, world_named
 from scenes.worlds.tank import tank
 from scenes.worlds.world import World
 
 WORLDS: dict[str, Callable[[float], World]] = {"tank": tank}
-"""Worlds by name; each is made for a robot at a depth."""
+"""Worlds that the stage offers; `world_named` makes all of them."""
 
-__all__ = ["WORLDS", "World"]
+__all__ = ["BUILT_IN", "WORLDS", "World", "world_named"]

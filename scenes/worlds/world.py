@@ -30,6 +30,8 @@ class World:
         Position in `instance_names` of the thing that each face belongs to.
     instance_names : tuple of str
         What can be told apart in a mask: a wall, a rock, a head of coral.
+    notes : tuple of str
+        What of a user's file is not used, one sentence each.
     """
 
     name: str
@@ -39,9 +41,10 @@ class World:
     colour: NDArray[np.float32]
     instance: NDArray[np.int32]
     instance_names: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
-def world_of(name: str, things: Sequence[tuple[str, Surface]]) -> World:
+def world_of(name: str, things: Sequence[tuple[str, Surface]], notes: tuple[str, ...] = ()) -> World:
     """World of named things, each an instance, in the given order."""
     whole = joined([each for _, each in things])
     sizes = [len(each.faces) for _, each in things]
@@ -53,4 +56,5 @@ def world_of(name: str, things: Sequence[tuple[str, Surface]]) -> World:
         colour=whole.colour,
         instance=np.repeat(np.arange(len(things), dtype=np.int32), sizes),
         instance_names=tuple(thing for thing, _ in things),
+        notes=notes,
     )

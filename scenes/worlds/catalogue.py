@@ -1,0 +1,69 @@
+"""Worlds by name or by the user's file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from scenes.worlds.blue import blue
+from scenes.worlds.mesh_file import MESH_SUFFIXES, Thing, read_things
+from scenes.worlds.mitsuba_file import MITSUBA_SUFFIX, read_mitsuba
+from scenes.worlds.reef import reef
+from scenes.worlds.surface import Surface
+from scenes.worlds.tank import tank
+from scenes.worlds.world import World, world_of
+
+BUILT_IN: dict[str, Callable[[float, int], World]] = {
+    "blue": lambda depth_m, seed: blue(),
+    "reef": reef,
+    "tank": lambda depth_m, seed: tank(depth_m),
+}
+"""Worlds by name; each is made for a robot at a depth and from a seed."""
+
+PLAUSIBLE_WORLD_M = (0.2, 2000.0)
+"""Extent of a user's world, from a test plate to a bay."""
+
+
+def world_named(name_or_path: str | Path, depth_m: float, seed: int = 0, *, unit: str = "m") -> World:
+    """World by name, or from a mesh or Mitsuba scene file.
+
+    A file's origin is put where the robot's origin is, at `depth_m` below the surface; its z is up (GLB and glTF: y is
+    up, as their standard says) and its x points along the world's x, ahead of the robot.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        tank, reef, blue, or a file that ends in .obj, .ply, .stl, .glb, .gltf or .xml.
+    depth_m : float
+        Of the robot.
+    seed : int
+        Of what is random in the world.
+    unit : {"m", "mm", "inch"}
+        Of a mesh file that does not say so itself.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, and for a file that cannot be used.
+    """
+    if str(name_or_path) in BUILT_IN:
+        return BUILT_IN[str(name_or_path)](depth_m, seed)
+    path = Path(name_or_path)
+    suffix = path.suffix.lower()
+    notes: tuple[str, ...] = ()
+    if suffix in MESH_SUFFIXES:
+        things = read_things(path, unit=unit, plausible_m=PLAUSIBLE_WORLD_M)
+    elif suffix == MITSUBA_SUFFIX:
+        things, notes = read_mitsuba(path)
+    else:
+        names, endings = ", ".join(sorted(BUILT_IN)), ", ".join((*MESH_SUFFIXES, MITSUBA_SUFFIX))
+        raise ValueError(f"expected a world ({names}) or a file that ends in {endings}, got {str(name_or_path)!r}")
+    return world_of(path.stem, [_below(thing, depth_m) for thing in things], notes)
+
+
+def _below(thing: Thing, depth_m: float) -> Thing:
+    name, each = thing
+    vertices = each.vertices_m - np.array([0.0, 0.0, depth_m])
+    return name, Surface(vertices_m=vertices, faces=each.faces, material=each.material, colour=each.colour)
