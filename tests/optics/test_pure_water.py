@@ -52,6 +52,22 @@ def test_absorption_is_wopps_at_its_own_temperature():
     np.testing.assert_allclose(found, [0.00222, 0.02073, 0.0581, 0.23525, 0.34, 0.6126], rtol=1e-12)
 
 
+def test_salt_and_heat_change_absorption_as_wopp_says():
+    """Its coefficients at 600 nm: -4.33e-5 per ppt and 7.59e-4 per degree, in 1/m."""
+    assert pure_absorption(600, 35, 20) - pure_absorption(600, 0, 20) == pytest.approx(35 * -4.33e-5, rel=2e-3)
+    assert pure_absorption(600, 0, 30) - pure_absorption(600, 0, 20) == pytest.approx(10 * 7.59e-4, rel=1e-9)
+
+
+SEA_WATER_35 = {520: 0.042265, 530: 0.045021, 550: 0.058544, 620: 0.27843, 650: 0.3421}
+"""WOPP at 35 PSU and 20 degrees Celsius as NASA HyperCP tabulates it (another smoothing of the same data), 1/m."""
+
+
+@pytest.mark.parametrize("wavelength", SEA_WATER_35)
+def test_absorption_of_sea_water_is_that_of_another_table(wavelength):
+    """Salt adds 1.0 to 1.2 % at 520 and 620 nm; the two tables differ by up to 0.6 %."""
+    assert pure_absorption(wavelength, 35, 20) == pytest.approx(SEA_WATER_35[wavelength], rel=0.007)
+
+
 @pytest.mark.parametrize("wavelength", POPE_FRY)
 def test_absorption_is_near_that_of_pope_and_fry(wavelength):
     """Another measurement, at its own temperature."""

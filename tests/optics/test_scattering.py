@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from decimal import Decimal, localcontext
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -104,6 +106,22 @@ def test_at_delta_one_it_is_its_limit():
     backward = (1 - back**nu) / (16 * np.pi * (back - 1) * back**nu) * (3 * np.cos(angle) ** 2 - 1)
     expected = (nu * (nu - 1) / 2 - nu * (nu + 1) / (2 * sine2)) / (4 * np.pi) + backward
     assert fournier_forand(angle) == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("e", [-9e-4, -1e-4, 3e-4, 9.9e-4, 1.1e-3])
+def test_beside_delta_one_it_is_the_formula_in_more_digits(e):
+    """In 50 digits, where the division by (1 - delta)^2 costs nothing. Tolerance: what it costs in float64 at 1e-3."""
+    with localcontext() as context:
+        context.prec = 50
+        sine2 = (1 - Decimal(e)) * 3 * (Decimal(PETZOLD_INDEX) - 1) ** 2 / 4
+        nu, d = (3 - Decimal(PETZOLD_SLOPE)) / 2, 1 - Decimal(e)
+        power = d**nu
+        forward = nu * (1 - d) - (1 - power) + (d * (1 - power) - nu * (1 - d)) / sine2
+        forward /= (1 - d) ** 2 * power
+    back = 4 / (3 * (PETZOLD_INDEX - 1) ** 2)
+    nu, angle = float(nu), 2 * np.arcsin(np.sqrt(float(sine2)))
+    backward = (1 - back**nu) / (16 * np.pi * (back - 1) * back**nu) * (3 * np.cos(angle) ** 2 - 1)
+    assert fournier_forand(angle) == pytest.approx(float(forward) / (4 * np.pi) + backward, rel=1e-9)
 
 
 @pytest.mark.parametrize("order", [1, 2, 8, 32, 64])
