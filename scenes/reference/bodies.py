@@ -1,0 +1,117 @@
+"""Solid things in the water: hull, mount, servos, mirrors, world and target, with the fast renderer's reflectances.
+
+`albedo` is everywhere the reflectance of each material at three wavelengths, shape (materials, 3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import RigidTransform
+
+from optics.backend import mi
+from optics.materials import aluminium_index
+from optics.mesh import Group, PartMesh, Role
+from rigs.specification import FlatMirror
+from scenes.geometry import vertex_normals
+from scenes.materials import MATERIAL_OF_ROLE, Material, colour_basis
+from scenes.stage import Target
+from scenes.worlds import World
+
+FloatArray = NDArray[np.float64]
+
+MESH_COLOUR = {"type": "mesh_attribute", "name": "vertex_albedo"}
+
+
+def diffuse(albedo: ArrayLike) -> dict[str, Any]:
+    """Lambertian on both sides, with a reflectance for each of three wavelengths as it is given."""
+    return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": _raw(albedo)}}
+
+
+def part_shapes(
+    parts: Sequence[PartMesh], scene_from: dict[Group, RigidTransform], albedo: FloatArray
+) -> dict[str, Any]:
+    """Hull, mount and servos at their places; the mirrors' plates are left to `mirror_shape`."""
+    return {
+        f"part_{position}": _mesh(
+            scene_from[part.group].apply(part.vertices_m), part.faces, diffuse(albedo[MATERIAL_OF_ROLE[part.role]])
+        )
+        for position, part in enumerate(parts)
+        if part.role != Role.MIRROR
+    }
+
+
+def world_shapes(world: World, origin_m: FloatArray, albedo: FloatArray, wavelength_nm: FloatArray) -> dict[str, Any]:
+    """World as one mesh for each material, seen from `origin_m` of the world frame."""
+    vertices = world.vertices_m - origin_m
+    normals = vertex_normals(vertices, world.faces)
+    factors = world.colour @ colour_basis(wavelength_nm)
+    shapes = {}
+    for material in np.unique(world.material):
+        faces = world.faces[world.material == material]
+        used, renumbered = np.unique(faces, return_inverse=True)
+        shapes[f"world_{material}"] = _mesh(
+            vertices[used],
+            renumbered.reshape(faces.shape),
+            {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": MESH_COLOUR}},
+            normals=normals[used],
+            albedo=albedo[material] * factors[used],
+        )
+    return shapes
+
+
+def mirror_shape(
+    scene_from_mirror: RigidTransform, plate: FlatMirror, n_water: float, albedo: FloatArray, wavelength_nm: FloatArray
+) -> dict[str, Any]:
+    """Bare aluminium in water in front, dark behind."""
+    n, k = aluminium_index(wavelength_nm)
+    scale = np.diag([plate.width_mm / 2000, plate.height_mm / 2000, 1.0, 1.0])
+    return {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f(scene_from_mirror.as_matrix() @ scale),
+        "bsdf": {
+            "type": "twosided",
+            "front": {"type": "conductor", "eta": _raw(n / n_water), "k": _raw(k / n_water)},
+            "back": {"type": "diffuse", "reflectance": _raw(albedo[Material.MIRROR_BACK])},
+        },
+    }
+
+
+def target_shape(target: Target, origin_m: FloatArray, albedo: FloatArray) -> dict[str, Any]:
+    """The ball."""
+    return {
+        "type": "sphere",
+        "center": [float(component) for component in np.asarray(target.centre_m) - origin_m],
+        "radius": float(target.radius_m),
+        "bsdf": diffuse(albedo[Material.TARGET]),
+    }
+
+
+def _raw(values: ArrayLike) -> dict[str, Any]:
+    """Texture that holds numbers for three wavelengths as they are; `rgb` would take them for a colour."""
+    return {"type": "rawconstant", "value": [float(value) for value in np.asarray(values)]}
+
+
+def _mesh(
+    vertices_m: FloatArray,
+    faces: NDArray[np.integer[Any]],
+    bsdf: dict[str, Any],
+    *,
+    normals: FloatArray | None = None,
+    albedo: FloatArray | None = None,
+) -> Any:
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict(bsdf)
+    mesh = mi.Mesh("mesh", len(vertices_m), len(faces), has_vertex_normals=normals is not None, props=properties)
+    if albedo is not None:
+        mesh.add_attribute(MESH_COLOUR["name"], 3, albedo.astype(np.float32).ravel())
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = vertices_m.astype(np.float32).ravel()
+    if normals is not None:
+        parameters["vertex_normals"] = normals.astype(np.float32).ravel()
+    parameters["faces"] = faces.astype(np.uint32).ravel()
+    parameters.update()
+    return mesh
