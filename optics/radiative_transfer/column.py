@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.radiative_transfer.delta_scaling import Scaled, delta_scaled
+from optics.inherent_optics import InherentOptics
+from optics.pure_water import molecular_phase
+from optics.radiative_transfer.delta_scaling import DEGREES, Scaled, delta_scaled
 from optics.radiative_transfer.discrete_ordinates import Modes, solve
 from optics.radiative_transfer.line_of_sight import many_times_scattered, once_scattered, scattering_angle
 from optics.radiative_transfer.surface import cosine_in_air, internal_reflectance, transmittance
@@ -82,6 +84,32 @@ def solve_column(
         outside=outside,
     )
     return Column(scattering=scattering, phase=phase, scaled=scaled, modes=modes)
+
+
+def solve_columns(
+    optics: InherentOptics, *, sun_cosine_air: float, sun_irradiance: FloatArray, sky_radiance: FloatArray
+) -> list[Column]:
+    """Solve one column per wavelength; the sun's irradiance has shape (w,), the sky's radiance (w, WINDOW_STREAMS)."""
+    moments = optics.moments(DEGREES + 1)
+    return [
+        solve_column(
+            absorption=float(optics.absorption[position]),
+            scattering=float(optics.scattering[position]),
+            moments=moments[position],
+            phase=_phase_function(optics, position),
+            n_water=float(optics.n_water[position]),
+            sun_cosine_air=sun_cosine_air,
+            sun_irradiance=float(sun_irradiance[position]),
+            sky_radiance=sky_radiance[position],
+        )
+        for position in range(len(moments))
+    ]
+
+
+def _phase_function(optics: InherentOptics, position: int) -> Phase:
+    """Phase function of particles and molecules at one wavelength, of angles of any shape."""
+    share = optics.molecular_fraction[position]
+    return lambda angle: share * molecular_phase(angle) + (1 - share) * optics.phase(angle)
 
 
 def multiple_radiance(column: Column, depth_m: FloatArray, cosine: FloatArray, azimuth_rad: FloatArray) -> FloatArray:

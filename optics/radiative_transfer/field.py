@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from optics.inherent_optics import InherentOptics
 from optics.radiative_transfer.cache import cache_folder, content_key, load_arrays, save_arrays
-from optics.radiative_transfer.column import WINDOW_STREAMS, Column, fourier, multiple_radiance, solve_column
+from optics.radiative_transfer.column import WINDOW_STREAMS, Column, fourier, multiple_radiance, solve_columns
 from optics.radiative_transfer.delta_scaling import DEGREES
 from optics.radiative_transfer.grids import SHALLOWEST_M, azimuths_rad, cosines, depths_m
 from optics.radiative_transfer.irradiance import irradiance_on_planes, irradiances
@@ -126,33 +126,8 @@ def _solved(
     optics: InherentOptics, sun_cosine_air: float, sun: FloatArray, sky: FloatArray, deepest_m: float
 ) -> RadianceField:
     """Solve and tabulate."""
-    moments = optics.moments(DEGREES + 1)
-    columns = [
-        solve_column(
-            absorption=float(optics.absorption[position]),
-            scattering=float(optics.scattering[position]),
-            moments=moments[position],
-            phase=_phase_function(optics, position),
-            n_water=float(optics.n_water[position]),
-            sun_cosine_air=sun_cosine_air,
-            sun_irradiance=float(sun[position]),
-            sky_radiance=sky[position],
-        )
-        for position in range(len(optics.wavelength_nm))
-    ]
+    columns = solve_columns(optics, sun_cosine_air=sun_cosine_air, sun_irradiance=sun, sky_radiance=sky)
     return _tabulated(optics, columns, sun_cosine_air, deepest_m)
-
-
-def _phase_function(optics: InherentOptics, position: int) -> Callable[[FloatArray], FloatArray]:
-    """Phase function at one wavelength, of angles of any shape."""
-    one = replace(
-        optics,
-        **{
-            name: getattr(optics, name)[position : position + 1]
-            for name in ("wavelength_nm", "absorption", "scattering", "molecular_fraction", "n_water")
-        },
-    )
-    return lambda angle: one.phase_function(angle.ravel())[0].reshape(angle.shape)
 
 
 def _tabulated(optics: InherentOptics, columns: list[Column], sun_cosine_air: float, deepest_m: float) -> RadianceField:
