@@ -125,6 +125,24 @@ def test_grey_world_takes_the_cast_away(make_sensor):
     assert settings.white_gains[0] > 1.5
 
 
+def test_saturated_pixels_do_not_vote(make_sensor):
+    """They are white whatever the light's colour: a blown-out half leaves the other half's balance as it is."""
+    sensor = make_sensor(exposure={"mode": "manual", "time_us": 3000.0})
+    radiance = np.broadcast_to(np.float32([0.002, 0.006, 0.005]), (120, 160, 3)).copy()
+    alone = settled_settings(radiance, sensor).white_gains
+    radiance[:, :80] = 10.0
+    assert settled_settings(radiance, sensor).white_gains == pytest.approx(alone, rel=1e-6)
+
+
+def test_white_stays_white_on_the_way(make_sensor, make_settings):
+    """From a balance for one cast to one for the opposite: the smallest gain is 1 in every frame between."""
+    sensor = make_sensor()
+    radiance = np.broadcast_to(np.float32([0.006, 0.003, 0.0015]), (120, 160, 3))
+    history = run(sensor, radiance, make_settings(white_gains=(6.0, 1.0, 1.0)), 60)
+    assert [min(settings.white_gains) for settings in history] == pytest.approx([1.0] * 61, abs=1e-12)
+    assert history[-1].white_gains[2] > 2
+
+
 def test_grey_world_cannot_raise_what_is_gone(make_sensor):
     """No red at all, as in the deep: its gain stops at the limit, and the picture stays blue-green."""
     sensor = make_sensor(white_balance={"largest_gain": 4.0})

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import norm, poisson
+from scipy.stats import chi2, norm, poisson
 
 from scenes.sensor import expose, frame_generator
-from scenes.sensor.noise import FEWEST_NORMAL_E, mean_below, noisy_signal
+from scenes.sensor.noise import FEWEST_NORMAL_E, few_events, mean_below, noisy_signal
 
 DRAWS = 400_000
 Z = 5.0
@@ -59,6 +59,30 @@ def test_the_skewness_is_the_photons(charge):
     error = np.sqrt(15 * variance**3 / DRAWS)
     assert abs((signal**3).mean() - charge) < Z * error + 4 * (charge / (6 * variance)) ** 3
     assert charge > Z * error  # else a normal variable would do as well
+
+
+@pytest.mark.parametrize("mean", [1e-3, 0.3, 2.0, 9.99])
+def test_few_events_are_poisson(mean):
+    """Chi-square over the counts, those of fewer than 10 expected draws taken together; once in a million seeds."""
+    drawn = few_events(np.full(DRAWS, mean, dtype=np.float32), frame_generator(4, 0)).astype(np.int64)
+    last = int(poisson.isf(10 / DRAWS, mean))
+    expected = DRAWS * np.append(poisson.pmf(np.arange(last), mean), poisson.sf(last - 1, mean))
+    seen = np.bincount(np.minimum(drawn, last), minlength=last + 1)
+    assert ((seen - expected) ** 2 / expected).sum() < chi2.isf(1e-6, last)
+
+
+def test_no_light_makes_no_events():
+    assert (few_events(np.zeros(1000, dtype=np.float32), frame_generator(0, 0)) == 0).all()
+
+
+def test_the_variance_is_the_photons():
+    """Where the bend is strongest, without read noise: it would add 2 c^2 = 1/18 if the spread made no room for it."""
+    charge, draws = FEWEST_NORMAL_E, 4_000_000
+    charges = np.full(draws, charge, dtype=np.float32)
+    signal = noisy_signal(charges, read_noise_e=0.0, full_well_e=np.inf, rng=frame_generator(0, 0))
+    error = charge * np.sqrt(2 / draws)
+    assert abs(signal.var(dtype=np.float64) - charge) < Z * error
+    assert Z * error < 1 / 18
 
 
 def test_a_frame_is_the_same_whatever_came_before(make_sensor, make_settings, flat_field):
