@@ -31,7 +31,7 @@ POPE_FRY = {450: 0.00922, 500: 0.0204, 550: 0.0565, 600: 0.2224, 650: 0.340}
 
 TWO_MEASUREMENTS = {450: 0.13, 500: 0.02, 550: 0.03, 600: 0.07, 650: 0.01}
 """Relative difference of WOPP v3 from Pope & Fry, as seen, rounded up. At 600 nm the spectrum is steepest; in the blue
-water is so clear that the two disagree by more than either's deviation (below 430 nm by a factor of two)."""
+water is so clear that the two disagree by more than either's deviation (at 410 nm WOPP is 0.55 of Pope & Fry)."""
 
 
 @pytest.mark.parametrize(("wavelength", "fresh", "sea"), ZHANG)
