@@ -37,6 +37,13 @@ def test_numbers_of_a_rig_file_are_kept():
     assert (sensor.exposure.mode, sensor.exposure.time_us) == ("manual", 800.0)
 
 
+def test_the_manual_shows_the_defaults():
+    """The section printed in docs/sensor.md is the one that a rig without any has."""
+    manual = (Path(__file__).parents[2] / "docs" / "sensor.md").read_text(encoding="utf-8")
+    printed = manual.split("```toml\n")[1].split("```")[0]
+    assert rig_with(tomllib.loads(printed)["image_sensor"]).image_sensor == ImageSensorSpec()
+
+
 def test_the_default_row_time_is_that_of_the_data_sheet():
     """1125 rows (1080 and blanking) in 1/30 s, to the digits that are given."""
     assert ImageSensorSpec().row_time_us == pytest.approx(1e6 / 30 / 1125, abs=0.05)

@@ -174,11 +174,10 @@ def test_the_settings_are_the_whole_state(make_sensor):
 
 
 def test_the_sun_saturates_and_darkens_the_rest(make_sensor):
-    """Looking up into the sun: the failure that the paper reports.
+    """Looking up into the sun: where the paper's ball was lost ("towards the sea surface (sunlight)").
 
-    The refracted sun's disk (0.4 degrees across in water, here 4 px of radius with its glow) beside water that is
-    well exposed without it: the disk's radiance is that of the sun, some 1e4 times the water's (ASTM G173: 1.4 W/(m^2
-    nm) over 6.8e-5 sr, less what the surface and 5 m of water take).
+    The sun's disk and its glow beside water that is well exposed without them. The disk's radiance is some 1e5 times
+    the water's (ASTM G173: 1.4 W / (m^2 nm) over 6.8e-5 sr, less what the surface and some metres of water take).
     """
     sensor = make_sensor(row_time_us=0.0)
     water = np.broadcast_to(np.float32([0.01, 0.03, 0.03]), (120, 160, 3))
