@@ -93,12 +93,12 @@ class PhaseFunction:
 
     def _density(self) -> FloatArray:
         """Fraction per unit of the logarithm of the angle."""
-        return 2 * np.pi * self.value * np.sin(self.angle_rad) * self.angle_rad
+        return np.asarray(2 * np.pi * self.value * np.sin(self.angle_rad) * self.angle_rad)
 
     def _shares(self) -> FloatArray:
         """Fraction that each angle stands for: trapezoidal rule in the logarithm of the angle."""
         step = np.diff(np.log(self.angle_rad))
-        return self._density() * (np.append(step, 0) + np.append(0, step)) / 2
+        return np.asarray(self._density() * (np.append(step, 0) + np.append(0, step)) / 2)
 
     def _fractions(self) -> FloatArray:
         """Fraction scattered by less than each angle."""
@@ -128,7 +128,7 @@ def petzold_phase() -> PhaseFunction:
 
     def phase(angle_rad: FloatArray) -> FloatArray:
         below = np.minimum(np.log(angle_rad / angle[0]), 0) * -PETZOLD_HEAD_SLOPE
-        return np.exp(np.interp(np.log(angle_rad), np.log(angle), np.log(value)) + below)
+        return np.asarray(np.exp(np.interp(np.log(angle_rad), np.log(angle), np.log(value)) + below))
 
     return tabulated(phase, extra=angle)
 
