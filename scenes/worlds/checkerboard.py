@@ -19,7 +19,7 @@ class Checkerboard:
     """A checkered plate with a white margin one square wide.
 
     An even number of squares one way and an odd number the other: turned by half a turn it looks different, so its
-    corners can be told apart.
+    corners can be told apart. The square at the top left is white.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Checkerboard:
     def corners_m(self) -> FloatArray:
         """Inner corners in the world frame, row by row from the top left, shape ((rows - 1) * (columns - 1), 3).
 
-        The order is that of OpenCV's `findChessboardCorners`, up to where it begins.
+        The order is that in which OpenCV's `findChessboardCornersSB` finds them: it begins at the white end.
         """
         x, y = np.meshgrid(np.arange(1, self.columns), np.arange(1, self.rows))
         return np.asarray(self.world_from_board.apply(self._plane(x, y).reshape(-1, 3)))
@@ -64,7 +64,7 @@ class Checkerboard:
         # x to the right and y down: clockwise in the board's axes is counter-clockwise for who looks along its z.
         faces = np.stack([a, d, c, a, c, b], axis=-1).reshape(-1, 3)
         margin = (x < 0) | (x >= self.columns) | (y < 0) | (y >= self.rows)
-        white = (margin | ((x + y) % 2 == 1))[:-1, :-1]
+        white = (margin | ((x + y) % 2 == 0))[:-1, :-1]
         material = np.repeat(np.where(white, int(Material.TILE_WHITE), int(Material.TILE_BLACK)).ravel(), 2)
         front = surface(self._plane(x, y), faces, material)
         whole = joined([front, self._back()])

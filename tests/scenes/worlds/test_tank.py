@@ -10,6 +10,8 @@ from scenes.worlds.surface import enclosed_volume_m3, face_normals
 from scenes.worlds.tank import BOARD_COLUMNS, BOARD_ROWS, BOARD_SQUARE_M, TANK_SIZE_M, tank, tank_boards
 
 DEPTH_M = 5.0
+CORNER_FINDER_PX = 0.5
+"""A square is 13 px or more wide here; the finder is good to a few tenths of a pixel on slanted squares."""
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +102,37 @@ def test_same_tank_same_bytes(world):
     again = tank(DEPTH_M)
     assert again.vertices_m.tobytes() == world.vertices_m.tobytes()
     assert again.faces.tobytes() == world.faces.tobytes()
+
+
+@pytest.mark.parametrize("board", tank_boards(DEPTH_M), ids=lambda board: board.name)
+def test_opencv_finds_the_stated_corners_in_the_stated_order(world, board):
+    """A pinhole at the robot looks at the board; its picture is the faces' materials, averaged over 4 x 4 samples.
+
+    Expected: the corners that `findChessboardCornersSB` finds are the projections of `corners_m`, in their order.
+    """
+    import cv2
+
+    from optics.backend import mi
+    from optics.ray_scene import mesh_scene
+
+    focal, width, height, samples = 600.0, 480, 360, 4
+    robot = np.array([0.0, 0.0, -DEPTH_M])
+    ahead = board.world_from_board.translation - robot
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, [0, 0, 1])
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(ahead, right), ahead])
+    v, u = np.mgrid[0 : height * samples, 0 : width * samples]
+    pixel = (np.stack([u, v], axis=-1).reshape(-1, 2) + 0.5) / samples - 0.5
+    centre = np.array([(width - 1) / 2, (height - 1) / 2])
+    directions = np.column_stack([(pixel - centre) / focal, np.ones(len(pixel))]) @ axes
+    ray = mi.Ray3f(mi.Point3f(robot.tolist()), mi.Vector3f(directions.T.astype(np.float32)))
+    face = np.array(mesh_scene(world.vertices_m, world.faces).ray_intersect_preliminary(ray).prim_index)
+    shade = np.select([world.material == each for each in (Material.TILE_BLACK, Material.TILE_WHITE)], [10, 240], 120)
+    picture = shade[np.minimum(face, len(shade) - 1)].reshape(height, samples, width, samples).mean(axis=(1, 3))
+    found, corners = cv2.findChessboardCornersSB(picture.astype(np.uint8), (BOARD_COLUMNS - 1, BOARD_ROWS - 1))
+    assert found
+    local = (board.corners_m - robot) @ axes.T
+    expected = local[:, :2] / local[:, 2:] * focal + centre
+    error = np.linalg.norm(corners.reshape(-1, 2) - expected, axis=1)
+    assert error.max() < CORNER_FINDER_PX
