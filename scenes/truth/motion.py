@@ -19,14 +19,14 @@ from optics.arrays import opaque
 from optics.backend import Array3f64, Float32, Float64, Int32, UInt32, dr
 from optics.camera import Camera
 from optics.mirror import strike
-from optics.port_interface import Port
+from optics.port_interface import Exit, Port
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 from scenes.frame import FloatImage, Frame
 from scenes.state import State
 from scenes.truth.carriers import Carrier, world_from_camera, world_from_carriers
-from scenes.truth.virtual_view import aligned, unfolded, vectors
+from scenes.truth.virtual_view import aligned, passes, unfolded, vectors
 
 
 class Seen(IntEnum):
@@ -169,7 +169,7 @@ def compiled_motion(
         exit_ = port.leave(parameters["port"], direction)
         path = dr.norm(image - exit_.point)
         leaves = has_image & exit_.transmitted & exit_.inside
-        passed, plate = _walk(parameters["mirrors"], exit_.point, exit_.direction, path, leaves)
+        passed, plate = _walk(parameters["mirrors"], exit_, region, path, leaves)
         hidden = plate
         if with_frame:
             at = ((u + 0.5) * scale[0] - 0.5, (v + 0.5) * scale[1] - 0.5)
@@ -209,21 +209,24 @@ def _behind(mirrors: list[dict[str, Any]], region: Any, point: Any) -> Any:
     return behind
 
 
-def _walk(mirrors: list[dict[str, Any]], origin: Any, direction: Any, path: Any, active: Any) -> tuple[Any, Any]:
+def _walk(mirrors: list[dict[str, Any]], exit_: Exit, region: Any, path: Any, active: Any) -> tuple[Any, Any]:
     """Kernel: how many mirrors rays pass, in order, before a path length, and whether a plate stops them on it.
 
     Nothing else is asked: hull, mount and world are the renderer's.
     """
     passed = dr.select(active, UInt32(0), UInt32(0))
     stopped = active & ~active
-    going, left = active, path - PLATE_SLACK_M
+    going, left, origin, direction = active, path, exit_.point, exit_.direction
     for step in range(len(mirrors) + 1):
         nearest, passes_on, next_origin, next_direction = Float64(dr.inf), stopped & ~stopped, origin, direction
         for position, mirror in enumerate(mirrors):
             if position == step - 1:
                 continue  # the one that the ray comes from
             met = strike(mirror, origin, direction)
-            nearer = going & (met.front | met.back) & (met.distance < dr.minimum(left, nearest))
+            # A point that touches a mirror is seen over it if its region says so, and else is not hidden by it.
+            over_it = passes(region, position) if position == step else stopped & ~stopped
+            limit = dr.select(over_it, left + PLATE_SLACK_M, left - PLATE_SLACK_M)
+            nearer = going & (met.front | met.back) & (met.distance < dr.minimum(limit, nearest))
             nearest = dr.select(nearer, met.distance, nearest)
             if position == step:
                 passes_on = dr.select(nearer, met.front, passes_on)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import FloatArray, opaque, opaque_vector
+from optics.arrays import FloatArray, opaque_vector
 from optics.backend import Array3f32, Array3f64, Float32, Float64, UInt32, dr
 from optics.mirror import unfold
 from optics.status import Region, Status
@@ -24,10 +24,16 @@ from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 from scenes.frame import FloatImage, Frame
 
-SMALLEST_DEVIATION_M = 1e-3
-"""A point less than this off the straight unfolded ray is on it: single precision at 100 m from the world's origin
-leaves about 1e-5 m."""
+SMALLEST_DEVIATION_M = 1e-4
+"""A point less than this off the straight unfolded ray is on it: single precision at 500 m from the world's origin
+leaves 3e-5 m."""
 
+ON_THE_RAY = 0.1
+"""At least this share of the pixels is taken to show what their region's train leads to; by it a frame's own deviation
+is known, which is none at one sample a pixel, and that of the first sample from the centre at more."""
+
+SPREAD_OF_PITCH = 4.0
+"""An offset in pixels is another angle at the image's edge than in its middle, by less than this."""
 
 ALIGNMENT = 64
 """Bytes: as wide as the widest vector registers."""
@@ -108,14 +114,24 @@ def virtual_view(frame: Frame, rig: Rig, train: OpticalTrain, camera_from_world:
         "region": UInt32(aligned(frame.region, np.uint32)),
         **_exit_columns(rig, *shape),
     }
-    # Half a pixel to each side: what several samples in a pixel may differ by.
+    z, normal, deviation = kernel(parameters, lanes)
     pitch = train.camera.width_px / shape[1] / train.camera.fx_px
-    z, normal, deviates = kernel(parameters, lanes, opaque(pitch))
+    off = np.array(deviation).reshape(shape)
     return VirtualView(
         z_depth_m=np.array(z).reshape(shape),
         normal=np.stack([np.array(component) for component in normal], axis=-1).reshape(*shape, 3),
-        further_reflection=np.array(deviates).astype(bool).reshape(shape),
+        further_reflection=_leaves_the_ray(off, frame.distance_m, pitch),
     )
+
+
+def _leaves_the_ray(off_m: FloatImage, distance_m: FloatImage, pitch: float) -> NDArray[np.bool_]:
+    """Which points are farther off their rays than the frame's own sampling explains; nan where there is no point."""
+    # Open water lies at an infinite distance, the housing at none: neither has a point, nor an angle.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        angle = off_m / distance_m
+        known = angle[np.isfinite(angle)]
+        typical = min(SPREAD_OF_PITCH * float(np.quantile(known, ON_THE_RAY)), pitch) if known.size else 0.0
+        return np.asarray(off_m > SMALLEST_DEVIATION_M + typical * distance_m)
 
 
 @lru_cache(maxsize=4)
@@ -132,7 +148,7 @@ def compiled_unfolding(edge_counts: tuple[int, ...]) -> Callable[..., Any]:
     """Frozen kernel of `virtual_view` for mirrors with these outlines."""
 
     @dr.freeze
-    def unfolding(parameters: dict[str, Any], lanes: dict[str, Any], pitch: Any) -> tuple[Any, Any, Any]:
+    def unfolding(parameters: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, Any, Any]:
         mirrors, region = parameters["mirrors"], lanes["region"]
         image = unfolded(mirrors, region, placed(parameters["camera_from_world"], Array3f64(lanes["point"])))
         rows = parameters["camera_from_world"]["rows"]
@@ -144,9 +160,9 @@ def compiled_unfolding(edge_counts: tuple[int, ...]) -> Callable[..., Any]:
         distance = Float64(lanes["distance"])
         expected = lanes["exit_point"] + lanes["exit_direction"] * distance
         seen = dr.isfinite(distance) & dr.isfinite(dr.sum(image))
-        off = dr.norm(image - expected) > SMALLEST_DEVIATION_M + pitch * distance
+        off = dr.select(seen, dr.norm(image - expected), dr.nan)
         z = dr.select(seen, image.z, dr.inf)
-        return Float32(z), Array3f32(normal), dr.select(seen & off, UInt32(1), UInt32(0))
+        return Float32(z), Array3f32(normal), Float32(off)
 
     return unfolding  # type: ignore[no-any-return]
 

@@ -84,6 +84,14 @@ def test_what_the_sea_surface_mirrors_is_told_apart(aqua2, plain, make_state):
     assert (truth.carrier[upper] == 0).all()
 
 
+def test_samples_off_the_centre_are_not_taken_for_reflections(aqua2, plain, make_state):
+    """A frame whose rays all pass a third of a pixel beside the centres, as the first of several samples does."""
+    state = make_state(10.0, -8.0, ball=(1.7, 0.3, -4.2))
+    wide = plain(aqua2, state, (SHAPE[0], 3 * SHAPE[1]))
+    beside = replace(wide, **{name: getattr(wide, name)[:, 2::3] for name in wide.__dataclass_fields__})
+    assert not ground_truth(beside, aqua2, state).view.further_reflection.any()
+
+
 def test_a_state_without_a_pose_is_refused(aqua2, plain, make_state):
     state = make_state()
     with pytest.raises(ValueError, match=r"state.world_from_body: expected the robot's pose, got None"):
