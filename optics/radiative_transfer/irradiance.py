@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import eval_legendre
 
-from optics.radiative_transfer.discrete_ordinates import Modes, radiance_moments
+from optics.radiative_transfer.discrete_ordinates import Modes
 from optics.radiative_transfer.quadrature import harmonics
 
 FloatArray = NDArray[np.float64]
@@ -64,10 +64,8 @@ def irradiance_on_planes(modes: Modes, optical_depth: FloatArray, cosine: FloatA
     """
     degrees = len(modes.phase_moments)
     decay = np.exp(-modes.rate[:, None, :] * optical_depth[:, None])
-    legendre = harmonics(degrees, modes.streams.cosine)
-    moments = radiance_moments(modes.streams, legendre, modes.radiance)
     received = clamped_cosine_moments(degrees)[:, None] * harmonics(degrees, cosine)
-    return decay @ np.swapaxes(moments, -1, -2) @ received
+    return decay @ np.swapaxes(modes.moments, -1, -2) @ received
 
 
 def clamped_cosine_moments(degrees: int) -> FloatArray:

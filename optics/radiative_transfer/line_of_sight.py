@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.radiative_transfer.discrete_ordinates import Modes
+from optics.radiative_transfer.discrete_ordinates import Modes, parity
 from optics.radiative_transfer.quadrature import harmonics
 from optics.radiative_transfer.surface import internal_reflectance
 
@@ -37,9 +37,8 @@ def many_times_scattered(modes: Modes, optical_depth: FloatArray, cosine: FloatA
     result = np.empty((len(source), len(optical_depth), len(cosine)))
     up, down = cosine < 0, cosine > 0
     result[..., up] = _from_below(modes, optical_depth, cosine[up], source[..., up])
-    mirrored = np.swapaxes(modes.moments, -1, -2) @ (
-        modes.albedo * modes.phase_moments[:, None] * harmonics(len(modes.phase_moments), -cosine[down])
-    )
+    turned = parity(len(legendre))[..., None] * scattered[..., down]
+    mirrored = np.swapaxes(modes.moments, -1, -2) @ turned
     at_surface = _from_below(modes, np.zeros(1), -cosine[down], mirrored)
     reflected = internal_reflectance(cosine[down], modes.n_water) * at_surface
     dimmed = np.exp(-optical_depth[:, None] / cosine[down])

@@ -75,6 +75,16 @@ def test_light_that_counts_as_not_scattered_is_the_forward_peak(field, optics):
     np.testing.assert_allclose(field.beam_attenuation, reduced, rtol=1e-12)
 
 
+def test_molecules_scatter_with_the_particles(columns, optics):
+    angle = np.array([[0.01, 0.3], [1.5, 3.0]])
+    for position, column in enumerate(columns):
+        expected = optics.phase_function(angle.ravel())[position].reshape(angle.shape)
+        np.testing.assert_allclose(column.phase(angle), expected, rtol=1e-12)
+        moments = optics.moments(2)[position]
+        fraction = column.scaled.forward_fraction
+        assert column.scaled.phase_moments[1] == pytest.approx((moments[1] - fraction) / (1 - fraction), rel=1e-5)
+
+
 def test_horizontal_planes_receive_what_the_layers_say(field):
     """Harmonics of 64 degrees against quadrature: the sum that is cut off weighs 1e-6 from above, 1e-3 from below."""
     sun = field.sun_cosine * field.sun_irradiance
