@@ -11,6 +11,7 @@ import typer
 
 from mirrorgaze.commands import (
     calibration,
+    compare,
     coverage,
     design,
     doctor,
@@ -35,6 +36,7 @@ COMMANDS = (
     rig_files.schema,
     sizing.size,
     render.render,
+    compare.compare,
     coverage.coverage,
     gaze.gaze,
     gaze.virtual_camera,

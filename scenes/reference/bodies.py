@@ -18,8 +18,9 @@ from optics.mesh import Group, PartMesh, Role
 from rigs.specification import FlatMirror
 from scenes.geometry import vertex_normals
 from scenes.materials import MATERIAL_OF_ROLE, Material, colour_basis
-from scenes.stage import Target
+from scenes.targets import MeshShape, TargetShape
 from scenes.worlds import World
+from scenes.worlds.surface import Surface
 
 FloatArray = NDArray[np.float64]
 
@@ -44,16 +45,18 @@ def part_shapes(
     }
 
 
-def world_shapes(world: World, origin_m: FloatArray, albedo: FloatArray, wavelength_nm: FloatArray) -> dict[str, Any]:
-    """World as one mesh for each material, seen from `origin_m` of the world frame."""
-    vertices = world.vertices_m - origin_m
-    normals = vertex_normals(vertices, world.faces)
-    factors = world.colour @ colour_basis(wavelength_nm)
+def surface_shapes(
+    name: str, surface: Surface | World, scene_from: RigidTransform, albedo: FloatArray, wavelength_nm: FloatArray
+) -> dict[str, Any]:
+    """World, or a target of triangles, as one mesh for each material; smooth normals as the fast renderer's."""
+    vertices = scene_from.apply(surface.vertices_m) if len(surface.vertices_m) else surface.vertices_m
+    normals = vertex_normals(vertices, surface.faces)
+    factors = surface.colour @ colour_basis(wavelength_nm)
     shapes = {}
-    for material in np.unique(world.material):
-        faces = world.faces[world.material == material]
+    for material in np.unique(surface.material):
+        faces = surface.faces[surface.material == material]
         used, renumbered = np.unique(faces, return_inverse=True)
-        shapes[f"world_{material}"] = _mesh(
+        shapes[f"{name}_{material}"] = _mesh(
             vertices[used],
             renumbered.reshape(faces.shape),
             {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": MESH_COLOUR}},
@@ -80,13 +83,19 @@ def mirror_shape(
     }
 
 
-def target_shape(target: Target, origin_m: FloatArray, albedo: FloatArray) -> dict[str, Any]:
-    """The ball."""
+def target_shapes(
+    target: TargetShape, scene_from_target: RigidTransform, albedo: FloatArray, wavelength_nm: FloatArray
+) -> dict[str, Any]:
+    """The target at its place."""
+    if isinstance(target, MeshShape):
+        return surface_shapes("target", target.surface, scene_from_target, albedo, wavelength_nm)
     return {
-        "type": "sphere",
-        "center": [float(component) for component in np.asarray(target.centre_m) - origin_m],
-        "radius": float(target.radius_m),
-        "bsdf": diffuse(albedo[Material.TARGET]),
+        "target": {
+            "type": "sphere",
+            "center": [float(component) for component in scene_from_target.translation],
+            "radius": float(target.radius_m),
+            "bsdf": diffuse(albedo[Material.TARGET]),
+        }
     }
 
 

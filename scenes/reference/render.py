@@ -16,7 +16,7 @@ from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.reference.estimate import RayMaker, estimate, launches
 from scenes.reference.scene import reference_scene
-from scenes.stage import Stage, Target
+from scenes.stage import Stage
 
 Progress = Callable[[int, int], None]
 """Called with the launches done and to do."""
@@ -53,7 +53,7 @@ def render_reference(
     samples: int = 64,
     seed: int = 0,
     world_from_body: RigidTransform | None = None,
-    target: Target | None = None,
+    world_from_target: RigidTransform | None = None,
     progress: Progress | None = None,
 ) -> ReferenceFrame:
     """Render one frame with stock Mitsuba `volpathmis`; the arguments are those of the fast renderer.
@@ -88,7 +88,7 @@ def render_reference(
             q2=q2,
             columns=group,
             world_from_body=world_from_body or stage.world_from_body,
-            target=target or stage.target,
+            world_from_target=world_from_target,
         )
         part = estimate(
             staged.scene,

@@ -16,16 +16,17 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.backend import mi
 from optics.layout import Layout, camera_pose
-from optics.mesh import Group, PartMesh
+from optics.mesh import Group, PartMesh, Role
 from optics.port import NoPort, port_from_spec
 from rigs import Rig
 from scenes.materials import albedo_table
-from scenes.reference.bodies import diffuse, mirror_shape, part_shapes, target_shape, world_shapes
+from scenes.reference.bodies import diffuse, mirror_shape, part_shapes, surface_shapes, target_shapes
 from scenes.reference.housing import BLACK, housing
 from scenes.reference.medium import water_medium
+from scenes.reference.opening import with_opening
 from scenes.reference.sea import sea_of
 from scenes.reference.surface import SeaSurface, lamps
-from scenes.stage import Stage, Target
+from scenes.stage import Stage
 
 FloatArray = NDArray[np.float64]
 
@@ -52,17 +53,19 @@ def reference_scene(
     q2: float,
     columns: slice,
     world_from_body: RigidTransform,
-    target: Target | None,
+    world_from_target: RigidTransform | None,
 ) -> ReferenceScene:
     """Scene of a rig on a stage at three of the bands' wavelengths (`columns`); joint values in radians."""
     bands = stage.light.bands
     wavelength, albedo = bands.wavelength_nm[columns], albedo_table(bands)[:, columns]
     sea = sea_of(stage.light).at(columns)
     water = water_medium(sea)
-    origin = world_from_body.translation
+    scene_from_world = RigidTransform.from_translation(-world_from_body.translation)
     body = RigidTransform.from_rotation(world_from_body.rotation)
-    scene_from_camera = body * camera_pose(rig.camera)
+    body_from_camera = camera_pose(rig.camera)
+    scene_from_camera = body * body_from_camera
     port = port_from_spec(rig.port, rig.water)
+    opened = [with_opening(part, port, body_from_camera) if part.role == Role.HULL else part for part in parts]
     n_water = float(np.mean(sea.n_water))
     scene_from = {Group.FIXED: body}
     mirrors: dict[str, Any] = {}
@@ -80,14 +83,15 @@ def reference_scene(
     description: dict[str, Any] = {
         "type": "scene",
         **lamps(sea),
-        **basin(-float(origin[2]), SeaSurface(n_water), water),
+        **basin(float(scene_from_world.translation[2]), SeaSurface(n_water), water),
         **housing(port, scene_from_camera.as_matrix(), water),
-        **part_shapes(parts, scene_from, albedo),
-        **world_shapes(stage.world, origin, albedo, wavelength),
+        **part_shapes(opened, scene_from, albedo),
+        **surface_shapes("world", stage.world, scene_from_world, albedo, wavelength),
         **mirrors,
     }
-    if target is not None:
-        description["target"] = target_shape(target, origin, albedo)
+    if stage.target is not None:
+        placed = scene_from_world * (world_from_target or stage.target.world_from_target)
+        description |= target_shapes(stage.target.shape, placed, albedo, wavelength)
     return ReferenceScene(
         # Merged shapes would lose their materials.
         scene=mi.load_dict(description, optimize=False),

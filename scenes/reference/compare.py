@@ -1,0 +1,174 @@
+"""Both renderers on the same stage at the same pose: numbers, times and a picture side by side."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.meshes import rig_meshes
+from optics.backend import mi
+from optics.layout import Layout
+from rigs import Rig
+from scenes.frame import Frame
+from scenes.image import display_image
+from scenes.reference.agreement import Agreement, agreements, pixel_error, time_to_target_error_s
+from scenes.reference.render import Progress, ReferenceFrame, render_reference
+from scenes.renderer import FastRenderer
+from scenes.stage import Stage, stage
+
+FAST_SAMPLES = 16
+"""Of the fast frame whose bias is taken: edges are averaged over the pixel as the reference does."""
+
+WARM_UP, TIMED_FRAMES = 3, 7
+"""The first frames are traced and compiled."""
+
+FULL_COLOUR = 0.5
+"""Difference, in units of the channel's mean radiance, that is shown in full red (fast too bright) or blue."""
+
+NARROWEST_PANEL_PX = 320
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """What `compare` found.
+
+    Attributes
+    ----------
+    agreements : list of Agreement
+        Whole image, regions, labels.
+    fast_time_s : float
+        A frame with one sample per pixel, median.
+    reference_time_s : float
+        Of all samples, scene building included.
+    reference_samples : int
+    reference_pixel_error : float
+        Relative standard error of a pixel after that time, median.
+    reference_time_to_3_percent_s : float
+        Time that it would need to bring that down to 3 %.
+    speed_ratio : float
+        That time over the fast frame's.
+    """
+
+    agreements: list[Agreement]
+    fast_time_s: float
+    reference_time_s: float
+    reference_samples: int
+    reference_pixel_error: float
+    reference_time_to_3_percent_s: float
+    speed_ratio: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        plain = {name: value for name, value in vars(self).items() if name != "agreements"}
+        return {"agreements": [each.as_dict() for each in self.agreements], **plain}
+
+
+def compare(
+    rig: Rig,
+    *,
+    q1_deg: float,
+    q2_deg: float,
+    path: Path,
+    width_px: int,
+    height_px: int,
+    samples: int,
+    seed: int = 0,
+    world: str = "tank",
+    depth_m: float = 5.0,
+    jerlov_type: str | None = None,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Render a pose with both renderers, and write fast, reference and their difference side by side as a PNG.
+
+    Raises
+    ------
+    ValueError
+        For a bad argument, before anything is computed.
+    """
+    _check_path(path)
+    q1, q2 = np.radians([q1_deg, q2_deg])
+    if rig.has_mirrors:
+        Layout.from_rig(rig).check_joints(q1, q2)
+    scene = stage(rig, world=world, depth_m=depth_m, jerlov_type=jerlov_type)
+    parts = rig_meshes(rig) if rig.has_mirrors else []
+    smooth, quick = (
+        FastRenderer(rig, parts, scene, width_px=width_px, height_px=height_px, samples=count)
+        for count in (FAST_SAMPLES, 1)
+    )
+    frame = smooth.render(q1=q1, q2=q2)
+    fast_time = _frame_time_s(quick, q1, q2)
+    start = time.perf_counter()
+    reference = render_reference(
+        rig,
+        parts,
+        scene,
+        q1=q1,
+        q2=q2,
+        width_px=width_px,
+        height_px=height_px,
+        samples=samples,
+        seed=seed,
+        progress=progress,
+    )
+    reference_time = time.perf_counter() - start
+    _write(side_by_side(frame, reference, scene), path)
+    error = pixel_error(frame, reference)
+    needed = time_to_target_error_s(reference_time, error)
+    return Comparison(
+        agreements=agreements(frame, reference),
+        fast_time_s=fast_time,
+        reference_time_s=reference_time,
+        reference_samples=samples,
+        reference_pixel_error=error,
+        reference_time_to_3_percent_s=needed,
+        speed_ratio=needed / fast_time,
+    )
+
+
+def side_by_side(frame: Frame, reference: ReferenceFrame, scene: Stage) -> NDArray[np.uint8]:
+    """Fast frame, reference, and their difference (red: fast too bright, blue: too dark), shape (h, 3 w, 3).
+
+    Small frames are enlarged by a whole number.
+    """
+    shown = [frame, replace(frame, radiance=reference.radiance.astype(np.float32))]
+    panels = [*(display_image(each, scene) for each in shown), difference_map(frame, reference)]
+    scale = max(1, -(-NARROWEST_PANEL_PX // frame.radiance.shape[1]))
+    return np.concatenate([panel.repeat(scale, axis=0).repeat(scale, axis=1) for panel in panels], axis=1)
+
+
+def difference_map(frame: Frame, reference: ReferenceFrame) -> NDArray[np.uint8]:
+    """Difference in units of each channel's mean radiance, mean of the channels; white where there is none."""
+    mean = reference.radiance.mean(axis=(0, 1))
+    off = ((frame.radiance - reference.radiance) / np.where(mean > 0, mean, 1)).mean(axis=-1) / FULL_COLOUR
+    fade = 1 - np.clip(np.abs(off), 0, 1)
+    ones = np.ones_like(fade)
+    colours = np.where((off > 0)[..., np.newaxis], np.stack([ones, fade, fade], -1), np.stack([fade, fade, ones], -1))
+    return np.round(255 * colours).astype(np.uint8)
+
+
+def _frame_time_s(renderer: FastRenderer, q1: float, q2: float) -> float:
+    times = []
+    for _ in range(WARM_UP + TIMED_FRAMES):
+        start = time.perf_counter()
+        renderer.render(q1=q1, q2=q2)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times[WARM_UP:])
+
+
+def _check_path(path: Path) -> None:
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"expected a picture that ends in .png, got {path.name!r}")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: expected an existing folder, but there is no {path.parent}")
+
+
+def _write(picture: NDArray[np.uint8], path: Path) -> None:
+    partial = path.with_name(f".{path.stem}.partial.png")
+    mi.Bitmap(np.ascontiguousarray(picture)).write(str(partial))
+    partial.replace(path)
