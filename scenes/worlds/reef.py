@@ -22,6 +22,9 @@ CEILING_BELOW_SURFACE_M = 0.3
 FREE_RADIUS_M = 1.6
 """Nothing comes nearer to the robot's origin; the bottom below it is 2 m away."""
 
+ARENA_RADIUS_M, ARENA_FLOOR_M = 3.2, 0.75
+"""Around the robot, nothing stands higher over the bottom than this: room for a target and for the robot."""
+
 CURRENT = np.array([0.8, 0.6, 0.0])
 """Where the sea comes from, along a ridge's normal."""
 
@@ -164,7 +167,9 @@ def _growths(rng: np.random.Generator, ground: Terrain, depth_m: float) -> list[
         vertices = foot + size * prototype.vertices_m @ _stand(rng, form, ground.normal[place]).T
         tint = rng.uniform(0.65, 1.1) * rng.uniform(0.88, 1.0, 3)
         material = prototype.material if not form.materials else int(form.materials[rng.integers(len(form.materials))])
-        if vertices[:, 2].max() < ceiling and np.linalg.norm(vertices - robot, axis=1).min() > FREE_RADIUS_M:
+        inside = np.hypot(vertices[:, 0], vertices[:, 1]) < ARENA_RADIUS_M
+        highest = max(vertices[:, 2].max() - ceiling, vertices[inside, 2].max(initial=0.0) - ARENA_FLOOR_M)
+        if highest < 0 and np.linalg.norm(vertices - robot, axis=1).min() > FREE_RADIUS_M:
             counts[form.name] += 1
             made = surface(vertices, prototype.faces, material, np.minimum(prototype.colour * tint, BRIGHTEST))
             grown.append((f"{form.name} {counts[form.name]}", made))

@@ -27,7 +27,7 @@ SURVEY_RAYS, SURVEY_RINGS = 100, 160
 SURVEY_BLUR = 2.5
 """Rays and rings over which the need is smoothed, so that neighbouring rays agree and cells are not sheared."""
 
-FREE_RADIUS_M = 2.8
+FREE_RADIUS_M = 3.2
 """Within it the bottom is sand."""
 WALL_RADIUS_M = 5.0
 HIGHEST_WALL_M = 6.0
