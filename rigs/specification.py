@@ -13,6 +13,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from rigs.image_sensor import ImageSensorSpec
+from rigs.lamps import Lamp
 from rigs.mounting import Hull, Joints, Mount, Servos, Vehicle
 from rigs.section import Number, Positive, Section, Vector3, Whole
 from rigs.water import Water
@@ -187,6 +188,7 @@ class Rig(Section):
     hull: Hull | None = None
     mount: Mount | None = None
     vehicle: Vehicle | None = None
+    lamps: tuple[Lamp, ...] = ()
 
     @model_validator(mode="after")
     def _mirrors_come_whole(self) -> Self:

@@ -33,7 +33,7 @@ MEAN_INDEPENDENT_WAVES = 9
 SHALLOWEST_M = 0.05
 DEEPEST_M = 30.0
 TABLE_SIZE = 2048
-"""Cells of the tables over depth, even in its logarithm: 0.3 % of depth and of the variation. Deeper than they reach, too
+"""Cells of the tables over depth, even in its logarithm: 0.3 % of depth and of the variation. Below them too
 little is left of the direct sun to tell."""
 
 MODE_COUNT = 4
@@ -142,10 +142,10 @@ def flicker_pattern(wind: Wind, towards_sun: FloatArray, n_water: float, seed: i
     """Draw a pattern: the same numbers and seed give the same one. `towards_sun` is the refracted sun, world frame."""
     rng = np.random.default_rng(seed)
     shape = (2, WAVES_PER_SET)
-    # Stratified over one octave of sizes and over all directions, the two in orders of their own.
-    octave = (np.array([rng.permutation(WAVES_PER_SET) for _ in range(2)]) + rng.random(shape)) / WAVES_PER_SET - 0.5
-    angle = 2 * np.pi * (np.arange(WAVES_PER_SET) + rng.random(shape)) / WAVES_PER_SET
-    number = 2**octave
+    # Stratified over an octave and a half of sizes and over all orientations, the two in orders of their own.
+    size = (np.array([rng.permutation(WAVES_PER_SET) for _ in range(2)]) + rng.random(shape)) / WAVES_PER_SET
+    angle = np.pi * ((np.arange(WAVES_PER_SET) + rng.random(shape)) / WAVES_PER_SET + rng.integers(0, 2, shape))
+    number = 2 ** (1.5 * size - 0.75)
     level = np.cross([0.0, 0.0, 1.0], towards_sun)
     length = np.linalg.norm(level)
     level = level / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
