@@ -32,6 +32,9 @@ ON_THE_RAY = 0.1
 """At least this share of the pixels is taken to show what their region's train leads to; by it a frame's own deviation
 is known, which is none at one sample a pixel, and that of the first sample from the centre at more."""
 
+SAMPLED_PIXELS = 10_000
+"""So many pixels tell it well enough."""
+
 SPREAD_OF_PITCH = 4.0
 """An offset in pixels is another angle at the image's edge than in its middle, by less than this."""
 
@@ -129,7 +132,8 @@ def _leaves_the_ray(off_m: FloatImage, distance_m: FloatImage, pitch: float) -> 
     # Open water lies at an infinite distance, the housing at none: neither has a point, nor an angle.
     with np.errstate(invalid="ignore", divide="ignore"):
         angle = off_m / distance_m
-        known = angle[np.isfinite(angle)]
+        some = angle.ravel()[:: 1 + angle.size // SAMPLED_PIXELS]
+        known = some[np.isfinite(some)]
         typical = min(SPREAD_OF_PITCH * float(np.quantile(known, ON_THE_RAY)), pitch) if known.size else 0.0
         return np.asarray(off_m > SMALLEST_DEVIATION_M + typical * distance_m)
 
