@@ -18,6 +18,7 @@ from optics.arrays import unit
 from optics.backend import Array3f32, Float32, dr
 from optics.tables import read_table
 from rigs.lamps import Lamp
+from scenes.flicker import power_of_two
 from scenes.sky import Numbers
 from scenes.spectrum import DATA
 
@@ -201,10 +202,10 @@ def lamp_backscatter(
             angle = first + half * (1 + float(node))
             sine, cosine = dr.sincos(angle)
             cosine = dr.maximum(cosine, 1e-6)
-            way = before + height * (sine + 1) / cosine
+            way = (before + height * (sine + 1) / cosine) * -np.log2(np.e)
             beam = float(weight) * _beam(reach * dr.cos(angle - middle), exponent)
             scattered = volume_scattering(angle + np.pi / 2)
-            sums = [s + v * beam * dr.exp(-c * way) for s, v, c in zip(sums, scattered, attenuation, strict=True)]
+            sums = [s + v * beam * _exp2(c * way) for s, v, c in zip(sums, scattered, attenuation, strict=True)]
         intensity = _intensity(numbers, lamp, len(attenuation))
         total = [t + i * s * (half / height) for t, i, s in zip(total, intensity, sums, strict=True)]
     return total
@@ -212,7 +213,12 @@ def lamp_backscatter(
 
 def _beam(cosine: Any, exponent: Any) -> Any:
     """Intensity over that on the axis."""
-    return dr.select(cosine > 0, dr.exp(exponent * dr.log(dr.maximum(cosine, 1e-12))), 0)
+    return dr.select(cosine > 0, _exp2(exponent * dr.log2(dr.maximum(cosine, 1e-12))), 0)
+
+
+def _exp2(exponent: Any) -> Any:
+    """``2^x`` for x up to zero; 2^-100 stands for all that is less."""
+    return power_of_two(dr.maximum(exponent, -100))
 
 
 def _vector(numbers: Numbers, name: str, lamp: int) -> Any:

@@ -12,7 +12,6 @@ from scenes.flicker import (
     MEAN_INDEPENDENT_WAVES,
     MODE_COUNT,
     WAVES_PER_SET,
-    _power_of_two,
     depth_nodes,
     flicker,
     flicker_modes,
@@ -20,6 +19,7 @@ from scenes.flicker import (
     flicker_pattern,
     irradiance_variation,
     pattern_size_per_depth,
+    power_of_two,
     spread_of,
     sun_variation,
 )
@@ -170,4 +170,4 @@ def test_spread_of_a_sum_of_cosines():
 
 def test_power_of_two():
     exponent = np.linspace(-20, 20, 40_001).astype(np.float32)
-    np.testing.assert_allclose(_power_of_two(Float32(exponent)), 2.0 ** exponent.astype(np.float64), rtol=4e-6)
+    np.testing.assert_allclose(power_of_two(Float32(exponent)), 2.0 ** exponent.astype(np.float64), rtol=4e-6)
