@@ -87,7 +87,7 @@ def render_reference(
             q1=q1,
             q2=q2,
             columns=group,
-            world_from_body=world_from_body or stage.world_from_body,
+            world_from_body=stage.world_from_body if world_from_body is None else world_from_body,
             world_from_target=world_from_target,
         )
         part = estimate(

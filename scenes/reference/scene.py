@@ -90,7 +90,9 @@ def reference_scene(
         **mirrors,
     }
     if stage.target is not None:
-        placed = scene_from_world * (world_from_target or stage.target.world_from_target)
+        placed = scene_from_world * (
+            world_from_target if world_from_target is not None else stage.target.world_from_target
+        )
         description |= target_shapes(stage.target.shape, placed, albedo, wavelength)
     return ReferenceScene(
         # Merged shapes would lose their materials.

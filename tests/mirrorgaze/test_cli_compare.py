@@ -1,0 +1,59 @@
+"""`mirrorgaze compare`: what it prints and writes, and that bad input writes nothing."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from mirrorgaze.cli import app
+from optics.backend import mi
+
+SMALL = ("--width", "16", "--height", "12", "--samples", "8")
+
+
+def mirrorgaze(*arguments: str):
+    return CliRunner().invoke(app, ["compare", *arguments])
+
+
+def test_machines_are_told_bias_error_and_speed(here):
+    result = mirrorgaze("bench", *SMALL, "--json", "-o", "both.png")
+    assert result.exit_code == 0, result.stderr
+    found = json.loads(result.stdout)
+    whole = found["agreements"][0]
+    assert whole["name"] == "whole image"
+    assert whole["pixels"] == 16 * 12
+    for fast, true, bias in zip(whole["fast"], whole["reference"], whole["bias"], strict=True):
+        assert bias == pytest.approx(fast / true - 1)
+    assert found["speed_ratio"] == pytest.approx(found["reference_time_to_3_percent_s"] / found["fast_time_s"])
+    picture = np.array(mi.Bitmap(str(here / "both.png")))
+    # Three panels, enlarged to at least 320 pixels each.
+    assert picture.shape == (240, 3 * 320, 3)
+    assert "reference: 3 of 3" in result.stderr
+
+
+def test_people_get_a_table(here):
+    result = mirrorgaze("bench", *SMALL, "-o", "both.png")
+    assert result.exit_code == 0, result.stderr
+    assert "whole image  192" in result.stdout
+    assert "bias %" in result.stdout
+    assert "x the fast frame's time" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("-o", "both.exr"), "ends in .png"),
+        (("-o", "nowhere/both.png"), "existing folder"),
+        (("--world", "moon"), "expected a world"),
+        (("--depth", "0.1"), "expected a depth"),
+        (("--q1", "170"), "q1 (pan)"),
+    ],
+)
+def test_bad_input_is_told_and_nothing_written(here, arguments, sentence):
+    result = mirrorgaze("aqua2", *SMALL, *arguments)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert not list(here.iterdir())
