@@ -59,6 +59,7 @@ TYPES = {
     "Array2f64": "Array2f64",
     "Array3f64": "Array3f64",
     "Matrix3f64": "Matrix3f64",
+    "ArrayXf32": "ArrayXf",
     "TensorXf32": "TensorXf",
     "TensorXf64": "TensorXf64",
     "PCG32": "PCG32",

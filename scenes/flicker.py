@@ -16,7 +16,7 @@ from scipy.special import i0e
 
 from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.tables import read_table
-from scenes.sky import Numbers
+from scenes.packing import Numbers
 from scenes.spectrum import DATA
 from scenes.waves import GRAVITY, LIGHTEST_WIND_M_S, Wind, cosine_of_turns, variance_per_octave
 

@@ -28,6 +28,7 @@ class Label(IntEnum):
     MIRROR_BACK = 8
     MIRROR = 9
     """A mirror at the end of a long chain of reflections, where the renderer stops."""
+    SNOW = 10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,16 +41,25 @@ class Frame:
         In front of the lens, W / (m^2 sr nm), averaged over each channel's band.
     distance_m : float32
         Along the ray from the port's outer face to what is seen, through all mirrors; inf for open water.
+    point_m : float32, (..., 3)
+        What is seen, world frame; nan for open water and for pixels that see no water.
+    normal : float32, (..., 3)
+        Unit normal of the seen face towards the ray, world frame; zero where there is no point.
     label, region : uint8
         `Label` and `optics.status.Region` at the pixel's first sample.
+    instance : int32
+        Position in the renderer's `instance_names` of the part, thing or creature that is seen; -1 for none.
     target_fraction : float32
         Fraction of the pixel's samples that show the target.
     """
 
     radiance: FloatImage
     distance_m: FloatImage
+    point_m: FloatImage
+    normal: FloatImage
     label: NDArray[np.uint8]
     region: NDArray[np.uint8]
+    instance: NDArray[np.int32]
     target_fraction: FloatImage
 
     def region_counts(self) -> dict[str, int]:

@@ -19,7 +19,7 @@ from optics.backend import Array3f32, Float32, dr
 from optics.tables import read_table
 from rigs.lamps import Lamp
 from scenes.flicker import power_of_two
-from scenes.sky import Numbers
+from scenes.packing import Numbers
 from scenes.spectrum import DATA
 
 FloatArray = NDArray[np.float64]

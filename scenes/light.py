@@ -1,114 +1,213 @@
-"""Light under a flat sea: sun and sky through the surface, and the radiance of open water in every direction.
+"""Light under the sea surface, as the kernels take it: the radiance field of the water, and numbers made from it.
 
-The light field is a first model: downwelling light falls off with depth as exp(-Kd z) and keeps the direction of the
-refracted sun; water scatters it once into the view. For that source the radiance `F` below solves the
-radiative-transfer equation exactly, so the light scattered into a line of sight between two points is
-``F(z0, w) - exp(-c r) F(z1, w)`` without any fitted coefficient. `docs/rendering.md` derives it.
+The radiance of open water F solves the radiative-transfer equation, so the light scattered into a line of sight between
+two points is ``F(z0, w) - exp(-c r) F(z1, w)`` without any fitted coefficient. F has two parts. The sun's light
+scattered once is closed form; all else comes from a plane-parallel solution (`optics.radiative_transfer`).
+`docs/rendering.md` says more.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.backend import Float64
-from optics.refraction import dielectric_transmittance
-from optics.scattering import fournier_forand, fournier_forand_backscattered_fraction
-from optics.water import absorption, diffuse_attenuation, scattering, water_index
+from optics.arrays import opaque
+from optics.backend import Array3f32, Float32, Float64, UInt32
+from optics.inherent_optics import InherentOptics, inherent_optics
+from optics.materials import aluminium_index
+from optics.pure_water import DEPOLARISATION
+from optics.radiative_transfer import RadianceField, radiance_field
+from optics.refraction import conductor_reflectance
 from rigs import Water
-from scenes.spectrum import camera_bands, sun_irradiance
+from scenes.field_table import DEPTH_SCALE_M, DEPTHS, azimuth_from, depths_m, field_table, looked_up, resampled
+from scenes.materials import albedo_table, colour_basis
+from scenes.packing import Packing, rows_of
+from scenes.sky import Daylight
+from scenes.spectrum import Bands, water_bands
+from scenes.sun import Sun
 
 FloatArray = NDArray[np.float64]
 
-SMALLEST_SCATTERING_ANGLE = np.radians(1.0)
-"""The phase function is held constant nearer to the forward direction: light scattered by less than this is not told
-apart from light that was not scattered."""
-
 PHASE_TABLE_SIZE = 721
+SKY_TABLE_SIZE = 65
+SPECTRUM_ROW = 16
+"""Numbers in a row of a table by wavelength."""
+SIDES: dict[str, Callable[[FloatArray], NDArray[np.bool_]]] = {
+    "level": lambda cosine: np.abs(cosine) < 0.3,
+    "up": lambda cosine: cosine > 0.5,
+    "down": lambda cosine: cosine < -0.5,
+}
+"""Which cosines of the direction looked along count as which side; numbers that differ by side go evenly between."""
 
-DIFFUSE_SURFACE_TRANSMITTANCE = 0.934
-"""Of an evenly bright sky through a flat surface into water of index 1.34 (Preisendorfer 1976, Hydrologic Optics)."""
+DEEPEST_M = 120.0
+"""Where the tables of light end."""
+METAL_DEGREE = 6
+"""Of the mirrors' reflectance as a polynomial of the cosine: 0.0012 from Fresnel's formula at most below 84 degrees."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sun:
-    """Where the sun stands: elevation above the horizon, azimuth from the world's east towards north."""
-
-    elevation_deg: float = 60.0
-    azimuth_deg: float = 120.0
-
-    def __post_init__(self) -> None:
-        if not 0 < self.elevation_deg <= 90:
-            raise ValueError(f"expected elevation_deg above 0 and at most 90, got {self.elevation_deg}")
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Light:
-    """Light and water at the wavelengths of the bands; arrays of shape (w,).
+    """Light and water at the wavelengths of the bands.
 
     Attributes
     ----------
-    n_water : float
-        Index at 550 nm.
-    towards_sun : array, shape (3,)
-        Unit vector towards the refracted sun, world frame.
-    beam_attenuation, diffuse_attenuation, scattering : arrays
-        c, Kd and b, 1/m.
-    sun_irradiance, sky_irradiance : arrays
-        Downwelling irradiance just below the surface on a horizontal plane, W / (m^2 nm).
-    upwelling_ratio : array
-        Upwelling over downwelling irradiance.
-    sky_radiance : array
-        Radiance of the sky above the surface, W / (m^2 nm sr).
-    phase : array, shape (PHASE_TABLE_SIZE,)
-        Phase function at even steps of the scattering angle from 0 to pi, 1/sr.
+    bands : Bands
+    daylight : Daylight
+        Sun and sky above the surface.
+    optics : InherentOptics
+        Of the water.
+    field : RadianceField
+        The light in open water.
     """
 
-    n_water: float
-    towards_sun: FloatArray
-    beam_attenuation: FloatArray
-    diffuse_attenuation: FloatArray
-    scattering: FloatArray
-    sun_irradiance: FloatArray
-    sky_irradiance: FloatArray
-    upwelling_ratio: FloatArray
-    sky_radiance: FloatArray
-    phase: FloatArray
+    bands: Bands
+    daylight: Daylight
+    optics: InherentOptics
+    field: RadianceField
+
+    @property
+    def n_water(self) -> float:
+        """Index of the water at the middle of the bands; geometry has one for all wavelengths."""
+        return float(np.median(self.optics.n_water))
+
+    @property
+    def towards_sun(self) -> FloatArray:
+        """Unit vector towards the refracted sun, world frame, shape (3,)."""
+        return self.daylight.sun.refracted(self.n_water)
 
     def white_radiance(self, depth_m: float) -> FloatArray:
-        """Radiance of a white horizontal Lambertian surface at a depth, per channel: what exposure is set by."""
-        irradiance = (self.sun_irradiance + self.sky_irradiance) * np.exp(-self.diffuse_attenuation * depth_m)
-        return np.asarray(camera_bands().weight @ irradiance / np.pi)
+        """Radiance of a white level Lambertian surface at a depth, per channel: what exposure is set by."""
+        down = np.array([np.interp(depth_m, self.field.depth_m, row) for row in self.field.downwelling])
+        return np.asarray(self.bands.weight @ down / np.pi)
+
+    def open_water_irradiance(self, depth_m: FloatArray, normals: FloatArray) -> FloatArray:
+        """Irradiance of planes in open water by all but the direct sun, by channel, shape (n, 3)."""
+        numbers = self.numbers(float(np.median(depth_m)))
+        packing = Packing.of(numbers)
+        light = packing.unpack(Float32(packing.row(numbers)), UInt32(0))
+        depth = Float32(depth_m.astype(np.float32))
+        normal = Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in normals.T))
+        azimuth = azimuth_from(light["sun_azimuth"], normal)
+        found = looked_up(light, field_table(self.ambient_nodes), depth, normal.z, azimuth)
+        return np.stack([channel.numpy() for channel in found], axis=-1)
+
+    def tables(self) -> dict[str, Any]:
+        """What the kernels look up: the phase function, light by direction and depth, the sky, the materials."""
+        sky = self.daylight.sky_radiance(np.linspace(0, 1, SKY_TABLE_SIZE)).T
+        return {
+            "phase": Float32(self._phase_table.astype(np.float32)),
+            "field": field_table(self.field_nodes),
+            "ambient": field_table(self.ambient_nodes),
+            "sky": rows_of(sky, SPECTRUM_ROW),
+            "albedo": rows_of(albedo_table(self.bands), SPECTRUM_ROW),
+        }
+
+    def numbers(self, depth_m: float) -> dict[str, Any]:
+        """Numbers of the kernels for a robot at a depth; see `scenes.shading` for what each is."""
+        field, optics, bands = self.field, self.optics, self.bands
+        sun = self.towards_sun
+        tilt = np.hypot(sun[0], sun[1])
+        by_side = {side: self._sides(side).mean(axis=(2, 3)) for side in SIDES}
+        cosine = {side: float(np.mean(field.cosine[SIDES[side](field.cosine)])) for side in SIDES}
+        share = {side: self._shares(values, depth_m) for side, values in by_side.items()}
+        decay = {side: self._decay(values, depth_m) for side, values in by_side.items()}
+        basis = colour_basis(bands.wavelength_nm)
+        numbers = {
+            "n_water": self.n_water,
+            "steps_per_log": (DEPTHS - 1) / np.log1p(DEEPEST_M / DEPTH_SCALE_M),
+            "table_decay": self.table_decay,
+            "sun_direction": sun,
+            "sun_azimuth": sun[:2] / tilt if tilt > 0 else np.array([1.0, 0.0]),
+            "weight": bands.weight.sum(axis=0),
+            "c": field.beam_attenuation,
+            "k_sun": field.beam_attenuation / field.sun_cosine,
+            "sun": field.sun_irradiance,
+            "once": optics.scattering * field.sun_irradiance,
+            "molecular": optics.molecular_fraction,
+            "molecular_anisotropy": (1 - DEPOLARISATION) / (1 + DEPOLARISATION),
+            "basis_red": basis[0],
+            "basis_green": basis[1],
+            "basis_blue": basis[2],
+            "field_share": share["level"],
+            "field_share_rise": (share["up"] - share["level"]) / cosine["up"],
+            "ambient_share": self._shares(field.scalar, depth_m),
+            "field_decay": decay["level"],
+            "field_decay_rise": (decay["up"] - decay["level"]) / cosine["up"],
+            "field_decay_fall": (decay["down"] - decay["level"]) / cosine["down"],
+        }
+        return numbers | {f"metal_{k}": row for k, row in enumerate(self._metal_fit)}
+
+    @cached_property
+    def field_nodes(self) -> FloatArray:
+        """Radiance of open water but for the sun's light scattered once, at the nodes of a table, by channel."""
+        return self._nodes(self.field.multiple)
+
+    @cached_property
+    def ambient_nodes(self) -> FloatArray:
+        """Irradiance by all but the direct sun, by the outward normal, at the nodes of a table, by channel."""
+        return self._nodes(self.field.irradiance)
+
+    @cached_property
+    def table_decay(self) -> FloatArray:
+        """What the tables' values fall off with, by channel, 1/m: they hold what is left to be interpolated."""
+        return np.array([self.field.asymptotic_attenuation[row > 0].min() for row in self.bands.weight])
+
+    def _nodes(self, values: FloatArray) -> FloatArray:
+        field = self.field
+        axes = field.depth_m, field.cosine, field.azimuth_rad
+        decay = field.asymptotic_attenuation
+        # Without their exponential fall values are smooth in depth, as `optics.radiative_transfer` says.
+        level = values * np.exp(np.multiply.outer(decay, field.depth_m))[..., np.newaxis, np.newaxis]
+        nodes = resampled(*axes, level, DEEPEST_M)
+        left = self.table_decay.repeat(len(decay) // 3) - decay
+        nodes = nodes * np.exp(np.multiply.outer(depths_m(DEEPEST_M), left))[:, np.newaxis, np.newaxis]
+        return np.asarray(nodes @ self.bands.weight.T)
+
+    def _sides(self, side: str) -> FloatArray:
+        return self.field.multiple[:, :, SIDES[side](self.field.cosine)]
+
+    def _shares(self, values: FloatArray, depth_m: float) -> FloatArray:
+        """Values by wavelength over those of their channel, at a depth; shape (w,)."""
+        here = np.array([np.interp(depth_m, self.field.depth_m, row) for row in values])
+        return np.asarray(here / ((self.bands.weight > 0).T @ (self.bands.weight @ here)))
+
+    def _decay(self, values: FloatArray, depth_m: float) -> FloatArray:
+        """How fast values fall off with depth, by channel, 1/m; shape (3,)."""
+        by_channel = np.log(self.bands.weight @ values)
+        slope = -np.gradient(by_channel, self.field.depth_m, axis=1)
+        return np.array([np.interp(depth_m, self.field.depth_m, row) for row in slope])
+
+    @cached_property
+    def _metal_fit(self) -> FloatArray:
+        cosine = np.linspace(0.05, 1, 400)
+        rows = [
+            np.array(conductor_reflectance(Float64(cosine), opaque(n), opaque(k), opaque(self.n_water)))
+            for n, k in zip(*aluminium_index(self.bands.wavelength_nm), strict=True)
+        ]
+        return np.asarray(np.polynomial.polynomial.polyfit(cosine, np.array(rows).T, METAL_DEGREE).T)
+
+    @cached_property
+    def _phase_table(self) -> FloatArray:
+        """Phase function at even steps; the first, which is infinitely bright forward, is that of half a step."""
+        angle = np.linspace(0, np.pi, PHASE_TABLE_SIZE)
+        return np.asarray(self.optics.phase(np.maximum(angle, angle[1] / 2)))
 
 
-def underwater_light(water: Water, sun: Sun) -> Light:
-    """Light below a flat surface for a rig's water and a sun."""
-    wavelength = camera_bands().wavelength_nm
-    n_water = float(water_index(550.0, water.salinity_ppt, water.temperature_celsius))
-    cosine_air = np.sin(np.radians(sun.elevation_deg))
-    sine_water = np.cos(np.radians(sun.elevation_deg)) / n_water
-    cosine_water = float(np.sqrt(1 - sine_water**2))
-    azimuth = np.radians(sun.azimuth_deg)
-    direct, sky = sun_irradiance(wavelength)
-    absorbed, scattered = absorption(water.jerlov_type, wavelength), scattering(water.jerlov_type, wavelength)
-    backscattering = scattered * fournier_forand_backscattered_fraction()
-    return Light(
-        n_water=n_water,
-        towards_sun=np.array([sine_water * np.cos(azimuth), sine_water * np.sin(azimuth), cosine_water]),
-        beam_attenuation=absorbed + scattered,
-        diffuse_attenuation=diffuse_attenuation(water.jerlov_type, wavelength, cosine_water),
-        scattering=scattered,
-        sun_irradiance=direct * cosine_air * float(dielectric_transmittance(Float64(cosine_air), 1.0, n_water)[0]),
-        sky_irradiance=sky * DIFFUSE_SURFACE_TRANSMITTANCE,
-        # Kirk 1984, eq. 5: R = (0.975 - 0.629 mu0) bb / a.
-        upwelling_ratio=(0.975 - 0.629 * cosine_water) * backscattering / absorbed,
-        sky_radiance=sky / np.pi,
-        phase=_phase_table(),
+def underwater_light(water: Water, daylight: Daylight | None = None, bands: Bands | None = None) -> Light:
+    """Light below a flat surface in a rig's water; the radiance field is solved once and kept."""
+    bands = bands or water_bands()
+    daylight = daylight or Daylight(wavelength_nm=bands.wavelength_nm, sun=Sun(), cloud=0.0)
+    optics = inherent_optics(water, bands.wavelength_nm)
+    field = radiance_field(
+        optics,
+        sun_cosine_air=daylight.sun.cosine,
+        sun_irradiance=daylight.sun_irradiance,
+        sky_radiance=daylight.sky_radiance,
+        deepest_m=DEEPEST_M,
     )
-
-
-def _phase_table() -> FloatArray:
-    angles = np.linspace(0, np.pi, PHASE_TABLE_SIZE)
-    return fournier_forand(np.maximum(angles, SMALLEST_SCATTERING_ANGLE))
+    return Light(bands=bands, daylight=daylight, optics=optics, field=field)

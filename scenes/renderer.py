@@ -1,56 +1,48 @@
-"""The fast renderer: what the camera sees through port and mirrors, deterministic, one frozen kernel per frame.
-
-Every ray is followed exactly: port once (its exit rays do not depend on the joints), then plane by plane over the
-mirrors and the sea surface, Fresnel's factors as weights. The first Lambertian surface ends it. Nothing is random, so
-one sample per pixel has no noise.
-"""
+"""The fast renderer: what the camera sees through port and mirrors, deterministic, one frozen kernel per frame."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import check_vector
-from optics.backend import Array3f32, Bool, Float32, UInt32, dr
+from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.layout import Layout, camera_pose
-from optics.materials import aluminium_index
 from optics.mesh import Group, PartMesh
-from optics.refraction import reflect
-from optics.status import Region, Status
+from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 from rigs.specification import FlatMirror
+from scenes.ambient import with_ambient
 from scenes.frame import Frame, Label
-from scenes.geometry import Geometry, rig_and_world
-from scenes.shading import light_parameters, lit_surface, mirror_throughput, scattered_in, surface_light
-from scenes.spectrum import camera_bands
-from scenes.stage import Stage, Target
-from scenes.tracing import (
-    FIRST_MIRROR,
-    START_OFFSET_M,
-    move,
-    nearest,
-    opaque32,
-    pose_parameters,
-    sunlit,
-    turn,
-    vector32,
+from scenes.geometry import (
+    SNOW,
+    TARGET,
+    WORLD,
+    geometry_of,
+    rig_meshes_by_group,
+    snow_mesh,
+    target_mesh,
+    world_mesh,
 )
+from scenes.kernel import Shape, compiled_frame, compiled_prefix
+from scenes.materials import Material
+from scenes.packing import Packing
+from scenes.stage import Stage
+from scenes.state import State
+from scenes.targets import MeshShape
+from scenes.tracing import Thing
+from scenes.worlds.snow import snow_offset_m
 
-LARGEST_BOUNCE_COUNT = 6
-"""Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
-the sea surface."""
-
-SHADOW_OFFSET_M = 1e-4
-"""How far a shadow ray starts off its surface: hits at tank scale are placed to about 1e-6 m in single precision."""
+FARTHEST_M = 1e5
+"""What is farther away is open water."""
 
 
 class FastRenderer:
-    """Renders a rig in a world; made once, called for every pose.
+    """Renders a rig in a world; made once, called for every state.
 
     Parameters
     ----------
@@ -58,11 +50,16 @@ class FastRenderer:
     parts : sequence of PartMesh
         Hull and mount as triangles (`cad.meshes.rig_meshes`); may be empty.
     stage : Stage
-        World, light, and where robot and target are unless `render` is told otherwise.
+        World, light, and where robot and target are unless a state says otherwise.
     width_px, height_px : int, optional
         Size of the frame; the camera's own by default. Another size looks at the same field of view.
     samples : int
         Samples per pixel, spread evenly over it.
+
+    Attributes
+    ----------
+    instance_names : tuple of str
+        Names of the parts, of what is in the world, and of the target, by their number in `Frame.instance`.
     """
 
     def __init__(
@@ -80,12 +77,22 @@ class FastRenderer:
         self.samples = samples
         if min(*self.shape, samples) < 1:
             raise ValueError(f"expected a positive size and sample count, got {self.shape[::-1]} and {samples}")
-        self._layout = Layout.from_rig(rig) if rig.has_mirrors else None
         self.stage = stage
-        self._geometry = rig_and_world(parts, stage.world)
-        self._light = light_parameters(stage.light, aluminium_index(camera_bands().wavelength_nm))
+        self._layout = Layout.from_rig(rig) if rig.has_mirrors else None
+        meshes, names = rig_meshes_by_group(parts)
+        if len(stage.world.faces):
+            meshes[WORLD] = with_ambient(world_mesh(stage.world, len(names)), stage.light)
+        self.instance_names = (*names, *stage.world.instance_names, TARGET)
+        if stage.target is not None and isinstance(stage.target.shape, MeshShape):
+            meshes[TARGET] = target_mesh(stage.target.shape, len(self.instance_names) - 1)
+        if stage.snow is not None:
+            meshes[SNOW] = snow_mesh(stage.snow)
+        self._geometry = geometry_of(meshes, self.instance_names)
+        self._tables = stage.light.tables()
         self._rays = self._port_rays()
-        self._kernel = compiled_frame(len(camera_bands().wavelength_nm), samples)
+        self._packing = Packing.of(self._numbers(State()))
+        self._rays["prefix"] = compiled_prefix(self._packing)(self._rays, self._geometry.groups, self._rows([State()]))
+        self._light: tuple[float, Any] | None = None
 
     def render(
         self,
@@ -93,57 +100,130 @@ class FastRenderer:
         q1: float = 0.0,
         q2: float = 0.0,
         world_from_body: RigidTransform | None = None,
-        target: Target | None = None,
+        world_from_target: RigidTransform | None = None,
+        time_s: float = 0.0,
     ) -> Frame:
         """Render one frame at joint values in radians; `ValueError` outside the joint limits.
 
-        The robot's pose and the target are the stage's unless given.
+        Poses of robot and target are the stage's unless given.
         """
-        radiance, distance, label, region, target_fraction = self.arrays(
-            q1=q1, q2=q2, world_from_body=world_from_body, target=target
-        )
-        rows, columns = self.shape
-        return Frame(
-            radiance=np.stack([np.array(channel) for channel in radiance], axis=-1).reshape(rows, columns, 3),
-            distance_m=np.array(distance).reshape(rows, columns),
-            label=np.array(label).astype(np.uint8).reshape(rows, columns),
-            region=np.array(region).astype(np.uint8).reshape(rows, columns),
-            target_fraction=np.array(target_fraction).reshape(rows, columns),
-        )
-
-    def arrays(
-        self,
-        *,
-        q1: float = 0.0,
-        q2: float = 0.0,
-        world_from_body: RigidTransform | None = None,
-        target: Target | None = None,
-    ) -> tuple[Any, Any, Any, Any, Any]:
-        """Same as `render`, left on the device: the fields of `Frame`, flat, radiance as a list of channels."""
-        world_from_body = self.stage.world_from_body if world_from_body is None else world_from_body
-        target = target or self.stage.target
-        state = {
-            "body": pose_parameters(world_from_body),
-            "groups": {},
-            "mirrors": [],
-            "target": vector32([0, 0, 0] if target is None else check_vector("centre_m", target.centre_m)),
-            "target_radius": opaque32(0.0 if target is None else target.radius_m),
-        }
-        if self._layout is not None:
-            self._layout.check_joints(q1, q2)
-            body_from = {
-                Group.FIXED: RigidTransform.identity(),
-                Group.PAN: self._layout.body_from_pan(q1),
-                Group.TILT: self._layout.body_from_m2(q1, q2),
-            }
-            state["groups"] = {str(group): pose_parameters(pose.inv()) for group, pose in body_from.items()}
-            state["mirrors"] = [
-                _mirror(self._layout.body_from_m1, self.rig.fold_mirror),
-                _mirror(body_from[Group.TILT], self.rig.gaze_mirror),
+        return self.render_states(
+            [
+                State(
+                    q1=q1,
+                    q2=q2,
+                    world_from_body=world_from_body,
+                    world_from_target=world_from_target,
+                    time_s=time_s,
+                )
             ]
-        elif str(Group.FIXED) in self._geometry:
-            state["groups"] = {str(Group.FIXED): pose_parameters(RigidTransform.identity())}
-        return self._kernel(self._rays, self._geometry, state, self._light)  # type: ignore[no-any-return]
+        )[0]
+
+    def render_states(self, states: Sequence[State]) -> list[Frame]:
+        """Render a frame for each state, all in one kernel; `ValueError` for joints outside their limits.
+
+        Light is computed for the mean depth of the robot, and falls off from there with depth: states of one call
+        should lie within a metre or so of depth.
+        """
+        arrays = self.arrays(states)
+        size = (len(states), *self.shape, self.samples)
+
+        def image(values: Any, kind: Any = np.float32) -> NDArray[Any]:
+            """What the first sample of each pixel sees."""
+            return np.asarray(values.numpy()).reshape(size)[..., 0].astype(kind, copy=False)
+
+        channels = [np.asarray(channel.numpy()).reshape(size).mean(axis=-1) for channel in arrays["rgb"]]
+        radiance = np.stack(channels, axis=-1)
+        share = (arrays["label"].numpy().reshape(size) == Label.TARGET).mean(axis=-1, dtype=np.float32)
+        point, normal = (np.stack([image(each) for each in arrays[name]], axis=-1) for name in ("point", "normal"))
+        distance, instance = image(arrays["distance"]), image(arrays["instance"], np.int32) - 1
+        label, region = image(arrays["label"], np.uint8), image(arrays["region"], np.uint8)
+        distance = np.where(distance < FARTHEST_M, distance, np.inf).astype(np.float32)
+        point = np.where(np.isfinite(distance)[..., np.newaxis], point, np.nan).astype(np.float32)
+        return [
+            Frame(
+                radiance=radiance[k],
+                distance_m=distance[k],
+                point_m=point[k],
+                normal=normal[k],
+                label=label[k],
+                region=region[k],
+                instance=instance[k],
+                target_fraction=share[k],
+            )
+            for k in range(len(states))
+        ]
+
+    def arrays(self, states: Sequence[State]) -> dict[str, Any]:
+        """Same as `render_states`, left on the device: flat Dr.Jit arrays, sample by sample of each pixel and frame."""
+        if not states:
+            raise ValueError("expected at least one state, got none")
+        count = len(states)
+        rays = self._rays if count == 1 else self._repeated_rays(count)
+        depth = float(np.mean([-self._body_pose(state).translation[2] for state in states]))
+        light_packing, light_row = self._light_row(depth)
+        shape = Shape(
+            light=light_packing,
+            state=self._packing,
+            wavelengths=len(self.stage.light.bands.wavelength_nm),
+            states=count,
+        )
+        result: dict[str, Any] = compiled_frame(shape)(
+            rays, self._geometry.arrays, self._tables, light_row, self._rows(states)
+        )
+        return result
+
+    def _rows(self, states: Sequence[State]) -> Any:
+        """Packed numbers of the states."""
+        return Float32(np.concatenate([self._packing.row(self._numbers(state)) for state in states]))
+
+    def _light_row(self, depth_m: float) -> tuple[Packing, Any]:
+        """Packed numbers of the light at a depth; the last is kept, since robots hover."""
+        if self._light is None or self._light[0] != depth_m:
+            numbers = self.stage.light.numbers(depth_m)
+            packing = Packing.of(numbers)
+            self._light = (depth_m, (packing, Float32(packing.row(numbers))))
+        row: tuple[Packing, Any] = self._light[1]
+        return row
+
+    def _body_pose(self, state: State) -> RigidTransform:
+        return self.stage.world_from_body if state.world_from_body is None else state.world_from_body
+
+    def _numbers(self, state: State) -> dict[str, Any]:
+        """Numbers of one state: poses of the groups seen from the body, mirrors, ball and sun in the body frame."""
+        world_from_body = self._body_pose(state)
+        body_from_world = world_from_body.inv()
+        numbers: dict[str, Any] = {
+            WORLD: _packed_pose(world_from_body),
+            "towards_sun": body_from_world.rotation.apply(self.stage.light.towards_sun),
+            "ball": np.zeros(4),
+            "ball_material": float(Material.TARGET),
+            "ball_instance": float(len(self.instance_names)),
+        }
+        target = self.stage.target
+        if target is not None:
+            moved = state.world_from_target
+            world_from_target = target.world_from_target if moved is None else moved
+            # Carried into the body frame here, in double precision.
+            body_from_target = body_from_world * world_from_target
+            if isinstance(target.shape, MeshShape):
+                numbers[TARGET] = _packed_pose(body_from_target.inv())
+            else:
+                numbers["ball"] = np.append(body_from_target.translation, target.shape.radius_m)
+        if self.stage.snow is not None:
+            offset = snow_offset_m(self.stage.snow, world_from_body.translation, state.time_s)
+            numbers[SNOW] = _packed_pose(RigidTransform.from_translation(-offset) * world_from_body)
+        if self._layout is not None:
+            self._layout.check_joints(state.q1, state.q2)
+            body_from_pan = self._layout.body_from_pan(state.q1)
+            body_from_tilt = self._layout.body_from_m2(state.q1, state.q2)
+            numbers |= {
+                str(Group.PAN): _packed_pose(body_from_pan.inv()),
+                str(Group.TILT): _packed_pose(body_from_tilt.inv()),
+                Thing.M1.name: _packed_mirror(self._layout.body_from_m1, self.rig.fold_mirror),
+                Thing.M2.name: _packed_mirror(body_from_tilt, self.rig.gaze_mirror),
+            }
+        return numbers
 
     def _port_rays(self) -> dict[str, Any]:
         """Rays on the port's outer face in the body frame, sample by sample of each pixel, in single precision."""
@@ -164,8 +244,22 @@ class FastRenderer:
             "gain": Float32(np.where(rays.status == Status.OK, gain, 0).astype(np.float32)),
         }
 
+    def _repeated_rays(self, count: int) -> dict[str, Any]:
+        """Rays of the port once for each state, and which state each lane belongs to."""
+        lanes = self.samples * self.shape[0] * self.shape[1]
+        lane = dr.arange(UInt32, count * lanes)
+        repeated: dict[str, Any] = {"state": lane // lanes}
+        ray = lane % lanes
+        for name in ("origin", "direction", "gain"):
+            repeated[name] = dr.gather(type(self._rays[name]), self._rays[name], ray)
+        repeated["prefix"] = [
+            {name: dr.gather(type(values), values, ray) for name, values in hit.items()} for hit in self._rays["prefix"]
+        ]
+        dr.eval(repeated)
+        return repeated
 
-def _spread(count: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+
+def _spread(count: int) -> NDArray[np.float64]:
     """`count` points spread evenly over the unit square around zero; one point is its centre.
 
     The R2 sequence (Roberts 2018, an additive recurrence with the plastic number), shifted so that its mean is zero.
@@ -176,141 +270,19 @@ def _spread(count: int) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.asarray(points - points.mean(axis=0))
 
 
-def _columns32(vectors: np.ndarray[Any, np.dtype[np.float64]]) -> Any:
+def _columns32(vectors: NDArray[np.float64]) -> Any:
     return Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in vectors.T))
 
 
-def _mirror(pose: RigidTransform, plate: FlatMirror | None) -> dict[str, Any]:
+def _packed_pose(transform: RigidTransform) -> NDArray[np.float64]:
+    """Rows of the rotation, then the translation."""
+    matrix = transform.as_matrix()
+    return np.concatenate([matrix[:3, :3].ravel(), matrix[:3, 3]])
+
+
+def _packed_mirror(pose: RigidTransform, plate: FlatMirror | None) -> NDArray[np.float64]:
+    """Centre, x, y, half width, half height."""
     assert plate is not None  # a rig has both mirrors or none
     axes = pose.rotation.as_matrix()
-    half_width, half_height = plate.width_mm / 2000, plate.height_mm / 2000
-    edges = [(1, 0, half_width), (-1, 0, half_width), (0, 1, half_height), (0, -1, half_height)]
-    return {
-        "point": vector32(pose.translation),
-        "x": vector32(axes[:, 0]),
-        "y": vector32(axes[:, 1]),
-        "normal": vector32(axes[:, 2]),
-        "edges": [[opaque32(value) for value in edge] for edge in edges],
-    }
-
-
-@cache
-def compiled_frame(wavelengths: int, samples: int) -> Callable[..., Any]:
-    """Frozen kernel of a frame; compiled for a number of wavelengths and of samples per pixel."""
-
-    @dr.freeze
-    def frame(rays: dict[str, Any], geometry: Geometry, state: dict[str, Any], light: dict[str, Any]) -> Any:
-        path = _follow(rays, geometry, state, light, wavelengths)
-        radiance = _with_lit_surfaces(path, geometry, state, light)
-        channels = [
-            rays["gain"] * sum((w * r for w, r in zip(row, radiance, strict=True)), Float32(0))
-            for row in light["weight"]
-        ]
-        on_target = dr.select(path["label"] == int(Label.TARGET), Float32(1), Float32(0))
-        truth = (path["distance"], path["label"], path["region"])
-        if samples > 1:
-            first = dr.arange(UInt32, dr.width(rays["gain"]) // samples) * samples
-            channels = [dr.block_sum(channel, samples) / samples for channel in channels]
-            on_target = dr.block_sum(on_target, samples) / samples
-            truth = tuple(dr.gather(type(values), values, first) for values in truth)
-        return channels, *truth, on_target
-
-    return frame  # type: ignore[no-any-return]
-
-
-def _follow(
-    rays: dict[str, Any], geometry: Geometry, state: dict[str, Any], light: dict[str, Any], wavelengths: int
-) -> dict[str, Any]:
-    """Kernel: follow rays over mirrors and sea surface to the first Lambertian surface or into open water.
-
-    The path's `label` and `distance` are those of the first thing that sends light of its own into the view; behind
-    the sea surface, which lets some light through and reflects the rest, the ray goes on for its radiance alone.
-    """
-    alive = rays["gain"] > 0
-    count = dr.width(rays["gain"])
-    start = {
-        "bounce": dr.zeros(UInt32, count),
-        "origin": Array3f32(rays["origin"]),
-        "direction": Array3f32(rays["direction"]),
-        "active": alive,
-        "distance": dr.zeros(Float32, count),
-        "throughput": [dr.ones(Float32, count) for _ in range(wavelengths)],
-        "radiance": [dr.zeros(Float32, count) for _ in range(wavelengths)],
-        "region": dr.select(alive, UInt32(int(Region.DIRECT)), UInt32(int(Region.HOUSING))),
-        "label": dr.full(UInt32, int(Label.HOUSING), count),
-        "lit": dr.zeros(Bool, count),
-        "normal": dr.zeros(Array3f32, count),
-        "material": dr.zeros(UInt32, count),
-    }
-
-    def segment(path: dict[str, Any]) -> tuple[dict[str, Any]]:
-        return (_segment(path, geometry, state, light),)
-
-    return dr.while_loop((start,), lambda path: path["active"], segment)[0]  # type: ignore[no-any-return]
-
-
-def _segment(path: dict[str, Any], geometry: Geometry, state: dict[str, Any], light: dict[str, Any]) -> dict[str, Any]:
-    active, origin, direction = path["active"], path["origin"], path["direction"]
-    hit = nearest(geometry, state, origin, direction, active)
-    world_direction = turn(state["body"], direction)
-    depth = -move(state["body"], origin).z
-    added, throughput = scattered_in(light, path["throughput"], world_direction, depth, hit.distance)
-    radiance = _plus(path["radiance"], added, active)
-
-    at_mirror = active & (hit.label >= FIRST_MIRROR)
-    at_surface = active & (hit.label == int(Label.SURFACE))
-    sky, below_surface, passes = surface_light(light, throughput, world_direction)
-    radiance = _plus(radiance, sky, at_surface)
-    behind_mirror = mirror_throughput(light, throughput, -dr.dot(direction, hit.normal))
-    throughput = [
-        dr.select(at_surface, s, dr.select(at_mirror, m, t))
-        for t, s, m in zip(throughput, below_surface, behind_mirror, strict=True)
-    ]
-
-    bounce = path["bounce"] + 1
-    exhausted = active & (at_mirror | at_surface) & (bounce >= LARGEST_BOUNCE_COUNT)
-    goes_on = (at_mirror | at_surface) & ~exhausted
-    unseen = active & (path["label"] == int(Label.HOUSING))
-    seen = unseen & (~goes_on | (at_surface & passes))
-    label = dr.select(at_mirror, UInt32(int(Label.MIRROR)), hit.label)
-    lit = active & ~at_mirror & ~at_surface & (hit.label != int(Label.OPEN_WATER))
-    point = origin + direction * hit.distance
-    reflected = reflect(direction, hit.normal)
-    folded = at_mirror & (hit.label == FIRST_MIRROR) & (path["region"] == int(Region.DIRECT))
-    gazed = at_mirror & (hit.label == FIRST_MIRROR + 1) & (path["region"] == int(Region.FOLD))
-    return {
-        "bounce": bounce,
-        "origin": dr.select(goes_on, point + reflected * START_OFFSET_M, dr.select(lit, point, origin)),
-        "direction": dr.select(goes_on, reflected, direction),
-        "active": goes_on,
-        "distance": dr.select(unseen, path["distance"] + hit.distance, path["distance"]),
-        "throughput": throughput,
-        "radiance": radiance,
-        "region": dr.select(
-            gazed, UInt32(int(Region.GAZE)), dr.select(folded, UInt32(int(Region.FOLD)), path["region"])
-        ),
-        "label": dr.select(seen, label, path["label"]),
-        "lit": path["lit"] | lit,
-        "normal": dr.select(lit, hit.normal, path["normal"]),
-        "material": dr.select(lit, hit.material, path["material"]),
-    }
-
-
-def _with_lit_surfaces(
-    path: dict[str, Any], geometry: Geometry, state: dict[str, Any], light: dict[str, Any]
-) -> list[Any]:
-    """Kernel: add what the Lambertian surfaces at the end of the paths send back."""
-    lit, normal = path["lit"], path["normal"]
-    world_normal = turn(state["body"], normal)
-    faces_sun = lit & (dr.dot(world_normal, light["towards_sun"]) > 0)
-    start = path["origin"] + normal * SHADOW_OFFSET_M
-    in_sun = sunlit(geometry, state, start, light["towards_sun"], faces_sun)
-    depth = -move(state["body"], path["origin"]).z
-    surface = lit_surface(
-        light, path["throughput"], normal=world_normal, depth=depth, material=path["material"], in_sun=in_sun
-    )
-    return _plus(path["radiance"], surface, lit)
-
-
-def _plus(total: list[Any], added: list[Any], where: Any) -> list[Any]:
-    return [t + dr.select(where, a, 0) for t, a in zip(total, added, strict=True)]
+    half = [plate.width_mm / 2000, plate.height_mm / 2000]
+    return np.concatenate([pose.translation, axes[:, 0], axes[:, 1], half])

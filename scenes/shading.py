@@ -1,109 +1,181 @@
-"""Kernels of light: what water scatters into a line of sight, and what a lit surface sends back."""
+"""Kernels of light: what water, mirrors, the sea surface and lit surfaces do to the radiance along a ray.
+
+Numbers of light are packed (`scenes.light.Light.numbers`): a list of one number for each wavelength under each name.
+Three wavelengths belong to each channel, in order.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from optics.backend import Float32, UInt32, dr
-from optics.refraction import conductor_reflectance, dielectric_transmittance
-from scenes.light import PHASE_TABLE_SIZE, Light
-from scenes.materials import albedo_table
-from scenes.spectrum import camera_bands
-from scenes.tracing import opaque32, vector32
+from optics.refraction import dielectric_transmittance
+from scenes.field_table import azimuth_from, looked_up
+from scenes.light import METAL_DEGREE, PHASE_TABLE_SIZE, SKY_TABLE_SIZE, SPECTRUM_ROW
+from scenes.packing import Numbers, row_of, vector
+
+SHORT_M = 0.5
+"""Up to this length the light at the far end is that at the near end, falling off as it does at the robot's depth."""
+
+LONG_M = 300.0
+"""Behind this much water nothing is seen: what is there needs no light."""
 
 Spectrum = list[Any]
 """One Dr.Jit array for each wavelength of the bands."""
 
 
-def light_parameters(light: Light, metal: tuple[Any, Any]) -> dict[str, Any]:
-    """Numbers of light, water and mirror metal (n, k at the bands' wavelengths) for the kernels."""
-    sine_to_irradiance = light.towards_sun[2]
-    downwelling = light.sun_irradiance + light.sky_irradiance
-    spectra = {
-        "c": light.beam_attenuation,
-        "K": light.diffuse_attenuation,
-        # Scalar irradiance of light along the refracted sun, times b: the source of scattered light at the surface.
-        "source": light.scattering * downwelling / sine_to_irradiance,
-        "sun": light.sun_irradiance / sine_to_irradiance,
-        "sky": light.sky_irradiance,
-        "upwelling": light.upwelling_ratio * downwelling,
-        "sky_radiance": light.sky_radiance,
-        "metal_n": metal[0],
-        "metal_k": metal[1],
-    }
-    return {
-        **{name: [opaque32(value) for value in values] for name, values in spectra.items()},
-        "n_water": opaque32(light.n_water),
-        "towards_sun": vector32(light.towards_sun),
-        "phase": Float32(light.phase.astype(np.float32)),
-        "albedo": Float32(albedo_table().astype(np.float32).ravel()),
-        "weight": [[opaque32(value) for value in row] for row in camera_bands().weight],
-    }
+def channels(light: Numbers, spectrum: Spectrum) -> list[Any]:
+    """Red, green and blue: sums of each channel's own wavelengths."""
+    nodes = len(spectrum) // 3
+    weighted = [w * s for w, s in zip(light["weight"], spectrum, strict=True)]
+    return [sum(weighted[k + 1 : k + nodes], weighted[k]) for k in range(0, len(spectrum), nodes)]
 
 
-def phase(light: dict[str, Any], direction: Any) -> Any:
-    """Phase function for sunlight scattered against `direction` (from the eye), interpolated in its table."""
-    angle = dr.safe_acos(dr.dot(light["towards_sun"], direction))
-    position = angle * ((PHASE_TABLE_SIZE - 1) / np.pi)
+def phase(table: Any, cosine: Any) -> Any:
+    """Particles' phase function at the cosine of the scattering angle, interpolated in its table."""
+    position = dr.safe_acos(cosine) * ((PHASE_TABLE_SIZE - 1) / np.pi)
     cell = dr.minimum(UInt32(position), PHASE_TABLE_SIZE - 2)
-    fraction = position - Float32(cell)
-    low, high = dr.gather(Float32, light["phase"], cell), dr.gather(Float32, light["phase"], cell + 1)
-    return dr.lerp(low, high, fraction)
+    low, high = dr.gather(Float32, table, cell), dr.gather(Float32, table, cell + 1)
+    return dr.lerp(low, high, position - Float32(cell))
+
+
+def molecular_phase(light: Numbers, cosine: Any) -> Any:
+    """Phase function of water's molecules: 3 / (4 pi (3 + f)) (1 + f cos^2)."""
+    f = light["molecular_anisotropy"][0]
+    return 3 * (1 + f * dr.square(cosine)) / (4 * np.pi * (3 + f))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Segment:
+    """Piece of a line of sight: Dr.Jit arrays.
+
+    Attributes
+    ----------
+    direction : Array3f32
+        World frame, away from the eye.
+    depth, length : Float32
+        Depth of the near end, positive down; the length may be infinite.
+    active : Bool
+    """
+
+    direction: Any
+    depth: Any
+    length: Any
+    active: Any
 
 
 def scattered_in(
-    light: dict[str, Any], throughput: Spectrum, direction: Any, depth: Any, length: Any
-) -> tuple[Spectrum, Spectrum]:
-    """Light scattered into a segment of the line of sight, and the throughput behind it.
+    light: Numbers, tables: dict[str, Any], throughput: Spectrum, segment: Segment
+) -> tuple[list[Any], Spectrum]:
+    """Light scattered into a segment of the line of sight, by channel, and the throughput behind it.
 
-    `depth` is the eye's (positive down), `length` may be infinite. With ``F(z, w)`` the radiance of open water the
-    first is ``throughput * (F(z, w) - exp(-c r) F(z - w_z r, w))``, where both exponentials of depth are one factor.
+    With ``F(z, w)`` the radiance of open water the first is ``throughput * (F(z, w) - exp(-c r) F(z - w_z r, w))``.
+    F is the sun's light scattered once, in closed form, and all the rest, from its table.
     """
-    scattering_phase = phase(light, direction)
-    added, left = [], []
-    for t, c, K, source in zip(throughput, light["c"], light["K"], light["source"], strict=True):
-        net = c - K * direction.z
-        open_water = source * scattering_phase * dr.exp(-K * depth) / net
-        added.append(t * open_water * (1 - dr.exp(-net * length)))
-        left.append(t * dr.exp(-c * length))
+    direction, depth, length = segment.direction, segment.depth, segment.length
+    cosine = dr.dot(vector(light, "sun_direction"), direction)
+    particles, molecules = phase(tables["phase"], cosine), molecular_phase(light, cosine)
+    near, far = _field_at_ends(light, tables["field"], segment)
+    nodes = len(throughput) // 3
+    rise = dr.maximum(direction.z, 0)
+    added, left = [Float32(0)] * 3, []
+    for k, t in enumerate(throughput):
+        c, k_sun = light["c"][k], light["k_sun"][k]
+        share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
+        passed = dr.exp(-c * length)
+        # Once: source J exp(-k_sun z), attenuated on the way; the integral of exp(-x s), finite for x -> 0 as well.
+        p = dr.lerp(particles, molecules, light["molecular"][k])
+        once = light["once"][k] * p * dr.exp(-k_sun * depth) * _integral(c - k_sun * direction.z, length)
+        channel = k // nodes
+        more = share * dr.fma(-passed, far[channel], near[channel])
+        added[channel] = dr.fma(light["weight"][k] * t, once + more, added[channel])
+        left.append(t * passed)
     return added, left
 
 
-def surface_light(light: dict[str, Any], throughput: Spectrum, direction: Any) -> tuple[Spectrum, Spectrum, Any]:
-    """Sky seen through the flat sea surface from below, the throughput of what it reflects, and whether light passes.
+def _field_at_ends(light: Numbers, table: Any, segment: Segment) -> tuple[list[Any], list[Any]]:
+    direction, depth, length = segment.direction, segment.depth, segment.length
+    azimuth = azimuth_from(light["sun_azimuth"], direction)
+    near = looked_up(light, table, depth, direction.z, azimuth)
 
-    Radiance grows by n^2 on its way into the water (basic radiance is conserved); beyond the critical angle the
-    transmittance is zero and the surface is a perfect mirror.
+    def at_far_end(depth: Any, length: Any, rise: Any, azimuth: Any, near: list[Any]) -> list[Any]:
+        return looked_up(light, table, depth - rise * length, rise, azimuth)
+
+    def close_by(depth: Any, length: Any, rise: Any, azimuth: Any, near: list[Any]) -> list[Any]:
+        up, down = dr.maximum(rise, 0), dr.minimum(rise, 0)
+        decays = zip(light["field_decay"], light["field_decay_rise"], light["field_decay_fall"], strict=True)
+        return [
+            n * (1 + (K + Ku * up + Kd * down) * rise * length) for n, (K, Ku, Kd) in zip(near, decays, strict=True)
+        ]
+
+    far = dr.if_stmt(
+        (depth, length, direction.z, azimuth, near),
+        segment.active & (length > SHORT_M) & (length < LONG_M),
+        at_far_end,
+        close_by,
+    )
+    # Behind much water the close-by formula has no meaning, and no weight.
+    return near, [dr.select(length < LONG_M, f, 0) for f in far]
+
+
+def _integral(x: Any, length: Any) -> Any:
+    """Integral of exp(-x s) over [0, length]; x may be zero or negative for a finite length."""
+    y = x * length
+    small = dr.abs(y) < 1e-3
+    return dr.select(small, length * (1 - y / 2), (1 - dr.exp(-y)) / dr.select(small, 1, x))
+
+
+def passed_by_surface(
+    light: Numbers, sky_table: Any, throughput: Spectrum, cosine: Any
+) -> tuple[Spectrum, Spectrum, Any]:
+    """Sky seen through the sea surface from below, the throughput of what it reflects, and whether light passes.
+
+    `cosine` is that between the ray and the surface's normal, positive. Radiance grows by n^2 on its way into the water
+    (basic radiance is conserved); beyond the critical angle the transmittance is zero and the surface a perfect mirror.
     """
-    passed = dielectric_transmittance(dr.abs(direction.z), light["n_water"], 1.0)
-    gain = passed * dr.square(light["n_water"])
-    sky = [t * gain * radiance for t, radiance in zip(throughput, light["sky_radiance"], strict=True)]
+    n = light["n_water"][0]
+    passed = dielectric_transmittance(cosine, n, 1.0)
+    cosine_air = dr.safe_sqrt(1 - dr.square(n) * (1 - dr.square(cosine)))
+    position = cosine_air * (SKY_TABLE_SIZE - 1)
+    cell = dr.minimum(UInt32(position), SKY_TABLE_SIZE - 2)
+    fraction = position - Float32(cell)
+    low, high = row_of(sky_table, cell, SPECTRUM_ROW), row_of(sky_table, cell + 1, SPECTRUM_ROW)
+    gain = passed * dr.square(n)
+    sky = [t * gain * dr.lerp(low[k], high[k], fraction) for k, t in enumerate(throughput)]
     return sky, [t * (1 - passed) for t in throughput], passed > 0
 
 
-def mirror_throughput(light: dict[str, Any], throughput: Spectrum, cosine: Any) -> Spectrum:
-    """Throughput behind a bare aluminium mirror in water."""
-    return [
-        t * conductor_reflectance(cosine, n, k, light["n_water"])
-        for t, n, k in zip(throughput, light["metal_n"], light["metal_k"], strict=True)
-    ]
+def mirror_throughput(light: Numbers, throughput: Spectrum, cosine: Any) -> Spectrum:
+    """Throughput behind a bare aluminium mirror in water: polynomials in the cosine, fitted to Fresnel's formula."""
+    result = []
+    for k, t in enumerate(throughput):
+        coefficients = light[f"metal_{k}"]
+        value = coefficients[METAL_DEGREE]
+        for coefficient in reversed(coefficients[:METAL_DEGREE]):
+            value = dr.fma(value, cosine, coefficient)
+        result.append(t * value)
+    return result
 
 
-def lit_surface(
-    light: dict[str, Any], throughput: Spectrum, *, normal: Any, depth: Any, material: Any, in_sun: Any
-) -> Spectrum:
-    """Radiance of a Lambertian surface: sun where it is not shadowed, sky from above, upwelling light from below."""
-    count = len(throughput)
-    sun_cosine = dr.select(in_sun, dr.maximum(dr.dot(normal, light["towards_sun"]), 0), 0)
-    above, below = (1 + normal.z) / 2, (1 - normal.z) / 2
-    radiance = []
-    for position, t in enumerate(throughput):
-        albedo = dr.gather(Float32, light["albedo"], material * count + position)
-        irradiance = (
-            light["sun"][position] * sun_cosine + light["sky"][position] * above + light["upwelling"][position] * below
-        )
-        fall = dr.exp(-light["K"][position] * depth)
-        radiance.append(t * albedo * irradiance * fall * dr.inv_pi)
-    return radiance
+def ambient_irradiance(light: Numbers, table: Any, normal: Any, depth: Any) -> list[Any]:
+    """Irradiance of a plane in open water by all but the direct sun, by channel; `normal` in the world frame."""
+    return looked_up(light, table, depth, normal.z, azimuth_from(light["sun_azimuth"], normal))
+
+
+def reflected_radiance(
+    light: Numbers, throughput: Spectrum, *, albedo: Spectrum, ambient: list[Any], depth: Any, sun_cosine: Any
+) -> list[Any]:
+    """Radiance of a Lambertian surface under the sun and all other light, by channel.
+
+    `ambient` is the irradiance of the other light by channel; `sun_cosine` is zero in the shadow.
+    """
+    nodes = len(throughput) // 3
+    result = [Float32(0)] * 3
+    for k, (t, a) in enumerate(zip(throughput, albedo, strict=True)):
+        sun = light["sun"][k] * dr.exp(-light["k_sun"][k] * depth) * sun_cosine
+        irradiance = dr.fma(light["ambient_share"][k], ambient[k // nodes], sun)
+        result[k // nodes] = dr.fma(light["weight"][k] * t * a * dr.inv_pi, irradiance, result[k // nodes])
+    return result

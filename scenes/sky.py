@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.backend import Float32, UInt32, dr
+from scenes.packing import Numbers
 from scenes.spectrum import sun_irradiance
 from scenes.sun import STANDARD_AIR_MASS, Sun, air_mass, direct_irradiance, extraterrestrial_and_standard
 
 FloatArray = NDArray[np.float64]
 
-Numbers = dict[str, list[Any]]
 """Inputs of a kernel by name, each a flat list of Dr.Jit numbers."""
 
 CLEAR_GRADATION = (-1.0, -0.32)

@@ -141,7 +141,7 @@ def _bands(rules: list[tuple[FloatArray, FloatArray]]) -> Bands:
 
 def bands_of_camera(camera: Camera) -> Bands:
     """Bands of a rig's camera: by its `response_file`, or the nominal ones."""
-    return camera_bands() if camera.response_file is None else camera_bands(read_camera_response(camera.response_file))
+    return water_bands() if camera.response_file is None else water_bands(read_camera_response(camera.response_file))
 
 
 def _quadrature(wavelength_nm: FloatArray, channel: FloatArray) -> tuple[FloatArray, FloatArray]:

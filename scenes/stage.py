@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import get_args
+from pathlib import Path
+from typing import cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,31 +12,38 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.arrays import check_vector
 from rigs import JerlovType, Rig
-from scenes.light import Light, Sun, underwater_light
-from scenes.worlds import WORLDS, World
+from scenes.light import Light, underwater_light
+from scenes.sky import Daylight
+from scenes.spectrum import bands_of_camera
+from scenes.sun import Sun
+from scenes.targets import Ball, TargetShape, target_named
+from scenes.worlds import World, world_named
+from scenes.worlds.snow import MarineSnow
 
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """A ball in the world frame, metres."""
+    """What the robot is to look at: a shape, and its pose in the world."""
 
-    centre_m: ArrayLike
-    radius_m: float
+    shape: TargetShape
+    world_from_target: RigidTransform
 
-    def __post_init__(self) -> None:
-        check_vector("centre_m", self.centre_m)
-        if not self.radius_m > 0:
-            raise ValueError(f"expected radius_m > 0, got {self.radius_m}")
+
+def ball(centre_m: ArrayLike, radius_m: float) -> Target:
+    """The red ball at a place in the world."""
+    pose = RigidTransform.from_translation(check_vector("centre_m", centre_m))
+    return Target(shape=Ball(radius_m=radius_m), world_from_target=pose)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """World, light, the robot's pose and the target; the robot's depth is the camera exposure's too."""
+    """World, light, the robot's pose, target and snow; the robot's depth is the camera exposure's too."""
 
     world: World
     light: Light
     world_from_body: RigidTransform
     target: Target | None = None
+    snow: MarineSnow | None = None
 
     @property
     def depth_m(self) -> float:
@@ -43,38 +51,66 @@ class Stage:
         return float(-self.world_from_body.translation[2])
 
 
-TANK_BALL_M = (1.85, 0.90, -0.73)
-"""Where the tank's ball hangs, from the body: for aqua2 on the gaze axis of q1 = 30, q2 = -10 degrees, 2 m away."""
+TARGET_M = (1.85, 0.90, -0.73)
+"""Where the target is, from the body: for aqua2 on the gaze axis of q1 = 30, q2 = -10 degrees, 2 m away."""
 
-TANK_BALL_RADIUS_M = 0.1
+DEPTHS_M = (0.5, 100.0)
 
 
 def stage(
     rig: Rig,
     *,
-    world: str = "tank",
+    world: str | Path = "tank",
     depth_m: float = 5.0,
     jerlov_type: str | None = None,
     sun: Sun | None = None,
+    cloud: float = 0.0,
+    target: str | Path = "red ball",
+    snow: bool = False,
+    seed: int = 0,
 ) -> Stage:
     """Put a rig's robot level into a world at a depth, in its own water or in another Jerlov type.
+
+    Parameters
+    ----------
+    rig : Rig
+    world : str or Path
+        tank, reef, blue, or a file (`scenes.worlds.world_named`).
+    depth_m : float
+        Of the robot.
+    jerlov_type : str, optional
+        Jerlov type instead of the rig's own water.
+    sun : Sun, optional
+        60 degrees high by default.
+    cloud : float
+        Covered share of the sky, 0 to 1.
+    target : str or Path
+        red ball, buoy, diver, fish, or a file (`scenes.targets.target_named`).
+    snow : bool
+        Marine snow in the water.
+    seed : int
+        Of what is random in the world.
 
     Raises
     ------
     ValueError
-        For an unknown world, or a depth at which the robot would touch the surface.
+        For an unknown world, target or water, or a depth at which the robot would touch the surface.
     """
-    if world not in WORLDS:
-        raise ValueError(f"expected a world ({', '.join(sorted(WORLDS))}), got {world!r}")
-    if not 0.5 <= depth_m <= 100:
-        raise ValueError(f"expected a depth from 0.5 to 100 m, got {depth_m:g} m")
+    if not DEPTHS_M[0] <= depth_m <= DEPTHS_M[1]:
+        raise ValueError(f"expected a depth from {DEPTHS_M[0]:g} to {DEPTHS_M[1]:g} m, got {depth_m:g} m")
     if jerlov_type is not None and jerlov_type not in get_args(JerlovType):
         raise ValueError(f"expected a Jerlov type ({', '.join(get_args(JerlovType))}), got {jerlov_type!r}")
-    water = rig.water if jerlov_type is None else rig.water.model_copy(update={"jerlov_type": jerlov_type})
+    shape = target_named(target)
+    around = world_named(world, depth_m, seed)
+    bands = bands_of_camera(rig.camera)
+    daylight = Daylight(wavelength_nm=bands.wavelength_nm, sun=sun or Sun(), cloud=cloud)
     position = np.array([0.0, 0.0, -depth_m])
     return Stage(
-        world=WORLDS[world](depth_m),
-        light=underwater_light(water, sun or Sun()),
+        world=around,
+        light=underwater_light(
+            rig.water if jerlov_type is None else rig.water.of_type(cast(JerlovType, jerlov_type)), daylight, bands
+        ),
         world_from_body=RigidTransform.from_translation(position),
-        target=Target(centre_m=position + TANK_BALL_M, radius_m=TANK_BALL_RADIUS_M),
+        target=Target(shape=shape, world_from_target=RigidTransform.from_translation(position + TARGET_M)),
+        snow=MarineSnow(seed=seed) if snow else None,
     )

@@ -6,16 +6,13 @@ Rays live in the body frame; each group is traced in its own frame, the world in
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
-import numpy as np
-from scipy.spatial.transform import RigidTransform
-
-from optics.backend import Array3f32, Float32, UInt32, dr, mi
-from optics.mirror import strike
-from scenes.frame import Label
-from scenes.geometry import WORLD, Geometry
-from scenes.materials import Material
+from optics.backend import Array3f32, Bool, Float32, UInt32, dr, mi
+from optics.mesh import Group
+from scenes.geometry import WORLD
+from scenes.packing import Numbers, vector
 
 FAR_M = 1e6
 """Stands for infinity where the kernel needs a number: no light of any wavelength survives it."""
@@ -23,144 +20,177 @@ FAR_M = 1e6
 START_OFFSET_M = 1e-5
 """How far a ray starts off the surface it leaves; single precision places hits to about 1e-7 m at arm's length."""
 
-FIRST_MIRROR = max(Label) + 1
-"""Labels from here on are the fronts of M1 and M2: the ray goes on."""
+
+class Thing(IntEnum):
+    """What a ray met; groups of triangles are counted from `FIRST_GROUP` in the order of the geometry."""
+
+    OPEN_WATER = 0
+    M1 = 1
+    M2 = 2
+    M1_BACK = 3
+    M2_BACK = 4
+    SEA_SURFACE = 5
+    BALL = 6
+    FIRST_GROUP = 7
+
+
+FRONTS, BACKS = (Thing.M1, Thing.M2), (Thing.M1_BACK, Thing.M2_BACK)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hit:
-    """Nearest surface: Dr.Jit arrays. `normal` (body frame) faces the ray; `label` is a `Label` or a mirror's front."""
+    """Nearest thing: Dr.Jit arrays. `face`, `u` and `v` say where on a group's triangles."""
 
     distance: Any
-    normal: Any
-    material: Any
-    label: Any
+    thing: Any
+    face: Any
+    u: Any
+    v: Any
 
 
-def opaque32(value: float) -> Any:
-    """Single-precision input of a kernel."""
-    return dr.opaque(Float32, float(value))
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """Hits on the fixed group that are known beforehand, where `known` is set: no joint moves them."""
+
+    known: Any
+    distance: Any
+    face: Any
 
 
-def vector32(vector: Any) -> Any:
-    """Single-precision 3-vector that is an input of a kernel."""
-    return Array3f32(*(opaque32(component) for component in np.asarray(vector)))
+def turn(pose: list[Any], direction: Any) -> Any:
+    """Rotate a vector into a frame whose packed pose (rows of the rotation, shift) is given."""
+    return Array3f32(*(dr.dot(Array3f32(*pose[3 * k : 3 * k + 3]), direction) for k in range(3)))
 
 
-def pose_parameters(transform: RigidTransform) -> dict[str, Any]:
-    """Pose for the kernels: rows of the rotation, and the translation."""
-    matrix = transform.as_matrix()
-    return {"rows": [vector32(row) for row in matrix[:3, :3]], "shift": vector32(matrix[:3, 3])}
-
-
-def turn(pose: dict[str, Any], vector: Any) -> Any:
-    """Rotate a vector into a pose's frame."""
-    return Array3f32(*(dr.dot(row, vector) for row in pose["rows"]))
-
-
-def turn_back(pose: dict[str, Any], vector: Any) -> Any:
+def turn_back(pose: list[Any], direction: Any) -> Any:
     """Rotate a vector out of a pose's frame."""
-    first, second, third = pose["rows"]
-    return first * vector.x + second * vector.y + third * vector.z
+    first, second, third = (Array3f32(*pose[3 * k : 3 * k + 3]) for k in range(3))
+    return first * direction.x + second * direction.y + third * direction.z
 
 
-def move(pose: dict[str, Any], point: Any) -> Any:
+def move(pose: list[Any], point: Any) -> Any:
     """Carry a point into a pose's frame."""
-    return turn(pose, point) + pose["shift"]
+    return turn(pose, point) + Array3f32(*pose[9:12])
 
 
-def nearest(geometry: Geometry, state: dict[str, Any], origin: Any, direction: Any, active: Any) -> Hit:
-    """Nearest of mirrors, sea surface, target, groups and world along unit rays of the body frame."""
-    body = state["body"]
-    hit = _nearest_mirror(state, origin, direction)
-    hit = _nearer(hit, _sea_surface(body, origin, direction))
-    hit = _nearer(hit, _target(state, origin, direction))
-    for name, group in geometry.items():
-        pose = _frame(state, name)
+def pose_of(state: Numbers, name: str) -> list[Any] | None:
+    """Packed pose of a group seen from the body; None for the body itself."""
+    return None if name == str(Group.FIXED) else state[name]
+
+
+def nearest(
+    groups: dict[str, dict[str, Any]],
+    state: Numbers,
+    origin: Any,
+    direction: Any,
+    *,
+    active: Any,
+    known: Known,
+) -> Hit:
+    """Nearest of mirrors, sea surface, ball, groups and world along unit rays of the body frame."""
+    distance, thing = Float32(FAR_M), UInt32(int(Thing.OPEN_WATER))
+    for front, back in zip(FRONTS, BACKS, strict=True):
+        if front.name in state:
+            met, approach = _strike_mirror(state[front.name], origin, direction)
+            distance, thing = _nearer(
+                distance, thing, met, dr.select(approach < 0, UInt32(int(front)), UInt32(int(back)))
+            )
+    distance, thing = _nearer(distance, thing, _strike_surface(state[WORLD], origin, direction), Thing.SEA_SURFACE)
+    distance, thing = _nearer(distance, thing, strike_ball(state["ball"], origin, direction), Thing.BALL)
+    face, u, v = UInt32(0), Float32(0), Float32(0)
+    for position, (name, group) in enumerate(groups.items()):
+        tried = active
+        if name == str(Group.FIXED):
+            closer = known.known & (known.distance < distance)
+            distance, thing = _nearer(
+                distance, thing, dr.select(known.known, known.distance, FAR_M), Thing.FIRST_GROUP + position
+            )
+            face = dr.select(closer, known.face, face)
+            tried = active & ~known.known
+        local_origin, local_direction = _in_frame(state, name, origin, direction)
+        tried = tried & crosses_box(group["box"], local_origin, local_direction, distance)
         # The ray need not be followed behind what was found already.
-        ray = mi.Ray3f(move(pose, origin), turn(pose, direction), hit.distance, 0.0, [])
-        found = group["scene"].ray_intersect_preliminary(ray, coherent=True, active=active)
-        valid = active & found.is_valid()
-        normal = Array3f32(*(dr.gather(Float32, column, found.prim_index, valid) for column in group["normals"]))
-        normal = turn_back(pose, normal)
-        candidate = Hit(
-            distance=dr.select(valid, found.t, FAR_M),
-            normal=dr.select(dr.dot(normal, direction) > 0, -normal, normal),
-            material=dr.gather(UInt32, group["material"], found.prim_index, valid),
-            label=dr.gather(UInt32, group["label"], found.prim_index, valid),
-        )
-        hit = _nearer(hit, candidate)
-    return hit
+        ray = mi.Ray3f(local_origin, local_direction, distance, 0.0, [])
+        found = group["scene"].ray_intersect_preliminary(ray, coherent=True, active=tried)
+        closer = tried & found.is_valid() & (found.t < distance)
+        distance = dr.select(closer, found.t, distance)
+        thing = dr.select(closer, UInt32(Thing.FIRST_GROUP + position), thing)
+        face = dr.select(closer, found.prim_index, face)
+        u, v = dr.select(closer, found.prim_uv.x, u), dr.select(closer, found.prim_uv.y, v)
+    return Hit(distance=distance, thing=thing, face=face, u=u, v=v)
 
 
-def sunlit(geometry: Geometry, state: dict[str, Any], point: Any, towards_sun: Any, active: Any) -> Any:
-    """Whether nothing stands between points of the body frame and the sun (its direction in the world frame)."""
-    direction = turn_back(state["body"], towards_sun)
-    lit = active & (_target(state, point, direction).distance >= FAR_M)
-    for name, group in geometry.items():
-        pose = _frame(state, name)
-        ray = mi.Ray3f(move(pose, point), turn(pose, direction), FAR_M, 0.0, [])
-        lit = lit & ~group["scene"].ray_test(ray, coherent=True, active=lit)
-    return lit
+def reaches_sun(groups: dict[str, dict[str, Any]], state: Numbers, point: Any, active: Any) -> Any:
+    """Whether nothing stands between points of the body frame and the sun."""
+    direction = vector(state, "towards_sun")
+    free = active & (strike_ball(state["ball"], point, direction) >= FAR_M)
+    for name, group in groups.items():
+        local_point, local_direction = _in_frame(state, name, point, direction)
+        tried = free & crosses_box(group["box"], local_point, local_direction, Float32(FAR_M))
+        ray = mi.Ray3f(local_point, local_direction, FAR_M, 0.0, [])
+        free = free & ~(tried & group["scene"].ray_test(ray, coherent=True, active=tried))
+    return free
 
 
-def _frame(state: dict[str, Any], name: str) -> dict[str, Any]:
-    pose: dict[str, Any] = state["body"] if name == WORLD else state["groups"][name]
-    return pose
+def crosses_box(box: list[list[Any]], origin: Any, direction: Any, length: Any) -> Any:
+    """Whether rays pass through an axis-aligned box within a length (slabs: Kay & Kajiya 1986)."""
+    # A component of zero would make 0 / 0 for a ray in a slab's own plane.
+    safe = [dr.select(dr.abs(d) < 1e-12, 1e-12, d) for d in direction]
+    near, far = Float32(0), length
+    for low, high, o, d in zip(*box, origin, safe, strict=True):
+        inverse = dr.rcp(d)
+        first, second = (low - o) * inverse, (high - o) * inverse
+        near = dr.maximum(near, dr.minimum(first, second))
+        far = dr.minimum(far, dr.maximum(first, second))
+    return near <= far * (1 + 1e-6)
 
 
-def _nearer(first: Hit, second: Hit) -> Hit:
-    closer = second.distance < first.distance
-    return Hit(
-        distance=dr.select(closer, second.distance, first.distance),
-        normal=dr.select(closer, second.normal, first.normal),
-        material=dr.select(closer, second.material, first.material),
-        label=dr.select(closer, second.label, first.label),
-    )
-
-
-def _nearest_mirror(state: dict[str, Any], origin: Any, direction: Any) -> Hit:
-    hit = Hit(
-        distance=Float32(FAR_M),
-        normal=Array3f32(0, 0, 1),
-        material=UInt32(int(Material.MIRROR_BACK)),
-        label=UInt32(int(Label.OPEN_WATER)),
-    )
-    for position, mirror in enumerate(state["mirrors"]):
-        met = strike(mirror, origin, direction)
-        candidate = Hit(
-            distance=dr.select(met.front | met.back, met.distance, FAR_M),
-            normal=dr.select(met.front, mirror["normal"], -mirror["normal"]),
-            material=hit.material,
-            label=dr.select(met.front, UInt32(FIRST_MIRROR + position), UInt32(int(Label.MIRROR_BACK))),
-        )
-        hit = _nearer(hit, candidate)
-    return hit
-
-
-def _sea_surface(body: dict[str, Any], origin: Any, direction: Any) -> Hit:
-    height, rise = move(body, origin).z, turn(body, direction).z
-    return Hit(
-        distance=dr.select((rise > 0) & (height < 0), -height / rise, FAR_M),
-        normal=turn_back(body, Array3f32(0, 0, -1)),
-        material=UInt32(0),
-        label=UInt32(int(Label.SURFACE)),
-    )
-
-
-def _target(state: dict[str, Any], origin: Any, direction: Any) -> Hit:
-    """The ball, as an exact sphere; of radius zero when there is none."""
-    centre = turn_back(state["body"], state["target"] - state["body"]["shift"])
-    offset = origin - centre
+def strike_ball(ball: list[Any], origin: Any, direction: Any) -> Any:
+    """Distance to a sphere (centre, radius), `FAR_M` where it is missed; of radius zero when there is none."""
+    offset = origin - Array3f32(*ball[:3])
     half_b = dr.dot(offset, direction)
     # The distance of the ray from the centre is taken directly: b^2 - c loses a small far ball to rounding.
     closest = offset - direction * half_b
-    depth2 = dr.square(state["target_radius"]) - dr.squared_norm(closest)
+    depth2 = dr.square(ball[3]) - dr.squared_norm(closest)
     distance = -half_b - dr.safe_sqrt(depth2)
-    valid = (depth2 > 0) & (distance > 0)
-    return Hit(
-        distance=dr.select(valid, distance, FAR_M),
-        normal=dr.normalize(offset + direction * distance),
-        material=UInt32(int(Material.TARGET)),
-        label=UInt32(int(Label.TARGET)),
+    return dr.select((depth2 > 0) & (distance > 0), distance, FAR_M)
+
+
+def mirror_normal(mirror: list[Any]) -> Any:
+    """Normal of a packed mirror: centre, x, y, half width, half height."""
+    return dr.cross(Array3f32(*mirror[3:6]), Array3f32(*mirror[6:9]))
+
+
+def _strike_mirror(mirror: list[Any], origin: Any, direction: Any) -> tuple[Any, Any]:
+    """Distance to a rectangle, `FAR_M` where it is missed, and the cosine to its normal: negative from the front."""
+    normal = mirror_normal(mirror)
+    approach = dr.dot(direction, normal)
+    to_centre = Array3f32(*mirror[:3]) - origin
+    distance = dr.dot(to_centre, normal) / approach
+    local = direction * distance - to_centre
+    inside = (dr.abs(dr.dot(local, Array3f32(*mirror[3:6]))) <= mirror[9]) & (
+        dr.abs(dr.dot(local, Array3f32(*mirror[6:9]))) <= mirror[10]
     )
+    return dr.select((distance > 0) & inside, distance, FAR_M), approach
+
+
+def _strike_surface(world: list[Any], origin: Any, direction: Any) -> Any:
+    height, rise = move(world, origin).z, turn(world, direction).z
+    return dr.select((rise > 0) & (height < 0), -height / rise, FAR_M)
+
+
+def _nearer(distance: Any, thing: Any, other: Any, other_thing: Any) -> tuple[Any, Any]:
+    if isinstance(other_thing, int):
+        other_thing = UInt32(int(other_thing))
+    closer = other < distance
+    return dr.select(closer, other, distance), dr.select(closer, other_thing, thing)
+
+
+def _in_frame(state: Numbers, name: str, origin: Any, direction: Any) -> tuple[Any, Any]:
+    pose = pose_of(state, name)
+    return (origin, direction) if pose is None else (move(pose, origin), turn(pose, direction))
+
+
+def nothing_known() -> Known:
+    """No hit is known beforehand."""
+    return Known(known=Bool(False), distance=Float32(FAR_M), face=UInt32(0))

@@ -15,7 +15,8 @@ from scipy.optimize import brentq
 
 from optics.backend import Array3f32, Float32, dr
 from optics.refraction import dielectric_transmittance, refract
-from scenes.sky import Daylight, Numbers
+from scenes.packing import Numbers
+from scenes.sky import Daylight
 from scenes.sun import SUN_RADIUS_RAD
 
 FloatArray = NDArray[np.float64]

@@ -74,9 +74,9 @@ def test_water_changes_what_is_seen(here):
     [
         (("--q1", "300"), "expected q1 (pan) between -77.5 and 77.5 deg, got 300"),
         (("--q2", "nan"), "expected q2 (tilt) between -32.5 and 122.5 deg, got nan"),
-        (("--world", "moon"), "expected a world (tank), got 'moon'"),
+        (("--world", "moon"), "expected a world (blue, reef, tank) or a file that ends in .obj, .ply, .stl, .glb, .gltf, .xml, got 'moon'"),
         (("--depth", "-3"), "expected a depth from 0.5 to 100 m, got -3 m"),
-        (("--water", "9Z"), "expected a Jerlov type (IB, II, III, 1C, 3C, 5C), got '9Z'"),
+        (("--water", "9Z"), "expected a Jerlov type (I, IA, IB, II, III, 1C, 3C, 5C, 7C, 9C), got '9Z'"),
         (("-o", "view.bmp"), "expected an image file that ends in .png or .exr, got 'view.bmp'"),
         (("-o", "nowhere/view.png"), "there is no nowhere"),
         (("--width", "0"), "--width"),

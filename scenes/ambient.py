@@ -1,0 +1,161 @@
+"""Ambient light on what stands still: at every vertex of a world, the irradiance of all but the direct sun.
+
+The sea's own light reaches a reef or a tank through what stands around, and what stands around sends light as well.
+Both are gathered by the kernel that renders frames: from each vertex it looks out in many directions, through the same
+water, at the same surfaces, which are lit by what was gathered before. Each round adds one more reflection.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.backend import Array3f32, Float32, UInt32, dr
+from optics.radiative_transfer.cache import cache_folder, load_arrays, save_arrays
+from scenes.geometry import WORLD, GroupMesh, geometry_of, vertex_normals
+from scenes.kernel import Shape, compiled_frame
+from scenes.light import Light
+from scenes.packing import Packing
+from scenes.tracing import FAR_M
+
+FloatArray = NDArray[np.float64]
+
+ROUNDS = 3
+"""Reflections between surfaces that are followed; what there was before them is open water's light."""
+
+RAYS = 10_000_000
+"""Rays of a round, divided among the vertices."""
+
+LEAST_DIRECTIONS, MOST_DIRECTIONS = 64, 256
+RAYS_AT_ONCE = 1 << 21
+"""Memory is bounded by gathering for so many rays at a time."""
+
+INSET = 0.05
+"""How far towards the middles of its faces a vertex looks out from: at an edge it lies in the next face's plane."""
+
+OFFSET_M = 1e-3
+
+
+def with_ambient(mesh: GroupMesh, light: Light) -> GroupMesh:
+    """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
+    if not len(mesh.faces):
+        return mesh
+    path = cache_folder() / f"{_key(mesh, light)}-ambient.npz"
+    try:
+        ambient = load_arrays(path)["ambient"]
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+        # Absent or damaged: either way it is made again.
+        ambient = _ambient(mesh, light)
+        save_arrays(path, {"ambient": ambient})
+    return replace(mesh, ambient=ambient)
+
+
+def _key(mesh: GroupMesh, light: Light) -> str:
+    """Hash of everything the light comes from: the mesh, the light, and the code of this package."""
+    digest = hashlib.sha256()
+    arrays = [mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, light.field_nodes, light.ambient_nodes]
+    for array in [*arrays, *light.numbers(1.0).values()]:
+        content = np.ascontiguousarray(array)
+        digest.update(f"{content.shape} {content.dtype} ".encode())
+        digest.update(content.tobytes())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def _ambient(mesh: GroupMesh, light: Light) -> FloatArray:
+    normals = vertex_normals(mesh.vertices_m, mesh.faces)
+    origins = _inset(mesh) + normals * OFFSET_M
+    directions = int(np.clip(RAYS // len(origins), LEAST_DIRECTIONS, MOST_DIRECTIONS))
+    lit = replace(mesh, ambient=light.open_water_irradiance(-origins[:, 2], normals))
+    for _ in range(ROUNDS):
+        lit = replace(lit, ambient=_gathered(lit, origins, normals, light, directions))
+    assert lit.ambient is not None
+    return lit.ambient
+
+
+def _gathered(mesh: GroupMesh, origins: FloatArray, normals: FloatArray, light: Light, directions: int) -> FloatArray:
+    geometry, tables = geometry_of({WORLD: mesh}, ()), light.tables()
+    # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
+    numbers = light.numbers(float(np.median(-origins[:, 2])))
+    still = {
+        WORLD: np.concatenate([np.eye(3).ravel(), np.zeros(3)]),
+        "towards_sun": light.towards_sun,
+        "ball": np.zeros(4),
+        "ball_material": 0.0,
+        "ball_instance": 0.0,
+    }
+    light_packing, state_packing = Packing.of(numbers), Packing.of(still)
+    light_row, state_row = Float32(light_packing.row(numbers)), Float32(state_packing.row(still))
+    parts = []
+    at_once = max(1, RAYS_AT_ONCE // directions)
+    for start in range(0, len(origins), at_once):
+        rays = _outward(origins[start : start + at_once], normals[start : start + at_once], directions, start)
+        shape = Shape(
+            light=light_packing,
+            state=state_packing,
+            wavelengths=len(light.bands.wavelength_nm),
+            states=1,
+        )
+        frame = compiled_frame(shape)(rays, geometry.arrays, tables, light_row, state_row)
+        # Directions are spread as the cosine: irradiance is pi times their mean radiance.
+        means = [channel.numpy().reshape(-1, directions).mean(axis=1) for channel in frame["rgb"]]
+        parts.append(np.pi * np.stack(means, axis=-1))
+    return np.concatenate(parts)
+
+
+def _outward(origins: FloatArray, normals: FloatArray, count: int, first: int) -> dict[str, Any]:
+    """Rays from vertices into the half-space before them, spread as the cosine, turned anew at each vertex."""
+    lane = dr.arange(UInt32, len(origins) * count)
+    vertex, sample = lane // count, lane % count
+    # A spiral of equal shares of the disk (Vogel 1979); vertices turn it by the golden ratio's multiples.
+    radius = dr.sqrt((Float32(sample) + 0.5) / count)
+    turns = Float32((vertex + first) % 4096) * 0.618033988749895
+    angle = Float32(sample) * 2.399963229728653 + 2 * np.pi * (turns - dr.floor(turns))
+    sine, cosine = dr.sincos(angle)
+    columns = [
+        [dr.gather(Float32, Float32(np.ascontiguousarray(column, dtype=np.float32)), vertex) for column in array.T]
+        for array in (origins, normals)
+    ]
+    origin, normal = Array3f32(*columns[0]), Array3f32(*columns[1])
+    across, along = _axes(normal)
+    height = dr.safe_sqrt(1 - dr.square(radius))
+    direction = across * (radius * cosine) + along * (radius * sine) + normal * height
+    rays = {
+        "origin": origin,
+        "direction": direction,
+        "gain": dr.full(Float32, 1.0, len(origins) * count),
+        "prefix": [{"distance": dr.full(Float32, FAR_M, 1), "face": dr.zeros(UInt32, 1)}],
+    }
+    dr.eval(rays)
+    return rays
+
+
+def _axes(normal: Any) -> tuple[Any, Any]:
+    """Two axes across a normal, without a branch (Duff et al. 2017, JCGT 6, 1)."""
+    sign = dr.select(normal.z >= 0, Float32(1), Float32(-1))
+    a = -1 / (sign + normal.z)
+    b = normal.x * normal.y * a
+    first = Array3f32(1 + sign * dr.square(normal.x) * a, sign * b, -sign * normal.x)
+    return first, Array3f32(b, sign + dr.square(normal.y) * a, -normal.y)
+
+
+def _inset(mesh: GroupMesh) -> FloatArray:
+    """Vertices, moved a little towards the middles of the faces around them."""
+    middles = mesh.vertices_m[mesh.faces].mean(axis=1)
+    corners = mesh.faces.ravel()
+    count = np.bincount(corners, minlength=len(mesh.vertices_m))
+    around = np.stack(
+        [
+            np.bincount(corners, np.repeat(column, 3), minlength=len(mesh.vertices_m)) / np.maximum(count, 1)
+            for column in middles.T
+        ],
+        axis=1,
+    )
+    return np.where(count[:, np.newaxis] > 0, mesh.vertices_m + INSET * (around - mesh.vertices_m), mesh.vertices_m)

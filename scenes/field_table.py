@@ -1,0 +1,83 @@
+"""Radiance and irradiance of open water as tables over depth and direction, for the kernels.
+
+A table holds the three channels; how light divides among a channel's wavelengths is taken from the robot's depth.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.backend import Float32, UInt32, dr
+from scenes.packing import Numbers, row_of, rows_of
+
+FloatArray = NDArray[np.float64]
+
+DEPTHS, COSINES, AZIMUTHS = 64, 65, 25
+"""Nodes: depths by the logarithm of ``1 + z / DEPTH_SCALE_M``, cosines and azimuths (0 to pi) evenly."""
+
+DEPTH_SCALE_M = 0.5
+ROW = 4
+
+
+def resampled(
+    depth_m: FloatArray, cosine: FloatArray, azimuth_rad: FloatArray, values: FloatArray, deepest_m: float
+) -> FloatArray:
+    """Values on a grid (c, z, m, p), brought onto the table's nodes: shape (DEPTHS, COSINES, AZIMUTHS, c)."""
+    nodes = (depths_m(deepest_m), np.linspace(-1, 1, COSINES), np.linspace(0, np.pi, AZIMUTHS))
+    result = values
+    for axis, (old, new) in enumerate(zip((depth_m, cosine, azimuth_rad), nodes, strict=True), start=1):
+        cell = np.clip(np.searchsorted(old, new) - 1, 0, len(old) - 2)
+        share = np.clip((new - old[cell]) / (old[cell + 1] - old[cell]), 0, 1)
+        shape = [1] * result.ndim
+        shape[axis] = len(new)
+        share = share.reshape(shape)
+        result = result.take(cell, axis) * (1 - share) + result.take(cell + 1, axis) * share
+    return np.moveaxis(result, 0, -1)
+
+
+def depths_m(deepest_m: float) -> FloatArray:
+    """Depths of the table's nodes."""
+    return np.asarray(DEPTH_SCALE_M * np.expm1(np.linspace(0, np.log1p(deepest_m / DEPTH_SCALE_M), DEPTHS)))
+
+
+def field_table(nodes: FloatArray) -> Any:
+    """Table of values at the nodes, as `looked_up` reads it."""
+    return rows_of(nodes.reshape(-1, nodes.shape[-1]), ROW)
+
+
+def looked_up(light: Numbers, table: Any, depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
+    """Kernel: the three channels at a depth and a direction (cosine to the vertical, azimuth from the sun's).
+
+    The table holds values without an exponential fall over depth, which is put back here.
+    """
+    below = dr.maximum(depth, 0)
+    z = dr.log(1 + below / DEPTH_SCALE_M) * light["steps_per_log"][0]
+    row, weights = UInt32(0), [Float32(1)]
+    offsets = [0]
+    stride = DEPTHS * COSINES * AZIMUTHS
+    for position, count in (
+        (z, DEPTHS),
+        ((cosine + 1) * ((COSINES - 1) / 2), COSINES),
+        (azimuth * ((AZIMUTHS - 1) / np.pi), AZIMUTHS),
+    ):
+        stride //= count
+        cell = UInt32(dr.clip(position, 0, count - 2))
+        share = dr.minimum(position - Float32(cell), 1)
+        row = row + cell * stride
+        offsets = [each + step for each in offsets for step in (0, stride)]
+        weights = [w * s for w in weights for s in (1 - share, share)]
+    total = [Float32(0)] * 3
+    for offset, weight in zip(offsets, weights, strict=True):
+        values = row_of(table, row + offset, ROW)
+        total = [dr.fma(values[k], weight, total[k]) for k in range(3)]
+    return [t * dr.exp(-K * below) for t, K in zip(total, light["table_decay"], strict=True)]
+
+
+def azimuth_from(sun_azimuth: list[Any], direction: Any) -> Any:
+    """Kernel: angle between the horizontal part of a direction and the sun's, 0 to pi; zero for the vertical."""
+    along = direction.x * sun_azimuth[0] + direction.y * sun_azimuth[1]
+    level = dr.sqrt(dr.square(direction.x) + dr.square(direction.y))
+    return dr.safe_acos(dr.select(level > 1e-6, along / level, 1))

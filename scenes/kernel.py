@@ -1,0 +1,351 @@
+"""Kernel of a frame: rays followed over mirrors and sea surface to what they show, and what they show.
+
+Every ray is followed exactly: port once (its exit rays do not depend on the joints), then plane by plane over the
+mirrors and the sea surface, Fresnel's factors as weights. The first Lambertian surface ends it. Nothing is random, so
+one sample per pixel has no noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from optics.backend import Array3f32, Bool, Float32, UInt32, dr
+from optics.mesh import Group
+from optics.refraction import reflect
+from optics.status import Region
+from scenes.frame import Label
+from scenes.geometry import ROW, WORLD, FaceColumn, VertexColumn, face_code, from_octahedron
+from scenes.light import SPECTRUM_ROW
+from scenes.materials import Material
+from scenes.packing import Numbers, Packing, row_of, vector
+from scenes.shading import (
+    Segment,
+    Spectrum,
+    ambient_irradiance,
+    channels,
+    mirror_throughput,
+    passed_by_surface,
+    reflected_radiance,
+    scattered_in,
+)
+from scenes.tracing import (
+    BACKS,
+    FAR_M,
+    FRONTS,
+    START_OFFSET_M,
+    Known,
+    Thing,
+    mirror_normal,
+    move,
+    nearest,
+    nothing_known,
+    pose_of,
+    reaches_sun,
+    turn,
+    turn_back,
+)
+
+LARGEST_BOUNCE_COUNT = 6
+"""Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
+the sea surface."""
+
+SHADOW_OFFSET_M = 1e-4
+"""How far a shadow ray starts off its surface: hits at tank scale are placed to about 1e-6 m in single precision."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """What a kernel computes from: rays, geometry and tables as they are handed over, numbers unpacked."""
+
+    rays: dict[str, Any]
+    geometry: dict[str, Any]
+    tables: dict[str, Any]
+    light: Numbers
+    state: Numbers
+    wavelengths: int
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a kernel is compiled for.
+
+    Attributes
+    ----------
+    light, state : Packing
+        Order of the packed numbers.
+    wavelengths, states : int
+    """
+
+    light: Packing
+    state: Packing
+    wavelengths: int
+    states: int
+
+
+@cache
+def compiled_frame(shape: Shape) -> Callable[..., Any]:
+    """Frozen kernel of one or several frames."""
+
+    @dr.freeze
+    def frame(
+        rays: dict[str, Any], geometry: dict[str, Any], tables: dict[str, Any], light_row: Any, state_rows: Any
+    ) -> Any:
+        light = shape.light.unpack(light_row, UInt32(0))
+        state = shape.state.unpack(state_rows, UInt32(0) if shape.states == 1 else rays["state"])
+        # Numbers that all lanes share are unpacked by a small kernel of their own: the large one reads each once.
+        dr.eval(light, *([state] if shape.states == 1 else []))
+        inputs = Inputs(
+            rays=rays, geometry=geometry, tables=tables, light=light, state=state, wavelengths=shape.wavelengths
+        )
+        path = _follow(inputs)
+        seen, reflected = _describe(path, inputs)
+        rgb = [rays["gain"] * (a + b) for a, b in zip(path["rgb"], reflected, strict=True)]
+        return {"rgb": rgb, **seen}
+
+    return frame  # type: ignore[no-any-return]
+
+
+@cache
+def compiled_prefix(state: Packing) -> Callable[..., Any]:
+    """Frozen kernel of what no joint moves: where rays of the port, and of M1 behind it, meet the fixed group."""
+
+    @dr.freeze
+    def prefix(rays: dict[str, Any], groups: dict[str, dict[str, Any]], state_rows: Any) -> Any:
+        numbers = state.unpack(state_rows, UInt32(0))
+        static = {name: value for name, value in numbers.items() if name in (Thing.M1.name, WORLD)}
+        static["ball"] = [Float32(0)] * 4
+        # The sea is out of the way: its pose is replaced by one far below.
+        static[WORLD] = [Float32(x) for x in (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -FAR_M)]
+        fixed = {name: group for name, group in groups.items() if name == str(Group.FIXED)}
+        found = []
+        origin, direction, active = rays["origin"], rays["direction"], rays["gain"] > 0
+        for _ in range(2):
+            hit = nearest(fixed, static, origin, direction, active=active, known=nothing_known())
+            on_fixed = hit.thing >= int(Thing.FIRST_GROUP)
+            found.append({"distance": dr.select(on_fixed, hit.distance, FAR_M), "face": hit.face})
+            if Thing.M1.name not in static:
+                break
+            folded = hit.thing == int(Thing.M1)
+            reflected = reflect(direction, mirror_normal(static[Thing.M1.name]))
+            origin = dr.select(folded, origin + direction * hit.distance + reflected * START_OFFSET_M, origin)
+            direction = dr.select(folded, reflected, direction)
+        return found
+
+    return prefix  # type: ignore[no-any-return]
+
+
+def _follow(inputs: Inputs) -> dict[str, Any]:
+    """Follow rays over mirrors and sea surface to the first Lambertian surface or into open water.
+
+    `seen_point` and `distance` are those of the first thing that sends light of its own into the view; behind the sea
+    surface, which lets some light through and reflects the rest, the ray goes on for its radiance alone.
+    """
+    rays = inputs.rays
+    alive = rays["gain"] > 0
+    count = dr.width(rays["gain"])
+    start = {
+        "bounce": dr.zeros(UInt32, count),
+        "origin": Array3f32(rays["origin"]),
+        "direction": Array3f32(rays["direction"]),
+        "active": Bool(alive),
+        "distance": dr.zeros(Float32, count),
+        "throughput": [dr.ones(Float32, count) for _ in range(inputs.wavelengths)],
+        "rgb": [dr.zeros(Float32, count) for _ in range(3)],
+        "region": dr.select(alive, UInt32(int(Region.DIRECT)), UInt32(int(Region.HOUSING))),
+        "unseen": Bool(alive),
+        "surface_seen": dr.zeros(Bool, count),
+        "seen_point": dr.zeros(Array3f32, count),
+        "thing": dr.zeros(UInt32, count),
+        "face": dr.zeros(UInt32, count),
+        "u": dr.zeros(Float32, count),
+        "v": dr.zeros(Float32, count),
+    }
+
+    def segment(path: dict[str, Any]) -> tuple[dict[str, Any]]:
+        return (_segment(path, inputs),)
+
+    return dr.while_loop((start,), lambda path: path["active"], segment)[0]  # type: ignore[no-any-return]
+
+
+def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
+    light, state, tables = inputs.light, inputs.state, inputs.tables
+    active, origin, direction = path["active"], path["origin"], path["direction"]
+    hit = nearest(inputs.geometry["groups"], state, origin, direction, active=active, known=_known(path, inputs.rays))
+    world_direction = turn(state[WORLD], direction)
+    depth = -move(state[WORLD], origin).z
+    through = Segment(direction=world_direction, depth=depth, length=hit.distance, active=active)
+    added, throughput = scattered_in(light, tables, path["throughput"], through)
+    at_m1 = hit.thing == int(Thing.M1)
+    at_mirror = at_m1 | (hit.thing == int(Thing.M2))
+    at_surface = hit.thing == int(Thing.SEA_SURFACE)
+    normal = turn_back(state[WORLD], Array3f32(0, 0, -1))
+    for front in FRONTS:
+        if front.name in state:
+            normal = dr.select(hit.thing == int(front), mirror_normal(state[front.name]), normal)
+    cosine = -dr.dot(direction, normal)
+    sky, below_surface, passes = passed_by_surface(light, tables["sky"], throughput, cosine)
+    rgb = [
+        total + dr.select(active, water + dr.select(at_surface, above, 0), 0)
+        for total, water, above in zip(path["rgb"], added, channels(light, sky), strict=True)
+    ]
+    behind_mirror = mirror_throughput(light, throughput, cosine)
+    throughput = [
+        dr.select(at_surface, s, dr.select(at_mirror, m, t))
+        for t, s, m in zip(throughput, below_surface, behind_mirror, strict=True)
+    ]
+    bounce = path["bounce"] + 1
+    goes_on = active & (at_mirror | at_surface) & (bounce < LARGEST_BOUNCE_COUNT)
+    seen = active & path["unseen"] & (~goes_on | (at_surface & passes))
+    point = origin + direction * hit.distance
+    reflected = direction + normal * (2 * cosine)
+    folded = at_m1 & (path["region"] == int(Region.DIRECT))
+    gazed = (hit.thing == int(Thing.M2)) & (path["region"] == int(Region.FOLD))
+    return {
+        "bounce": bounce,
+        "origin": dr.select(goes_on, point + reflected * START_OFFSET_M, dr.select(active, point, origin)),
+        "direction": dr.select(goes_on, reflected, direction),
+        "active": goes_on,
+        "distance": dr.select(path["unseen"] & active, path["distance"] + hit.distance, path["distance"]),
+        "throughput": throughput,
+        "rgb": rgb,
+        "region": dr.select(
+            active & gazed,
+            UInt32(int(Region.GAZE)),
+            dr.select(active & folded, UInt32(int(Region.FOLD)), path["region"]),
+        ),
+        "unseen": path["unseen"] & ~seen,
+        "surface_seen": path["surface_seen"] | (seen & at_surface),
+        "seen_point": dr.select(seen, point, path["seen_point"]),
+        "thing": dr.select(active, hit.thing, path["thing"]),
+        "face": dr.select(active, hit.face, path["face"]),
+        "u": dr.select(active, hit.u, path["u"]),
+        "v": dr.select(active, hit.v, path["v"]),
+    }
+
+
+def _known(path: dict[str, Any], rays: dict[str, Any]) -> Known:
+    """What was traced beforehand for the segment from the port, and for the one from M1 straight behind it."""
+    first, second = rays["prefix"][0], rays["prefix"][-1]
+    from_port = path["bounce"] == 0
+    from_m1 = (path["bounce"] == 1) & (path["region"] == int(Region.FOLD))
+    return Known(
+        known=from_port | from_m1,
+        distance=dr.select(from_port, first["distance"], second["distance"]),
+        face=dr.select(from_port, first["face"], second["face"]),
+    )
+
+
+def _describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], list[Any]]:
+    """What the paths end at, and the light by channel that the Lambertian surfaces among them send back."""
+    geometry, light, state = inputs.geometry, inputs.light, inputs.state
+    thing, point, direction = path["thing"], path["origin"], path["direction"]
+    lit = thing >= int(Thing.M1_BACK)
+    lit = lit & (thing != int(Thing.SEA_SURFACE))
+    on_group = thing >= int(Thing.FIRST_GROUP)
+    row = path["face"]
+    for position, group in enumerate(geometry["groups"].values()):
+        row = dr.select(thing == Thing.FIRST_GROUP + position, path["face"] + UInt32(group["offset"]), row)
+    face = row_of(geometry["faces"], dr.select(on_group, row, 0), ROW)
+    local = Array3f32(*face[FaceColumn.NORMAL : FaceColumn.NORMAL + 3])
+    of_face, label, textured, baked = face_code(face[FaceColumn.CODE])
+    textured, baked = on_group & textured, on_group & baked
+    smooth, colour, ambient = _blended_corners(geometry["vertices"], face, textured, path["u"], path["v"])
+    flat_normal = _in_body(local, thing, geometry["groups"], state, point)
+    shading_normal = _in_body(dr.select(textured, smooth, local), thing, geometry["groups"], state, point)
+    # Faces are two-sided: what is seen is turned towards the ray.
+    side = dr.select(dr.dot(flat_normal, direction) > 0, Float32(-1), Float32(1))
+    flat_normal, shading_normal = flat_normal * side, dr.normalize(shading_normal * side)
+
+    material = dr.select(on_group, of_face, UInt32(int(Material.MIRROR_BACK)))
+    material = dr.select(thing == int(Thing.BALL), UInt32(state["ball_material"][0]), material)
+    towards_sun = vector(state, "towards_sun")
+    faces_sun = lit & (dr.dot(flat_normal, towards_sun) > 0)
+    in_sun = reaches_sun(geometry["groups"], state, point + flat_normal * SHADOW_OFFSET_M, faces_sun)
+    sun_cosine = dr.select(in_sun, dr.maximum(dr.dot(shading_normal, towards_sun), 0), 0)
+    depth = -move(state[WORLD], point).z
+
+    def in_open_water(normal: Any, depth: Any, ambient: list[Any]) -> list[Any]:
+        return ambient_irradiance(light, inputs.tables["ambient"], normal, depth)
+
+    def as_baked(normal: Any, depth: Any, ambient: list[Any]) -> list[Any]:
+        return ambient
+
+    ambient = dr.if_stmt((turn(state[WORLD], shading_normal), depth, ambient), lit & ~baked, in_open_water, as_baked)
+    reflected = reflected_radiance(
+        light,
+        path["throughput"],
+        albedo=_albedo(material, colour, inputs),
+        ambient=ambient,
+        depth=depth,
+        sun_cosine=sun_cosine,
+    )
+    seen_normal = dr.select(
+        path["surface_seen"], turn_back(state[WORLD], Array3f32(0, 0, -1)), dr.select(lit, flat_normal, 0)
+    )
+    return {
+        "distance": path["distance"],
+        "point": move(state[WORLD], path["seen_point"]),
+        "normal": turn(state[WORLD], seen_normal),
+        "label": _label(path, label, on_group),
+        "region": path["region"],
+        "instance": _instance(path, face[FaceColumn.INSTANCE], on_group, state),
+    }, [dr.select(lit, channel, 0) for channel in reflected]
+
+
+def _blended_corners(vertices: Any, face: list[Any], textured: Any, u: Any, v: Any) -> tuple[Any, list[Any], list[Any]]:
+    """Normal, colour and baked light between the corners of faces."""
+    rows = [row_of(vertices, dr.select(textured, UInt32(face[FaceColumn.CORNERS + k]), 0), ROW) for k in range(3)]
+    shares = (1 - u - v, u, v)
+    normals = [from_octahedron(*row[VertexColumn.NORMAL : VertexColumn.COLOUR]) for row in rows]
+    normal = sum((n * s for n, s in zip(normals, shares, strict=True)), Array3f32(0))
+    blended = [sum((row[k] * s for row, s in zip(rows, shares, strict=True)), Float32(0)) for k in range(ROW)]
+    return normal, blended[VertexColumn.COLOUR : VertexColumn.AMBIENT], blended[VertexColumn.AMBIENT :]
+
+
+def _in_body(local: Any, thing: Any, groups: dict[str, dict[str, Any]], state: Numbers, point: Any) -> Any:
+    """Normal of what was hit, turned from its own frame into the body's."""
+    normal = point - Array3f32(*state["ball"][:3])  # of the ball
+    for position, name in enumerate(groups):
+        pose = pose_of(state, name)
+        turned = local if pose is None else turn_back(pose, local)
+        normal = dr.select(thing == Thing.FIRST_GROUP + position, turned, normal)
+    for front, back in zip(FRONTS, BACKS, strict=True):
+        if front.name in state:
+            normal = dr.select(thing == int(back), -mirror_normal(state[front.name]), normal)
+    return dr.normalize(normal)
+
+
+def _albedo(material: Any, colour: list[Any], inputs: Inputs) -> Spectrum:
+    """Reflectance of the material times the vertices' colour."""
+    light = inputs.light
+    palette = row_of(inputs.tables["albedo"], material, SPECTRUM_ROW)
+    red, green, blue = colour
+    return [
+        palette[k] * (light["basis_red"][k] * red + light["basis_green"][k] * green + light["basis_blue"][k] * blue)
+        for k in range(inputs.wavelengths)
+    ]
+
+
+def _label(path: dict[str, Any], of_face: Any, on_group: Any) -> Any:
+    thing = path["thing"]
+    label = dr.select(on_group, of_face, UInt32(int(Label.OPEN_WATER)))
+    for things, meaning in (
+        (FRONTS, Label.MIRROR),
+        (BACKS, Label.MIRROR_BACK),
+        ((Thing.SEA_SURFACE,), Label.SURFACE),
+        ((Thing.BALL,), Label.TARGET),
+    ):
+        for each in things:
+            label = dr.select(thing == int(each), UInt32(int(meaning)), label)
+    label = dr.select(path["surface_seen"], UInt32(int(Label.SURFACE)), label)
+    return dr.select(path["region"] == int(Region.HOUSING), UInt32(int(Label.HOUSING)), label)
+
+
+def _instance(path: dict[str, Any], of_face: Any, on_group: Any, state: Numbers) -> Any:
+    """Instance of what is seen, counted from one; zero for none."""
+    number = dr.select(on_group & ~path["surface_seen"], UInt32(of_face + 1), UInt32(0))
+    on_ball = (path["thing"] == int(Thing.BALL)) & ~path["surface_seen"]
+    return dr.select(on_ball, UInt32(state["ball_instance"][0]), number)

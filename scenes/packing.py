@@ -1,0 +1,73 @@
+"""Numbers as the kernels take them: many in one array, and tables that are read row by row.
+
+A frame has hundreds of numbers, and handing over each by itself costs more than a small frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.backend import Array3f32, ArrayXf32, Float32, dr
+
+Numbers = dict[str, list[Any]]
+"""Unpacked numbers by name, each a list of Dr.Jit arrays of width 1 or of one entry per lane."""
+
+
+@dataclass(frozen=True)
+class Packing:
+    """Order of named numbers in a row; hashable, so that a kernel is compiled for it once.
+
+    Attributes
+    ----------
+    counts : tuple of (name, count)
+    """
+
+    counts: tuple[tuple[str, int], ...]
+
+    @classmethod
+    def of(cls, numbers: Mapping[str, Any]) -> Packing:
+        """Packing that fits these numbers."""
+        return cls(tuple((name, int(np.size(value))) for name, value in numbers.items()))
+
+    @property
+    def width(self) -> int:
+        """Numbers in a row."""
+        return sum(count for _, count in self.counts)
+
+    def row(self, numbers: Mapping[str, Any]) -> NDArray[np.float32]:
+        """Numbers in their order, shape (width,)."""
+        if Packing.of(numbers) != self:
+            raise ValueError(f"expected numbers {self.counts}, got {Packing.of(numbers).counts}")
+        return np.concatenate([np.ravel(np.asarray(value, dtype=np.float32)) for value in numbers.values()])
+
+    def unpack(self, packed: Any, row: Any) -> Numbers:
+        """Kernel: numbers of a row for every lane; of width 1 when `row` is."""
+        first = row * self.width
+        result: Numbers = {}
+        position = 0
+        for name, count in self.counts:
+            result[name] = [dr.gather(Float32, packed, first + (position + k)) for k in range(count)]
+            position += count
+        return result
+
+
+def vector(numbers: Numbers, name: str) -> Any:
+    """Kernel: three numbers as a vector."""
+    return Array3f32(*numbers[name])
+
+
+def rows_of(table: NDArray[np.float64], width: int) -> Any:
+    """Table of at most `width` columns as the kernels read it: padded rows, one after the other."""
+    padded = np.zeros((len(table), width), dtype=np.float32)
+    padded[:, : table.shape[1]] = table
+    return Float32(padded.ravel())
+
+
+def row_of(table: Any, row: Any, width: int) -> list[Any]:
+    """Kernel: numbers of a row of a table; a width that is a power of two is read at once."""
+    return list(dr.gather(ArrayXf32, table, row, shape=(width, dr.width(row))))
