@@ -148,7 +148,7 @@ def test_mirror_under_water():
         }
     )
     ahead = lambda pixel, sampler: mi.RayDifferential3f(mi.Point3f(0, 0, 0), mi.Vector3f(0, 0, 1))  # noqa: E731
-    result = estimate(scene, ahead, medium=water, pixels=1, samples=2**10, seed=(1,))
+    result = estimate(scene, ahead, medium=water, pixels=1, samples=2**17, seed=(1,))
     n, k = aluminium_index(wavelength)
     index, cosine = (n + 1j * k) / N_WATER, np.cos(np.pi / 4)
     refracted = np.sqrt(index**2 - (1 - cosine**2))
