@@ -162,3 +162,35 @@ def test_light_scattered_once(monkeypatch):
     expected = scattering * molecular_phase(angle) * irradiance * np.exp(-attenuation * depth / mu) / attenuation
     assert (np.abs(z_scores(result, expected)) < LARGEST_Z).all(), (result.mean, expected)
     assert (np.sqrt(result.variance) < 0.02 * expected).all()
+
+
+@pytest.mark.parametrize("angle_deg", [0.6, 2.0, 10.0])
+def test_light_around_the_sun(monkeypatch, angle_deg):
+    """Looking up beside the sun: the forward peak, where a wrong table or a wrong connection to the sun would show.
+
+    Single scattering: b p(angle) E times the integral of what is lost on the way down to the line of sight and along it.
+    """
+    monkeypatch.setattr(estimating, "integrator", lambda: mi.load_dict({"type": "volpathmis", "max_depth": 2}))
+    scattering, depth, sun = np.array([0.1, 0.2, 0.3]), 3.0, np.radians(20.0)
+    water_of = sea(
+        absorption=np.full(3, 0.1),
+        scattering=scattering,
+        molecular_fraction=np.zeros(3),
+        sun_irradiance=np.ones(3),
+        towards_sun=np.array([0.0, np.sin(sun), np.cos(sun)]),
+    )
+    water = water_medium(water_of)
+    scene = mi.load_dict({"type": "scene", **lamps(water_of), **basin(depth, SeaSurface(1.34), water)})
+    angle = np.radians(angle_deg)
+    upwards = float(np.cos(sun + angle))
+    rays = along([0, 0, 0], [0, float(np.sin(sun + angle)), upwards])
+    result = estimate(scene, rays, medium=water, pixels=1, samples=2**16, seed=(7,))
+    left_out = scattering_table(fournier_forand, SMALLEST_SCATTERING_ANGLE).left_out
+    attenuation = 0.1 + scattering * (1 - left_out)
+    along_sight = np.linspace(0, depth / upwards, 20_001)
+    way = along_sight + (depth - along_sight * upwards) / np.cos(sun)
+    lost = np.trapezoid(np.exp(-np.outer(attenuation, way)), along_sight)
+    expected = scattering * fournier_forand(angle) * lost
+    tolerance = LARGEST_Z * np.sqrt(result.variance) + TABLE_TOLERANCE * expected
+    assert (np.abs(result.mean - expected) < tolerance).all(), (result.mean / expected, tolerance / expected)
+    assert (np.sqrt(result.variance) < 0.02 * expected).all()
