@@ -2,7 +2,9 @@
 
 The sea's own light reaches a reef or a tank through what stands around, and what stands around sends light as well.
 Both are gathered by the kernel that renders frames: from each vertex it looks out in many directions, through the same
-water, at the same surfaces, which are lit by what was gathered before. Each round adds one more reflection.
+water, at the same surfaces, which are lit by what was gathered before. Each round adds one more reflection. What is
+averaged over the directions is the difference that the surroundings make to open water, whose light is known without
+any averaging: where nothing is in the way there is no noise.
 """
 
 from __future__ import annotations
@@ -73,15 +75,22 @@ def _ambient(mesh: GroupMesh, light: Light) -> FloatArray:
     normals = vertex_normals(mesh.vertices_m, mesh.faces)
     origins = _inset(mesh) + normals * OFFSET_M
     directions = int(np.clip(RAYS // len(origins), LEAST_DIRECTIONS, MOST_DIRECTIONS))
-    lit = replace(mesh, ambient=light.open_water_irradiance(-origins[:, 2], normals))
+    open_water = light.open_water_irradiance(-origins[:, 2], normals)
+    unseen = _gathered(None, origins, normals, light, directions)
+    lit = replace(mesh, ambient=open_water)
     for _ in range(ROUNDS):
-        lit = replace(lit, ambient=_gathered(lit, origins, normals, light, directions))
+        seen = _gathered(lit, origins, normals, light, directions)
+        lit = replace(lit, ambient=np.maximum(open_water + seen - unseen, 0))
     assert lit.ambient is not None
     return lit.ambient
 
 
-def _gathered(mesh: GroupMesh, origins: FloatArray, normals: FloatArray, light: Light, directions: int) -> FloatArray:
-    geometry, tables = geometry_of({WORLD: mesh}, ()), light.tables()
+def _gathered(
+    mesh: GroupMesh | None, origins: FloatArray, normals: FloatArray, light: Light, directions: int
+) -> FloatArray:
+    """Irradiance at vertices from some directions, by channel, shape (n, 3); without a mesh that of open water."""
+    geometry = geometry_of({} if mesh is None else {WORLD: mesh}, ())
+    tables = light.tables(without_peak=True)
     # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
     numbers = light.numbers(float(np.median(-origins[:, 2])))
     still = {

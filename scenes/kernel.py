@@ -16,20 +16,24 @@ from optics.backend import Array3f32, Bool, Float32, UInt32, dr
 from optics.mesh import Group
 from optics.refraction import reflect
 from optics.status import Region
+from scenes.flicker import flicker
 from scenes.frame import Label
 from scenes.geometry import ROW, WORLD, FaceColumn, VertexColumn, face_code, from_octahedron
+from scenes.lamps import lamp_backscatter, lamp_irradiance, towards_lamps
 from scenes.light import SPECTRUM_ROW
 from scenes.materials import Material
 from scenes.packing import Numbers, Packing, row_of, vector
 from scenes.shading import (
+    Illumination,
     Segment,
     Spectrum,
     ambient_irradiance,
     channels,
     mirror_throughput,
-    passed_by_surface,
     reflected_radiance,
     scattered_in,
+    seen_through_surface,
+    volume_scattering,
 )
 from scenes.tracing import (
     BACKS,
@@ -38,19 +42,26 @@ from scenes.tracing import (
     START_OFFSET_M,
     Known,
     Thing,
+    is_free,
     mirror_normal,
     move,
     nearest,
     nothing_known,
     pose_of,
-    reaches_sun,
     turn,
     turn_back,
 )
+from scenes.waves import surface_normal
+
+LAMP_CLEARANCE_M = 0.03
+"""Nothing this near to a lamp is in its own light's way: the lamp's housing."""
 
 LARGEST_BOUNCE_COUNT = 6
 """Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
 the sea surface."""
+
+LEAST_FACET_COSINE = 0.02
+"""Between the view and the normal of a facet of the sea."""
 
 SHADOW_OFFSET_M = 1e-4
 """How far a shadow ray starts off its surface: hits at tank scale are placed to about 1e-6 m in single precision."""
@@ -178,29 +189,43 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
     depth = -move(state[WORLD], origin).z
     through = Segment(direction=world_direction, depth=depth, length=hit.distance, active=active)
     added, throughput = scattered_in(light, tables, path["throughput"], through)
+    if "lamp_exponent" in light:
+        from_lamps = lamp_backscatter(
+            light,
+            origin,
+            direction,
+            hit.distance,
+            attenuation=light["c"],
+            volume_scattering=lambda angle: volume_scattering(light, tables["phase"], angle),
+        )
+        from_lamps = [t * f for t, f in zip(path["throughput"], from_lamps, strict=True)]
+        added = [a + f for a, f in zip(added, channels(light, from_lamps), strict=True)]
     at_m1 = hit.thing == int(Thing.M1)
     at_mirror = at_m1 | (hit.thing == int(Thing.M2))
     at_surface = hit.thing == int(Thing.SEA_SURFACE)
-    normal = turn_back(state[WORLD], Array3f32(0, 0, -1))
+    above = _at_sea_surface(inputs, origin + direction * hit.distance, world_direction, throughput, active & at_surface)
+    normal = above["normal"]
     for front in FRONTS:
         if front.name in state:
             normal = dr.select(hit.thing == int(front), mirror_normal(state[front.name]), normal)
     cosine = -dr.dot(direction, normal)
-    sky, below_surface, passes = passed_by_surface(light, tables["sky"], throughput, cosine)
     rgb = [
-        total + dr.select(active, water + dr.select(at_surface, above, 0), 0)
-        for total, water, above in zip(path["rgb"], added, channels(light, sky), strict=True)
+        total + dr.select(active, water + sky, 0)
+        for total, water, sky in zip(path["rgb"], added, above["rgb"], strict=True)
     ]
     behind_mirror = mirror_throughput(light, throughput, cosine)
     throughput = [
         dr.select(at_surface, s, dr.select(at_mirror, m, t))
-        for t, s, m in zip(throughput, below_surface, behind_mirror, strict=True)
+        for t, s, m in zip(throughput, above["throughput"], behind_mirror, strict=True)
     ]
     bounce = path["bounce"] + 1
     goes_on = active & (at_mirror | at_surface) & (bounce < LARGEST_BOUNCE_COUNT)
-    seen = active & path["unseen"] & (~goes_on | (at_surface & passes))
+    seen = active & path["unseen"] & (~goes_on | (at_surface & above["passes"]))
     point = origin + direction * hit.distance
     reflected = direction + normal * (2 * cosine)
+    # What a leaning facet of the sea would throw upwards meets the sea again: it is taken to go down at once.
+    rise = dr.select(at_surface, turn(state[WORLD], reflected).z, 0)
+    reflected = reflected - turn_back(state[WORLD], Array3f32(0, 0, 1)) * dr.select(rise > 0, 2 * rise, 0)
     folded = at_m1 & (path["region"] == int(Region.DIRECT))
     gazed = (hit.thing == int(Thing.M2)) & (path["region"] == int(Region.FOLD))
     return {
@@ -224,6 +249,32 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
         "u": dr.select(active, hit.u, path["u"]),
         "v": dr.select(active, hit.v, path["v"]),
     }
+
+
+def _at_sea_surface(inputs: Inputs, point: Any, direction: Any, throughput: Spectrum, active: Any) -> dict[str, Any]:
+    """What the sea surface shows by channel, the throughput of what it reflects, its normal, and whether light passes.
+
+    `point` is in the body frame, `direction` in the world frame. Most views see no surface, and pay for none.
+    """
+    light, world = inputs.light, inputs.state[WORLD]
+    numbers = {**light, **inputs.state}
+
+    def surface(point: Any, direction: Any, throughput: Spectrum) -> tuple[Any, ...]:
+        upwards = Array3f32(0, 0, 1)
+        if "wave_slope" in light:
+            place = move(world, point)
+            waved = surface_normal(numbers, place.x, place.y)
+            # A facet that shows the eye its back is hidden behind the wave before it.
+            upwards = dr.select(dr.dot(direction, waved) > LEAST_FACET_COSINE, waved, upwards)
+        seen, reflected, passes = seen_through_surface(light, inputs.tables["sky"], throughput, direction, upwards)
+        return turn_back(world, -upwards), channels(light, seen), reflected, passes
+
+    def nothing(point: Any, direction: Any, throughput: Spectrum) -> tuple[Any, ...]:
+        return turn_back(world, Array3f32(0, 0, -1)), [Float32(0)] * 3, throughput, Bool(False)
+
+    names = ("normal", "rgb", "throughput", "passes")
+    found = dr.if_stmt((point, direction, throughput), active, surface, nothing)
+    return dict(zip(names, found, strict=True))
 
 
 def _known(path: dict[str, Any], rays: dict[str, Any]) -> Known:
@@ -263,7 +314,9 @@ def _describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], lis
     material = dr.select(thing == int(Thing.BALL), UInt32(state["ball_material"][0]), material)
     towards_sun = vector(state, "towards_sun")
     faces_sun = lit & (dr.dot(flat_normal, towards_sun) > 0)
-    in_sun = reaches_sun(geometry["groups"], state, point + flat_normal * SHADOW_OFFSET_M, faces_sun)
+    in_sun = is_free(
+        geometry["groups"], state, point + flat_normal * SHADOW_OFFSET_M, towards_sun, Float32(FAR_M), faces_sun
+    )
     sun_cosine = dr.select(in_sun, dr.maximum(dr.dot(shading_normal, towards_sun), 0), 0)
     depth = -move(state[WORLD], point).z
 
@@ -274,13 +327,18 @@ def _describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], lis
         return ambient
 
     ambient = dr.if_stmt((turn(state[WORLD], shading_normal), depth, ambient), lit & ~baked, in_open_water, as_baked)
+    illumination = Illumination(
+        ambient=ambient,
+        sun_cosine=sun_cosine,
+        flicker=_flicker(inputs, move(state[WORLD], point), sun_cosine > 0),
+        lamps=_lamps(inputs, point, shading_normal, flat_normal, lit),
+    )
     reflected = reflected_radiance(
         light,
         path["throughput"],
         albedo=_albedo(material, colour, inputs),
-        ambient=ambient,
         depth=depth,
-        sun_cosine=sun_cosine,
+        illumination=illumination,
     )
     seen_normal = dr.select(
         path["surface_seen"], turn_back(state[WORLD], Array3f32(0, 0, -1)), dr.select(lit, flat_normal, 0)
@@ -303,6 +361,34 @@ def _blended_corners(vertices: Any, face: list[Any], textured: Any, u: Any, v: A
     normal = sum((n * s for n, s in zip(normals, shares, strict=True)), Array3f32(0))
     blended = [sum((row[k] * s for row, s in zip(rows, shares, strict=True)), Float32(0)) for k in range(ROW)]
     return normal, blended[VertexColumn.COLOUR : VertexColumn.AMBIENT], blended[VertexColumn.AMBIENT :]
+
+
+def _flicker(inputs: Inputs, place: Any, in_sun: Any) -> Spectrum:
+    """Factor of the waves' flicker on the sun at points of the world frame, by wavelength."""
+    steady: Spectrum = [Float32(1)] * inputs.wavelengths
+    if "flicker_mix" not in inputs.light:
+        return steady
+    numbers = {**inputs.light, **inputs.state}
+
+    def flickering(place: Any) -> Spectrum:
+        return flicker(numbers, inputs.tables["flicker"], place, -place.z)
+
+    return dr.if_stmt((place,), in_sun, flickering, lambda place: steady)  # type: ignore[no-any-return]
+
+
+def _lamps(inputs: Inputs, point: Any, normal: Any, flat_normal: Any, lit: Any) -> Spectrum:
+    """Irradiance of the lamps at points of the body frame, by wavelength, with a shadow ray to each."""
+    if "lamp_exponent" not in inputs.light:
+        return [Float32(0)] * inputs.wavelengths
+    start = point + flat_normal * SHADOW_OFFSET_M
+    groups, state = inputs.geometry["groups"], inputs.state
+    reached = [
+        is_free(
+            groups, state, start, direction, distance - LAMP_CLEARANCE_M, lit & (dr.dot(flat_normal, direction) > 0)
+        )
+        for direction, distance in towards_lamps(inputs.light, point)
+    ]
+    return lamp_irradiance(inputs.light, point, normal, inputs.light["c"], reached)
 
 
 def _in_body(local: Any, thing: Any, groups: dict[str, dict[str, Any]], state: Numbers, point: Any) -> Any:

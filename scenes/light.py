@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from optics.arrays import opaque
 from optics.backend import Array3f32, Float32, Float64, UInt32
@@ -23,18 +24,18 @@ from optics.materials import aluminium_index
 from optics.pure_water import DEPOLARISATION
 from optics.radiative_transfer import RadianceField, radiance_field
 from optics.refraction import conductor_reflectance
+from optics.scattering import PhaseFunction
 from rigs import Water
 from scenes.field_table import DEPTH_SCALE_M, DEPTHS, azimuth_from, depths_m, field_table, looked_up, resampled
 from scenes.materials import albedo_table, colour_basis
 from scenes.packing import Packing, rows_of
-from scenes.sky import Daylight
+from scenes.sky import Daylight, sky_numbers, sky_table
 from scenes.spectrum import Bands, water_bands
 from scenes.sun import Sun
 
 FloatArray = NDArray[np.float64]
 
 PHASE_TABLE_SIZE = 721
-SKY_TABLE_SIZE = 65
 SPECTRUM_ROW = 16
 """Numbers in a row of a table by wavelength."""
 SIDES: dict[str, Callable[[FloatArray], NDArray[np.bool_]]] = {
@@ -96,14 +97,17 @@ class Light:
         found = looked_up(light, field_table(self.ambient_nodes), depth, normal.z, azimuth)
         return np.stack([channel.numpy() for channel in found], axis=-1)
 
-    def tables(self) -> dict[str, Any]:
-        """What the kernels look up: the phase function, light by direction and depth, the sky, the materials."""
-        sky = self.daylight.sky_radiance(np.linspace(0, 1, SKY_TABLE_SIZE)).T
+    def tables(self, *, without_peak: bool = False) -> dict[str, Any]:
+        """What the kernels look up: the phase function, light by direction and depth, the sky, the materials.
+
+        An eye sees light that was scattered forward. What lights a surface counts it with the direct sun: for that the
+        phase function is taken `without_peak`.
+        """
         return {
-            "phase": Float32(self._phase_table.astype(np.float32)),
+            "phase": Float32(self._phase_table(without_peak=without_peak).astype(np.float32)),
             "field": field_table(self.field_nodes),
             "ambient": field_table(self.ambient_nodes),
-            "sky": rows_of(sky, SPECTRUM_ROW),
+            "sky": sky_table(self.daylight),
             "albedo": rows_of(albedo_table(self.bands), SPECTRUM_ROW),
         }
 
@@ -121,13 +125,13 @@ class Light:
             "n_water": self.n_water,
             "steps_per_log": (DEPTHS - 1) / np.log1p(DEEPEST_M / DEPTH_SCALE_M),
             "table_decay": self.table_decay,
-            "sun_direction": sun,
+            "refracted_sun": sun,
             "sun_azimuth": sun[:2] / tilt if tilt > 0 else np.array([1.0, 0.0]),
             "weight": bands.weight.sum(axis=0),
             "c": field.beam_attenuation,
             "k_sun": field.beam_attenuation / field.sun_cosine,
             "sun": field.sun_irradiance,
-            "once": optics.scattering * field.sun_irradiance,
+            "b": optics.scattering,
             "molecular": optics.molecular_fraction,
             "molecular_anisotropy": (1 - DEPOLARISATION) / (1 + DEPOLARISATION),
             "basis_red": basis[0],
@@ -140,6 +144,7 @@ class Light:
             "field_decay_rise": (decay["up"] - decay["level"]) / cosine["up"],
             "field_decay_fall": (decay["down"] - decay["level"]) / cosine["down"],
         }
+        numbers |= sky_numbers(self.daylight)
         return numbers | {f"metal_{k}": row for k, row in enumerate(self._metal_fit)}
 
     @cached_property
@@ -191,11 +196,14 @@ class Light:
         ]
         return np.asarray(np.polynomial.polynomial.polyfit(cosine, np.array(rows).T, METAL_DEGREE).T)
 
-    @cached_property
-    def _phase_table(self) -> FloatArray:
+    def _phase_table(self, *, without_peak: bool) -> FloatArray:
         """Phase function at even steps; the first, which is infinitely bright forward, is that of half a step."""
         angle = np.linspace(0, np.pi, PHASE_TABLE_SIZE)
-        return np.asarray(self.optics.phase(np.maximum(angle, angle[1] / 2)))
+        angle = np.maximum(angle, angle[1] / 2)
+        if not without_peak:
+            return np.asarray(self.optics.phase(angle))
+        share = float(np.mean(self.field.forward_fraction / (1 - self.optics.molecular_fraction)))
+        return without_forward_peak(self.optics.phase, share, angle)
 
 
 def underwater_light(water: Water, daylight: Daylight | None = None, bands: Bands | None = None) -> Light:
@@ -211,3 +219,16 @@ def underwater_light(water: Water, daylight: Daylight | None = None, bands: Band
         deepest_m=DEEPEST_M,
     )
     return Light(bands=bands, daylight=daylight, optics=optics, field=field)
+
+
+def without_forward_peak(phase: PhaseFunction, share: float, angle_rad: FloatArray) -> FloatArray:
+    """Phase function without a share of its light, cut off flat from the top of its forward peak, 1/sr."""
+    ring = np.geomspace(1e-7, np.pi, 20001)
+    values = phase(ring)
+    weight = 2 * np.pi * np.sin(ring) * np.gradient(ring)
+
+    def missing(log_height: float) -> float:
+        return float(weight @ np.maximum(values - np.exp(log_height), 0)) - share
+
+    height = np.exp(brentq(missing, np.log(values.min()), np.log(values.max())))
+    return np.asarray(np.minimum(phase(angle_rad), height))

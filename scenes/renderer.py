@@ -29,6 +29,7 @@ from scenes.geometry import (
     world_mesh,
 )
 from scenes.kernel import Shape, compiled_frame, compiled_prefix
+from scenes.lamps import lamp_numbers
 from scenes.materials import Material
 from scenes.packing import Packing
 from scenes.stage import Stage
@@ -88,7 +89,9 @@ class FastRenderer:
         if stage.snow is not None:
             meshes[SNOW] = snow_mesh(stage.snow)
         self._geometry = geometry_of(meshes, self.instance_names)
-        self._tables = stage.light.tables()
+        self._tables = stage.light.tables() | stage.sea.tables()
+        lamps = rig.lamps
+        self._lamp_numbers = lamp_numbers(lamps, stage.light.bands.wavelength_nm) if lamps else {}
         self._rays = self._port_rays()
         self._packing = Packing.of(self._numbers(State()))
         self._rays["prefix"] = compiled_prefix(self._packing)(self._rays, self._geometry.groups, self._rows([State()]))
@@ -180,7 +183,7 @@ class FastRenderer:
     def _light_row(self, depth_m: float) -> tuple[Packing, Any]:
         """Packed numbers of the light at a depth; the last is kept, since robots hover."""
         if self._light is None or self._light[0] != depth_m:
-            numbers = self.stage.light.numbers(depth_m)
+            numbers = self.stage.light.numbers(depth_m) | self.stage.sea.numbers() | self._lamp_numbers
             packing = Packing.of(numbers)
             self._light = (depth_m, (packing, Float32(packing.row(numbers))))
         row: tuple[Packing, Any] = self._light[1]
@@ -210,6 +213,7 @@ class FastRenderer:
                 numbers[TARGET] = _packed_pose(body_from_target.inv())
             else:
                 numbers["ball"] = np.append(body_from_target.translation, target.shape.radius_m)
+        numbers |= self.stage.sea.moving_numbers(state.time_s)
         if self.stage.snow is not None:
             offset = snow_offset_m(self.stage.snow, world_from_body.translation, state.time_s)
             numbers[SNOW] = _packed_pose(RigidTransform.from_translation(-offset) * world_from_body)

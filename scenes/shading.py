@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from optics.backend import Float32, UInt32, dr
-from optics.refraction import dielectric_transmittance
+from optics.refraction import dielectric_transmittance, refract
 from scenes.field_table import azimuth_from, looked_up
-from scenes.light import METAL_DEGREE, PHASE_TABLE_SIZE, SKY_TABLE_SIZE, SPECTRUM_ROW
-from scenes.packing import Numbers, row_of, vector
+from scenes.light import METAL_DEGREE, PHASE_TABLE_SIZE
+from scenes.packing import Numbers, vector
+from scenes.sky import sky_seen
+from scenes.waves import sun_seen
 
 SHORT_M = 0.5
 """Up to this length the light at the far end is that at the near end, falling off as it does at the robot's depth."""
@@ -76,7 +78,7 @@ def scattered_in(
     F is the sun's light scattered once, in closed form, and all the rest, from its table.
     """
     direction, depth, length = segment.direction, segment.depth, segment.length
-    cosine = dr.dot(vector(light, "sun_direction"), direction)
+    cosine = dr.dot(vector(light, "refracted_sun"), direction)
     particles, molecules = phase(tables["phase"], cosine), molecular_phase(light, cosine)
     near, far = _field_at_ends(light, tables["field"], segment)
     nodes = len(throughput) // 3
@@ -88,7 +90,7 @@ def scattered_in(
         passed = dr.exp(-c * length)
         # Once: source J exp(-k_sun z), attenuated on the way; the integral of exp(-x s), finite for x -> 0 as well.
         p = dr.lerp(particles, molecules, light["molecular"][k])
-        once = light["once"][k] * p * dr.exp(-k_sun * depth) * _integral(c - k_sun * direction.z, length)
+        once = light["b"][k] * light["sun"][k] * p * dr.exp(-k_sun * depth) * _integral(c - k_sun * direction.z, length)
         channel = k // nodes
         more = share * dr.fma(-passed, far[channel], near[channel])
         added[channel] = dr.fma(light["weight"][k] * t, once + more, added[channel])
@@ -128,24 +130,32 @@ def _integral(x: Any, length: Any) -> Any:
     return dr.select(small, length * (1 - y / 2), (1 - dr.exp(-y)) / dr.select(small, 1, x))
 
 
-def passed_by_surface(
-    light: Numbers, sky_table: Any, throughput: Spectrum, cosine: Any
-) -> tuple[Spectrum, Spectrum, Any]:
-    """Sky seen through the sea surface from below, the throughput of what it reflects, and whether light passes.
+def volume_scattering(light: Numbers, phase_table: Any, angle: Any) -> Spectrum:
+    """B p at a scattering angle, 1/(m sr): particles and molecules."""
+    cosine = dr.cos(angle)
+    particles, molecules = phase(phase_table, cosine), molecular_phase(light, cosine)
+    return [b * dr.lerp(particles, molecules, m) for b, m in zip(light["b"], light["molecular"], strict=True)]
 
-    `cosine` is that between the ray and the surface's normal, positive. Radiance grows by n^2 on its way into the water
-    (basic radiance is conserved); beyond the critical angle the transmittance is zero and the surface a perfect mirror.
+
+def seen_through_surface(
+    light: Numbers, sky_table: Any, throughput: Spectrum, direction: Any, normal: Any
+) -> tuple[Spectrum, Spectrum, Any]:
+    """Sky and sun seen through the sea surface, the throughput of what it reflects, and whether light passes.
+
+    `direction` and `normal` point up. Radiance grows by n^2 on its way into the water (basic radiance is conserved);
+    beyond the critical angle the transmittance is zero and the surface a perfect mirror. The sun is seen when the
+    numbers hold one.
     """
     n = light["n_water"][0]
-    passed = dielectric_transmittance(cosine, n, 1.0)
-    cosine_air = dr.safe_sqrt(1 - dr.square(n) * (1 - dr.square(cosine)))
-    position = cosine_air * (SKY_TABLE_SIZE - 1)
-    cell = dr.minimum(UInt32(position), SKY_TABLE_SIZE - 2)
-    fraction = position - Float32(cell)
-    low, high = row_of(sky_table, cell, SPECTRUM_ROW), row_of(sky_table, cell + 1, SPECTRUM_ROW)
+    passed = dielectric_transmittance(dr.dot(direction, normal), n, 1.0)
+    outside, _ = refract(direction, normal, n)
     gain = passed * dr.square(n)
-    sky = [t * gain * dr.lerp(low[k], high[k], fraction) for k, t in enumerate(throughput)]
-    return sky, [t * (1 - passed) for t in throughput], passed > 0
+    # A facet that leans far may show what is below the horizon: more sea, as bright as the sky there.
+    above = [gain * radiance for radiance in sky_seen(light, sky_table, outside.z)]
+    if "sun_irradiance" in light:
+        above = [a + s for a, s in zip(above, sun_seen(light, direction, normal), strict=True)]
+    seen = [dr.select(passed > 0, t * a, 0) for t, a in zip(throughput, above, strict=True)]
+    return seen, [t * (1 - passed) for t in throughput], passed > 0
 
 
 def mirror_throughput(light: Numbers, throughput: Spectrum, cosine: Any) -> Spectrum:
@@ -165,17 +175,36 @@ def ambient_irradiance(light: Numbers, table: Any, normal: Any, depth: Any) -> l
     return looked_up(light, table, depth, normal.z, azimuth_from(light["sun_azimuth"], normal))
 
 
-def reflected_radiance(
-    light: Numbers, throughput: Spectrum, *, albedo: Spectrum, ambient: list[Any], depth: Any, sun_cosine: Any
-) -> list[Any]:
-    """Radiance of a Lambertian surface under the sun and all other light, by channel.
+@dataclass(frozen=True, kw_only=True)
+class Illumination:
+    """Light on a surface.
 
-    `ambient` is the irradiance of the other light by channel; `sun_cosine` is zero in the shadow.
+    Attributes
+    ----------
+    ambient : list
+        Irradiance by channel of all that comes through the water, but for the direct sun.
+    sun_cosine : Float32
+        Cosine between normal and sun; zero in the shadow.
+    flicker : list
+        Factor on the sun by wavelength.
+    lamps : list
+        Irradiance of lamps by wavelength.
     """
+
+    ambient: list[Any]
+    sun_cosine: Any
+    flicker: Spectrum
+    lamps: Spectrum
+
+
+def reflected_radiance(
+    light: Numbers, throughput: Spectrum, *, albedo: Spectrum, depth: Any, illumination: Illumination
+) -> list[Any]:
+    """Radiance of a Lambertian surface, by channel."""
     nodes = len(throughput) // 3
     result = [Float32(0)] * 3
     for k, (t, a) in enumerate(zip(throughput, albedo, strict=True)):
-        sun = light["sun"][k] * dr.exp(-light["k_sun"][k] * depth) * sun_cosine
-        irradiance = dr.fma(light["ambient_share"][k], ambient[k // nodes], sun)
+        sun = light["sun"][k] * dr.exp(-light["k_sun"][k] * depth) * illumination.sun_cosine * illumination.flicker[k]
+        irradiance = dr.fma(light["ambient_share"][k], illumination.ambient[k // nodes], sun + illumination.lamps[k])
         result[k // nodes] = dr.fma(light["weight"][k] * t * a * dr.inv_pi, irradiance, result[k // nodes])
     return result

@@ -13,10 +13,12 @@ from scipy.spatial.transform import RigidTransform
 from optics.arrays import check_vector
 from rigs import JerlovType, Rig
 from scenes.light import Light, underwater_light
+from scenes.sea import Sea
 from scenes.sky import Daylight
 from scenes.spectrum import bands_of_camera
 from scenes.sun import Sun
 from scenes.targets import Ball, TargetShape, target_named
+from scenes.waves import Wind
 from scenes.worlds import World, world_named
 from scenes.worlds.snow import MarineSnow
 
@@ -37,11 +39,12 @@ def ball(centre_m: ArrayLike, radius_m: float) -> Target:
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """World, light, the robot's pose, target and snow; the robot's depth is the camera exposure's too."""
+    """World, light, sea surface, the robot's pose, target and snow; the robot's depth is the camera exposure's too."""
 
     world: World
     light: Light
     world_from_body: RigidTransform
+    sea: Sea
     target: Target | None = None
     snow: MarineSnow | None = None
 
@@ -54,6 +57,9 @@ class Stage:
 TARGET_M = (1.85, 0.90, -0.73)
 """Where the target is, from the body: for aqua2 on the gaze axis of q1 = 30, q2 = -10 degrees, 2 m away."""
 
+WIND_M_S = 3.0
+"""Gentle breeze: waves that show, and a sun that glitters."""
+
 DEPTHS_M = (0.5, 100.0)
 
 
@@ -65,6 +71,7 @@ def stage(
     jerlov_type: str | None = None,
     sun: Sun | None = None,
     cloud: float = 0.0,
+    wind: Wind | None = None,
     target: str | Path = "red ball",
     snow: bool = False,
     seed: int = 0,
@@ -84,6 +91,8 @@ def stage(
         60 degrees high by default.
     cloud : float
         Covered share of the sky, 0 to 1.
+    wind : Wind, optional
+        Over the sea; 3 m/s by default. Without any the surface is flat and nothing flickers.
     target : str or Path
         red ball, buoy, diver, fish, or a file (`scenes.targets.target_named`).
     snow : bool
@@ -105,11 +114,12 @@ def stage(
     bands = bands_of_camera(rig.camera)
     daylight = Daylight(wavelength_nm=bands.wavelength_nm, sun=sun or Sun(), cloud=cloud)
     position = np.array([0.0, 0.0, -depth_m])
+    water = rig.water if jerlov_type is None else rig.water.of_type(cast(JerlovType, jerlov_type))
+    light = underwater_light(water, daylight, bands)
     return Stage(
         world=around,
-        light=underwater_light(
-            rig.water if jerlov_type is None else rig.water.of_type(cast(JerlovType, jerlov_type)), daylight, bands
-        ),
+        light=light,
+        sea=Sea(light=light, wind=wind or Wind(speed_m_s=WIND_M_S), seed=seed),
         world_from_body=RigidTransform.from_translation(position),
         target=Target(shape=shape, world_from_target=RigidTransform.from_translation(position + TARGET_M)),
         snow=MarineSnow(seed=seed) if snow else None,

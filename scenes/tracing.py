@@ -12,7 +12,7 @@ from typing import Any
 from optics.backend import Array3f32, Bool, Float32, UInt32, dr, mi
 from optics.mesh import Group
 from scenes.geometry import WORLD
-from scenes.packing import Numbers, vector
+from scenes.packing import Numbers
 
 FAR_M = 1e6
 """Stands for infinity where the kernel needs a number: no light of any wavelength survives it."""
@@ -120,14 +120,15 @@ def nearest(
     return Hit(distance=distance, thing=thing, face=face, u=u, v=v)
 
 
-def reaches_sun(groups: dict[str, dict[str, Any]], state: Numbers, point: Any, active: Any) -> Any:
-    """Whether nothing stands between points of the body frame and the sun."""
-    direction = vector(state, "towards_sun")
-    free = active & (strike_ball(state["ball"], point, direction) >= FAR_M)
+def is_free(  # noqa: PLR0917
+    groups: dict[str, dict[str, Any]], state: Numbers, point: Any, direction: Any, distance: Any, active: Any
+) -> Any:
+    """Whether nothing stands before points of the body frame along a direction, up to a distance."""
+    free = active & (strike_ball(state["ball"], point, direction) >= distance)
     for name, group in groups.items():
         local_point, local_direction = _in_frame(state, name, point, direction)
-        tried = free & crosses_box(group["box"], local_point, local_direction, Float32(FAR_M))
-        ray = mi.Ray3f(local_point, local_direction, FAR_M, 0.0, [])
+        tried = free & crosses_box(group["box"], local_point, local_direction, distance)
+        ray = mi.Ray3f(local_point, local_direction, distance, 0.0, [])
         free = free & ~(tried & group["scene"].ray_test(ray, coherent=True, active=tried))
     return free
 

@@ -1,0 +1,74 @@
+"""The sea surface over a stage: waves, the sun through them, and the flicker they throw on what lies below."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.flicker import (
+    FlickerPattern,
+    depth_nodes,
+    flicker_modes,
+    flicker_numbers,
+    flicker_pattern,
+    irradiance_variation,
+    sun_variation,
+)
+from scenes.light import Light
+from scenes.waves import Waves, Wind, sea_waves, sun_numbers, wave_numbers
+
+MOVING = ("wave_turns", "flicker_time_s")
+"""Numbers that change with time; the others are the same for all states."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sea:
+    """Surface above a light; without wind it is flat, and nothing flickers."""
+
+    light: Light
+    wind: Wind
+    seed: int = 0
+
+    def numbers(self) -> dict[str, Any]:
+        """Numbers of the kernels that stay as they are."""
+        return {name: value for name, value in self._numbers(0.0).items() if name not in MOVING}
+
+    def moving_numbers(self, time_s: float) -> dict[str, Any]:
+        """Numbers of the kernels at a time."""
+        return {name: value for name, value in self._numbers(time_s).items() if name in MOVING}
+
+    def tables(self) -> dict[str, Any]:
+        """What the kernels look up."""
+        return {"flicker": self._flicker[1]} if self._blows else {}
+
+    @property
+    def _blows(self) -> bool:
+        return self.wind.speed_m_s > 0
+
+    @cached_property
+    def _waves(self) -> Waves:
+        return sea_waves(self.wind, self.seed)
+
+    @cached_property
+    def _flicker(self) -> tuple[FlickerPattern, Any, NDArray[np.float64]]:
+        """Pattern, table and mix of the sun's variation over depth."""
+        field = self.light.field
+        depth = depth_nodes()
+        total = np.array([np.interp(depth, field.depth_m, row) for row in field.downwelling])
+        along = np.multiply.outer(field.beam_attenuation / field.sun_cosine, depth)
+        sun = (field.sun_irradiance * field.sun_cosine)[:, np.newaxis] * np.exp(-along)
+        measured = irradiance_variation(depth, field.wavelength_nm, self.wind)
+        table, mix = flicker_modes(sun_variation(measured, total, sun))
+        pattern = flicker_pattern(self.wind, self.light.towards_sun, self.light.n_water, self.seed)
+        return pattern, table, mix
+
+    def _numbers(self, time_s: float) -> dict[str, Any]:
+        sun = sun_numbers(self.light.daylight, self._waves, self.light.n_water)
+        if not self._blows:
+            return sun
+        pattern, _, mix = self._flicker
+        return sun | wave_numbers(self._waves, time_s) | flicker_numbers(pattern, mix, time_s)
