@@ -168,7 +168,7 @@ def test_light_scattered_once(monkeypatch):
 def test_light_around_the_sun(monkeypatch, angle_deg):
     """Looking up beside the sun: the forward peak, where a wrong table or a wrong connection to the sun would show.
 
-    Single scattering: b p(angle) E times the integral of what is lost on the way down to the line of sight and along it.
+    Single scattering: b p(angle) E times the integral of what is lost on the way down to the line of sight and on it.
     """
     monkeypatch.setattr(estimating, "integrator", lambda: mi.load_dict({"type": "volpathmis", "max_depth": 2}))
     scattering, depth, sun = np.array([0.1, 0.2, 0.3]), 3.0, np.radians(20.0)
