@@ -61,11 +61,11 @@ def test_open_water_is_as_bright_as_the_fast_renderer_says():
     rig = Rig.load("bench")
     scene = replace(stage(rig, world="blue"), target=None)
     frame = FastRenderer(rig, [], scene, **SIZE, samples=16).render()
-    reference = render_reference(rig, [], scene, **SIZE, samples=2**13, seed=1)
+    reference = render_reference(rig, [], scene, **SIZE, samples=2**12, seed=1)
     whole = agreements(frame, reference)[0]
     assert whole.name == WHOLE
     assert np.abs(whole.z).max() < LARGEST_Z, whole
-    assert np.max(whole.standard_error) < 0.05
+    assert np.max(whole.standard_error) < 0.06
 
 
 def test_bad_arguments_are_told_before_anything_is_computed(aqua2):
