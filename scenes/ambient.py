@@ -89,19 +89,20 @@ def _gathered(
     mesh: GroupMesh | None, origins: FloatArray, normals: FloatArray, light: Light, directions: int
 ) -> FloatArray:
     """Irradiance at vertices from some directions, by channel, shape (n, 3); without a mesh that of open water."""
-    geometry = geometry_of({} if mesh is None else {WORLD: mesh}, ())
+    geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
     tables = light.tables(without_peak=True)
     # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
     numbers = light.numbers(float(np.median(-origins[:, 2])))
     still = {
         WORLD: np.concatenate([np.eye(3).ravel(), np.zeros(3)]),
         "towards_sun": light.towards_sun,
+        "clearance_m": 0.0,
         "ball": np.zeros(4),
         "ball_material": 0.0,
         "ball_instance": 0.0,
     }
     light_packing, state_packing = Packing.of(numbers), Packing.of(still)
-    light_row, state_row = Float32(light_packing.row(numbers)), Float32(state_packing.row(still))
+    light_row, state_row = light_packing.upload(numbers), state_packing.upload(still)
     parts = []
     at_once = max(1, RAYS_AT_ONCE // directions)
     for start in range(0, len(origins), at_once):
@@ -111,6 +112,7 @@ def _gathered(
             state=state_packing,
             wavelengths=len(light.bands.wavelength_nm),
             states=1,
+            truth=False,
         )
         frame = compiled_frame(shape)(rays, geometry.arrays, tables, light_row, state_row)
         # Directions are spread as the cosine: irradiance is pi times their mean radiance.

@@ -20,6 +20,7 @@ from optics.ray_scene import mesh_scene
 from scenes.frame import Label
 from scenes.materials import MATERIAL_OF_ROLE
 from scenes.packing import rows_of
+from scenes.sun_map import sun_map
 from scenes.targets import MeshShape
 from scenes.worlds import World
 from scenes.worlds.snow import MarineSnow, snow_surface
@@ -98,18 +99,20 @@ class Geometry:
         By name: Mitsuba `scene`, bounding `box` (lower and upper corner) and `offset` of its rows in `faces`.
     faces, vertices : Float32
         The two tables, flat.
-    instance_names : tuple of str
+    sun_map : dict, optional
+        Where the world stands in its own light (`scenes.sun_map`); without it shadows are traced.
     """
 
     groups: dict[str, dict[str, Any]]
     faces: Any
     vertices: Any
-    instance_names: tuple[str, ...]
+    sun_map: dict[str, Any] | None
 
     @property
     def arrays(self) -> dict[str, Any]:
         """What the kernels take."""
-        return {"groups": self.groups, "faces": self.faces, "vertices": self.vertices}
+        arrays = {"groups": self.groups, "faces": self.faces, "vertices": self.vertices}
+        return arrays if self.sun_map is None else arrays | {"sun_map": self.sun_map}
 
 
 def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh], tuple[str, ...]]:
@@ -171,8 +174,8 @@ def snow_mesh(snow: MarineSnow) -> GroupMesh:
     )
 
 
-def geometry_of(meshes: dict[str, GroupMesh], instance_names: tuple[str, ...]) -> Geometry:
-    """Scenes and tables of meshes by group."""
+def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) -> Geometry:
+    """Scenes and tables of meshes by group, under a sun in a direction of the world frame."""
     groups, face_rows, vertex_rows = {}, [np.zeros((0, ROW))], [_plain_vertex()]
     for name, mesh in meshes.items():
         first_face, first_vertex = sum(map(len, face_rows)), sum(map(len, vertex_rows))
@@ -193,7 +196,8 @@ def geometry_of(meshes: dict[str, GroupMesh], instance_names: tuple[str, ...]) -
     if not len(tables[0]):
         tables[0] = np.zeros((1, ROW))  # open water: there is nothing to hit, but something to look up
     faces, vertices = (rows_of(table, ROW) for table in tables)
-    return Geometry(groups=groups, faces=faces, vertices=vertices, instance_names=instance_names)
+    shadows = sun_map(groups[WORLD]["scene"], meshes[WORLD].vertices_m, towards_sun) if WORLD in meshes else None
+    return Geometry(groups=groups, faces=faces, vertices=vertices, sun_map=shadows)
 
 
 def face_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:

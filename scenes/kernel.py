@@ -35,6 +35,7 @@ from scenes.shading import (
     seen_through_surface,
     volume_scattering,
 )
+from scenes.sun_map import reached_by_sun
 from scenes.tracing import (
     BACKS,
     FAR_M,
@@ -88,12 +89,15 @@ class Shape:
     light, state : Packing
         Order of the packed numbers.
     wavelengths, states : int
+    truth : bool
+        Whether more than radiance and label is asked for.
     """
 
     light: Packing
     state: Packing
     wavelengths: int
     states: int
+    truth: bool
 
 
 @cache
@@ -114,7 +118,7 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
         path = _follow(inputs)
         seen, reflected = _describe(path, inputs)
         rgb = [rays["gain"] * (a + b) for a, b in zip(path["rgb"], reflected, strict=True)]
-        return {"rgb": rgb, **seen}
+        return {"rgb": rgb, **(seen if shape.truth else {"label": seen["label"]})}
 
     return frame  # type: ignore[no-any-return]
 
@@ -127,7 +131,7 @@ def compiled_prefix(state: Packing) -> Callable[..., Any]:
     def prefix(rays: dict[str, Any], groups: dict[str, dict[str, Any]], state_rows: Any) -> Any:
         numbers = state.unpack(state_rows, UInt32(0))
         static = {name: value for name, value in numbers.items() if name in (Thing.M1.name, WORLD)}
-        static["ball"] = [Float32(0)] * 4
+        static["ball"], static["clearance_m"] = [Float32(0)] * 4, [Float32(0)]
         # The sea is out of the way: its pose is replaced by one far below.
         static[WORLD] = [Float32(x) for x in (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -FAR_M)]
         fixed = {name: group for name, group in groups.items() if name == str(Group.FIXED)}
@@ -313,11 +317,9 @@ def _describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], lis
     material = dr.select(on_group, of_face, UInt32(int(Material.MIRROR_BACK)))
     material = dr.select(thing == int(Thing.BALL), UInt32(state["ball_material"][0]), material)
     towards_sun = vector(state, "towards_sun")
-    faces_sun = lit & (dr.dot(flat_normal, towards_sun) > 0)
-    in_sun = is_free(
-        geometry["groups"], state, point + flat_normal * SHADOW_OFFSET_M, towards_sun, Float32(FAR_M), faces_sun
+    sun_cosine = dr.maximum(dr.dot(shading_normal, towards_sun), 0) * _sunlit(
+        inputs, point, flat_normal, lit & (dr.dot(flat_normal, towards_sun) > 0)
     )
-    sun_cosine = dr.select(in_sun, dr.maximum(dr.dot(shading_normal, towards_sun), 0), 0)
     depth = -move(state[WORLD], point).z
 
     def in_open_water(normal: Any, depth: Any, ambient: list[Any]) -> list[Any]:
@@ -361,6 +363,20 @@ def _blended_corners(vertices: Any, face: list[Any], textured: Any, u: Any, v: A
     normal = sum((n * s for n, s in zip(normals, shares, strict=True)), Array3f32(0))
     blended = [sum((row[k] * s for row, s in zip(rows, shares, strict=True)), Float32(0)) for k in range(ROW)]
     return normal, blended[VertexColumn.COLOUR : VertexColumn.AMBIENT], blended[VertexColumn.AMBIENT :]
+
+
+def _sunlit(inputs: Inputs, point: Any, normal: Any, active: Any) -> Any:
+    """Share of the sun that reaches points of the body frame: 0 in the shadow, 1 in the light."""
+    groups, state = inputs.geometry["groups"], inputs.state
+    share = dr.select(active, Float32(1), Float32(0))
+    if "sun_map" in inputs.geometry:
+        place, outward = move(state[WORLD], point), turn(state[WORLD], normal)
+        share = dr.select(active, reached_by_sun(inputs.geometry["sun_map"], place, outward), 0)
+        groups = {name: group for name, group in groups.items() if name != WORLD}
+    towards_sun = vector(state, "towards_sun")
+    start = point + normal * SHADOW_OFFSET_M
+    free = is_free(groups, state, start, towards_sun, Float32(FAR_M), share > 0)
+    return dr.select(free, share, 0)
 
 
 def _flicker(inputs: Inputs, place: Any, in_sun: Any) -> Spectrum:

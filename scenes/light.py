@@ -90,7 +90,7 @@ class Light:
         """Irradiance of planes in open water by all but the direct sun, by channel, shape (n, 3)."""
         numbers = self.numbers(float(np.median(depth_m)))
         packing = Packing.of(numbers)
-        light = packing.unpack(Float32(packing.row(numbers)), UInt32(0))
+        light = packing.unpack(packing.upload(numbers), UInt32(0))
         depth = Float32(depth_m.astype(np.float32))
         normal = Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in normals.T))
         azimuth = azimuth_from(light["sun_azimuth"], normal)

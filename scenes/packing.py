@@ -45,6 +45,12 @@ class Packing:
             raise ValueError(f"expected numbers {self.counts}, got {Packing.of(numbers).counts}")
         return np.concatenate([np.ravel(np.asarray(value, dtype=np.float32)) for value in numbers.values()])
 
+    def upload(self, *rows: Mapping[str, Any]) -> Any:
+        """Rows of numbers, one after the other, as a kernel takes them."""
+        # As a list, which is copied into Dr.Jit's own memory: it would use an array's as it is, and trace a kernel anew
+        # for each alignment that comes along.
+        return Float32(np.concatenate([self.row(numbers) for numbers in rows]).tolist())
+
     def unpack(self, packed: Any, row: Any) -> Numbers:
         """Kernel: numbers of a row for every lane; of width 1 when `row` is."""
         first = row * self.width

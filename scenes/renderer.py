@@ -17,6 +17,7 @@ from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 from rigs.specification import FlatMirror
 from scenes.ambient import with_ambient
+from scenes.clearance import Clearance
 from scenes.frame import Frame, Label
 from scenes.geometry import (
     SNOW,
@@ -88,7 +89,8 @@ class FastRenderer:
             meshes[TARGET] = target_mesh(stage.target.shape, len(self.instance_names) - 1)
         if stage.snow is not None:
             meshes[SNOW] = snow_mesh(stage.snow)
-        self._geometry = geometry_of(meshes, self.instance_names)
+        self._geometry = geometry_of(meshes, stage.light.towards_sun)
+        self._clearance = Clearance(stage.world)
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
         self._lamp_numbers = lamp_numbers(lamps, stage.light.bands.wavelength_nm) if lamps else {}
@@ -157,8 +159,11 @@ class FastRenderer:
             for k in range(len(states))
         ]
 
-    def arrays(self, states: Sequence[State]) -> dict[str, Any]:
-        """Same as `render_states`, left on the device: flat Dr.Jit arrays, sample by sample of each pixel and frame."""
+    def arrays(self, states: Sequence[State], *, truth: bool = True) -> dict[str, Any]:
+        """Same as `render_states`, left on the device: flat Dr.Jit arrays, sample by sample of each pixel.
+
+        Without `truth` only the radiance `rgb` and the `label`.
+        """
         if not states:
             raise ValueError("expected at least one state, got none")
         count = len(states)
@@ -170,6 +175,7 @@ class FastRenderer:
             state=self._packing,
             wavelengths=len(self.stage.light.bands.wavelength_nm),
             states=count,
+            truth=truth,
         )
         result: dict[str, Any] = compiled_frame(shape)(
             rays, self._geometry.arrays, self._tables, light_row, self._rows(states)
@@ -178,14 +184,14 @@ class FastRenderer:
 
     def _rows(self, states: Sequence[State]) -> Any:
         """Packed numbers of the states."""
-        return Float32(np.concatenate([self._packing.row(self._numbers(state)) for state in states]))
+        return self._packing.upload(*(self._numbers(state) for state in states))
 
     def _light_row(self, depth_m: float) -> tuple[Packing, Any]:
         """Packed numbers of the light at a depth; the last is kept, since robots hover."""
         if self._light is None or self._light[0] != depth_m:
             numbers = self.stage.light.numbers(depth_m) | self.stage.sea.numbers() | self._lamp_numbers
             packing = Packing.of(numbers)
-            self._light = (depth_m, (packing, Float32(packing.row(numbers))))
+            self._light = (depth_m, (packing, packing.upload(numbers)))
         row: tuple[Packing, Any] = self._light[1]
         return row
 
@@ -199,6 +205,7 @@ class FastRenderer:
         numbers: dict[str, Any] = {
             WORLD: _packed_pose(world_from_body),
             "towards_sun": body_from_world.rotation.apply(self.stage.light.towards_sun),
+            "clearance_m": min(self._clearance.metres(world_from_body.translation), FARTHEST_M),
             "ball": np.zeros(4),
             "ball_material": float(Material.TARGET),
             "ball_instance": float(len(self.instance_names)),

@@ -108,7 +108,11 @@ def nearest(
             face = dr.select(closer, known.face, face)
             tried = active & ~known.known
         local_origin, local_direction = _in_frame(state, name, origin, direction)
-        tried = tried & crosses_box(group["box"], local_origin, local_direction, distance)
+        if name == WORLD:
+            # Short pieces of the way, such as those between the mirrors, end before the world begins.
+            tried = tried & (dr.norm(origin) + distance > state["clearance_m"][0])
+        else:
+            tried = tried & crosses_box(group["box"], local_origin, local_direction, distance)
         # The ray need not be followed behind what was found already.
         ray = mi.Ray3f(local_origin, local_direction, distance, 0.0, [])
         found = group["scene"].ray_intersect_preliminary(ray, coherent=True, active=tried)
