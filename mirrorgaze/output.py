@@ -26,6 +26,11 @@ def print_table(rows: Iterable[Sequence[str]]) -> None:
         typer.echo("  ".join([*padded, line[-1]]))
 
 
+def print_progress(name: str, done: int, total: int) -> None:
+    """Print how far something is, over what was printed before: on stderr, which leaves stdout to machines."""
+    typer.echo(f"\r{name}: {done} of {total}", err=True, nl=done == total)
+
+
 def _plain(data: Any) -> Any:
     if isinstance(data, dict):
         return {str(key): _plain(value) for key, value in data.items()}

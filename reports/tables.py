@@ -99,7 +99,7 @@ def rig_facts(rig: Rig) -> list[tuple[str, str]]:
         ("Port", "none" if port.shape == "none" else f"{port.shape}, {port.material}, {port.thickness_mm:g} mm thick"),
         (
             "Water",
-            f"Jerlov {water.jerlov_type}, {water.salinity_ppt:g} ppt, {water.temperature_celsius:g} °C",
+            f"{water.label}, {water.salinity_ppt:g} ppt, {water.temperature_celsius:g} °C",
         ),
     ]
     for name, mirror in (("Fold mirror M1", rig.fold_mirror), ("Gaze mirror M2", rig.gaze_mirror)):

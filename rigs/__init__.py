@@ -1,6 +1,8 @@
 """The rig specification: what a mirror gaze is made of, typed, validated, with the units in the names."""
 
 from rigs.files import load_document, preset_names, preset_path, preset_with_hull, save_document
+from rigs.image_sensor import ImageSensorSpec
+from rigs.lamps import Lamp
 from rigs.mounting import (
     BoxHull,
     FileHull,
@@ -42,9 +44,11 @@ __all__ = [
     "GazeMirror",
     "Hull",
     "HullPlane",
+    "ImageSensorSpec",
     "JerlovType",
     "Joint",
     "Joints",
+    "Lamp",
     "Mount",
     "NoPortSpec",
     "OpenFrameHull",

@@ -1,4 +1,4 @@
-"""Pictures of frames: what a camera would show of the radiance, and files."""
+"""Pictures of frames: what a camera would show of the radiance, and picture files."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ from scenes.stage import Stage
 WHITE_LEVEL = 0.8
 """Fraction of full scale at which the white card that sets exposure and white balance is shown."""
 
-LAYERS = ("R", "G", "B", "distance.Z", "label.Y", "region.Y", "target.Y")
-
 
 def display_image(frame: Frame, stage: Stage) -> NDArray[np.uint8]:
     """Frame as an sRGB picture, shape (height, width, 3).
@@ -30,36 +28,18 @@ def display_image(frame: Frame, stage: Stage) -> NDArray[np.uint8]:
     return np.round(encoded * 255).astype(np.uint8)
 
 
-def write_image(frame: Frame, stage: Stage, path: Path) -> None:
-    """Write a frame as PNG (a picture) or EXR (radiance and ground truth, single precision, one layer each).
-
-    EXR layers: R, G, B in W / (m^2 sr nm); distance.Z in metres; label.Y, region.Y (numbers of `Label`, `Region`);
-    target.Y, the fraction of the pixel that shows the target. The file appears whole or not at all.
-
-    Raises
-    ------
-    ValueError
-        For another file extension.
-    """
-    check_image_path(path)
-    suffix = path.suffix.lower()
-    if suffix == ".png":
-        bitmap = mi.Bitmap(display_image(frame, stage))
-    else:
-        bitmap = mi.Bitmap(_layers(frame), channel_names=list(LAYERS))
-    partial = path.with_name(f".{path.stem}.partial{suffix}")
-    bitmap.write(str(partial))
+def write_picture(picture: NDArray[np.uint8], path: Path) -> None:
+    """Write an sRGB picture, shape (height, width, 3), as PNG; the file appears whole or not at all."""
+    partial = path.with_name(f".{path.stem}.partial.png")
+    mi.Bitmap(np.ascontiguousarray(picture)).write(str(partial))
     partial.replace(path)
 
 
-def check_image_path(path: Path) -> None:
-    """Raise a sentence when an image cannot be written there: `ValueError` or `FileNotFoundError`."""
-    if path.suffix.lower() not in (".png", ".exr"):
-        raise ValueError(f"expected an image file that ends in .png or .exr, got {path.name!r}")
+def check_image_path(path: Path, *suffixes: str) -> None:
+    """Raise a sentence when no file with one of the endings can be written there: `ValueError` or an `OSError`."""
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(f"expected an image file that ends in {' or '.join(suffixes)}, got {path.name!r}")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: expected an existing folder, but there is no {path.parent}")
-
-
-def _layers(frame: Frame) -> NDArray[np.float32]:
-    flat = (frame.distance_m, frame.label, frame.region, frame.target_fraction)
-    return np.concatenate([frame.radiance, np.stack(flat, axis=-1)], axis=-1).astype(np.float32)
+    if path.is_dir():
+        raise IsADirectoryError(f"{path}: expected a file, found a folder")

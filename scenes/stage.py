@@ -10,9 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import check_vector
-from rigs import JerlovType, Rig
+from optics.arrays import FloatArray, check_vector
+from optics.layout import Layout, camera_pose
+from optics.status import Status
+from optics.train import OpticalTrain
+from rigs import JerlovType, Rig, Water
 from scenes.light import Light, underwater_light
+from scenes.problems import Problems
 from scenes.sea import Sea
 from scenes.sky import Daylight
 from scenes.spectrum import bands_of_camera
@@ -63,6 +67,30 @@ WIND_M_S = 3.0
 DEPTHS_M = (0.5, 100.0)
 
 
+def on_gaze(rig: Rig, *, q1: float, q2: float, distance_m: float) -> FloatArray:
+    """Point in the body frame on the axis of a pose, shape (3,): what hangs there is seen where the axis is.
+
+    The axis is the ray of the principal point; the distance counts from where that ray leaves the gaze mirror, or the
+    port of a rig without mirrors.
+
+    Raises
+    ------
+    ValueError
+        For joints (radians) outside their limits, a distance that is not positive, or an axis that misses a mirror.
+    """
+    if not (distance_m > 0 and np.isfinite(distance_m)):
+        raise ValueError(f"expected a distance above 0 m, got {distance_m:g} m")
+    if rig.has_mirrors:
+        Layout.from_rig(rig).check_joints(q1, q2)
+    train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
+    ray = train.trace([[rig.camera.cx_px, rig.camera.cy_px]])
+    if ray.status[0] != Status.OK:
+        status = Status(ray.status[0]).name.lower().replace("_", " ")
+        raise ValueError(f"expected an axis that leaves over all mirrors, to hang a target on it, got {status!r}")
+    pose = camera_pose(rig.camera)
+    return np.asarray(pose.apply(ray.origin_m[0]) + distance_m * pose.rotation.apply(ray.direction[0]))
+
+
 def stage(
     rig: Rig,
     *,
@@ -73,6 +101,7 @@ def stage(
     cloud: float = 0.0,
     wind: Wind | None = None,
     target: str | Path = "red ball",
+    target_m: ArrayLike = TARGET_M,
     snow: bool = False,
     seed: int = 0,
 ) -> Stage:
@@ -95,6 +124,8 @@ def stage(
         Over the sea; 3 m/s by default. Without any the surface is flat and nothing flickers.
     target : str or Path
         red ball, buoy, diver, fish, or a file (`scenes.targets.target_named`).
+    target_m : array_like, shape (3,)
+        Where it is, from the body (`on_gaze`).
     snow : bool
         Marine snow in the water.
     seed : int
@@ -103,24 +134,41 @@ def stage(
     Raises
     ------
     ValueError
-        For an unknown world, target or water, or a depth at which the robot would touch the surface.
+        With everything that is wrong: an unknown world, target or water, a sky more than covered, a depth at which the
+        robot would touch the surface, a target above it.
     """
-    if not DEPTHS_M[0] <= depth_m <= DEPTHS_M[1]:
-        raise ValueError(f"expected a depth from {DEPTHS_M[0]:g} to {DEPTHS_M[1]:g} m, got {depth_m:g} m")
-    if jerlov_type is not None and jerlov_type not in get_args(JerlovType):
-        raise ValueError(f"expected a Jerlov type ({', '.join(get_args(JerlovType))}), got {jerlov_type!r}")
-    shape = target_named(target)
-    around = world_named(world, depth_m, seed)
+    problems = Problems()
     bands = bands_of_camera(rig.camera)
-    daylight = Daylight(wavelength_nm=bands.wavelength_nm, sun=sun or Sun(), cloud=cloud)
-    position = np.array([0.0, 0.0, -depth_m])
-    water = rig.water if jerlov_type is None else rig.water.of_type(cast(JerlovType, jerlov_type))
+    depth_fits = DEPTHS_M[0] <= depth_m <= DEPTHS_M[1]
+    with problems.collecting():
+        if not depth_fits:
+            raise ValueError(f"expected a depth from {DEPTHS_M[0]:g} to {DEPTHS_M[1]:g} m, got {depth_m:g} m")
+        position = np.array([0.0, 0.0, -depth_m])
+        place = position + check_vector("target_m", target_m)
+        if not place[2] < 0:
+            raise ValueError(f"expected a target below the surface, got one {place[2]:.2f} m above it")
+    with problems.collecting():
+        # At a depth that is no good, only to hear what else is wrong.
+        around = world_named(world, depth_m if depth_fits else DEPTHS_M[1], seed)
+    with problems.collecting():
+        water = rig.water if jerlov_type is None else _water(rig, jerlov_type)
+    with problems.collecting():
+        daylight = Daylight(wavelength_nm=bands.wavelength_nm, sun=sun or Sun(), cloud=cloud)
+    with problems.collecting():
+        shape = target_named(target)
+    problems.raise_any()
     light = underwater_light(water, daylight, bands)
     return Stage(
         world=around,
         light=light,
         sea=Sea(light=light, wind=wind or Wind(speed_m_s=WIND_M_S), seed=seed),
         world_from_body=RigidTransform.from_translation(position),
-        target=Target(shape=shape, world_from_target=RigidTransform.from_translation(position + TARGET_M)),
+        target=Target(shape=shape, world_from_target=RigidTransform.from_translation(place)),
         snow=MarineSnow(seed=seed) if snow else None,
     )
+
+
+def _water(rig: Rig, jerlov_type: str) -> Water:
+    if jerlov_type not in get_args(JerlovType):
+        raise ValueError(f"expected a Jerlov type ({', '.join(get_args(JerlovType))}), got {jerlov_type!r}")
+    return rig.water.of_type(cast(JerlovType, jerlov_type))

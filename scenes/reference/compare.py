@@ -9,18 +9,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cad.meshes import rig_meshes
-from optics.backend import mi
+from optics.arrays import unit
 from optics.layout import Layout
+from optics.status import Region
 from rigs import Rig
 from scenes.frame import Frame
-from scenes.image import display_image
+from scenes.image import check_image_path, display_image, write_picture
 from scenes.reference.agreement import Agreement, agreements, pixel_error, time_to_target_error_s
+from scenes.reference.limits import check_known_to_reference, without_lamps
 from scenes.reference.render import Progress, ReferenceFrame, render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage import Stage, stage
+from scenes.stage import Stage
+from scenes.state import State
+from scenes.truth import ground_truth
+from scenes.truth.virtual_view import exit_rays
 
 FAST_SAMPLES = 16
 """Of the fast frame whose bias is taken: edges are averaged over the pixel as the reference does."""
@@ -33,6 +38,12 @@ FULL_COLOUR = 0.5
 
 NARROWEST_PANEL_PX = 320
 
+NEAR_SUN_DEG = 5.0
+"""Pixels that look closer to the sun are counted once more apart: its peak is the part of the light that neither
+renderer knows well, the one by its tables' steps and the other by its rare bright paths."""
+
+BESIDE_SUN = f"without {NEAR_SUN_DEG:g} deg about the sun"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
@@ -41,7 +52,8 @@ class Comparison:
     Attributes
     ----------
     agreements : list of Agreement
-        Whole image, regions, labels.
+        Whole image; the same without the pixels that look within 5 degrees of the sun, when there are such; regions;
+        labels.
     fast_time_s : float
         A frame with one sample per pixel, median.
     reference_time_s : float
@@ -53,6 +65,8 @@ class Comparison:
         Time that it would need to bring that down to 3 %.
     speed_ratio : float
         That time over the fast frame's.
+    notes : tuple of str
+        What of rig and world neither of the two shows.
     """
 
     agreements: list[Agreement]
@@ -62,6 +76,7 @@ class Comparison:
     reference_pixel_error: float
     reference_time_to_3_percent_s: float
     speed_ratio: float
+    notes: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
@@ -71,6 +86,7 @@ class Comparison:
 
 def compare(
     rig: Rig,
+    stage: Stage,
     *,
     q1_deg: float,
     q2_deg: float,
@@ -79,9 +95,6 @@ def compare(
     height_px: int,
     samples: int,
     seed: int = 0,
-    world: str = "tank",
-    depth_m: float = 5.0,
-    jerlov_type: str | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
     """Render a pose with both renderers, and write fast, reference and their difference side by side as a PNG.
@@ -89,16 +102,17 @@ def compare(
     Raises
     ------
     ValueError
-        For a bad argument, before anything is computed.
+        For a bad argument, or a stage with waves or snow, before anything is computed.
     """
-    _check_path(path)
+    check_image_path(path, ".png")
+    check_known_to_reference(stage)
     q1, q2 = np.radians([q1_deg, q2_deg])
     if rig.has_mirrors:
         Layout.from_rig(rig).check_joints(q1, q2)
-    scene = stage(rig, world=world, depth_m=depth_m, jerlov_type=jerlov_type)
+    rig, notes = without_lamps(rig)
     parts = rig_meshes(rig) if rig.has_mirrors else []
     smooth, quick = (
-        FastRenderer(rig, parts, scene, width_px=width_px, height_px=height_px, samples=count)
+        FastRenderer(rig, parts, stage, width_px=width_px, height_px=height_px, samples=count)
         for count in (FAST_SAMPLES, 1)
     )
     frame = smooth.render(q1=q1, q2=q2)
@@ -107,7 +121,7 @@ def compare(
     reference = render_reference(
         rig,
         parts,
-        scene,
+        stage,
         q1=q1,
         q2=q2,
         width_px=width_px,
@@ -117,27 +131,52 @@ def compare(
         progress=progress,
     )
     reference_time = time.perf_counter() - start
-    _write(side_by_side(frame, reference, scene), path)
+    write_picture(side_by_side(frame, reference, stage), path)
     error = pixel_error(frame, reference)
     needed = time_to_target_error_s(reference_time, error)
+    state = State(q1=float(q1), q2=float(q2), world_from_body=stage.world_from_body)
+    near = looks_within(frame, rig, state, direction=stage.light.towards_sun, angle_deg=NEAR_SUN_DEG)
     return Comparison(
-        agreements=agreements(frame, reference),
+        agreements=_with_and_without(near, frame, reference),
         fast_time_s=fast_time,
         reference_time_s=reference_time,
         reference_samples=samples,
         reference_pixel_error=error,
         reference_time_to_3_percent_s=needed,
         speed_ratio=needed / fast_time,
+        notes=stage.world.notes + notes,
     )
 
 
-def side_by_side(frame: Frame, reference: ReferenceFrame, scene: Stage) -> NDArray[np.uint8]:
+def looks_within(frame: Frame, rig: Rig, state: State, *, direction: ArrayLike, angle_deg: float) -> NDArray[np.bool_]:
+    """Pixels that look, behind port and mirrors of their region, within an angle of a world direction, shape (h, w)."""
+    rows, columns = frame.region.shape
+    rays = exit_rays(rig, rows, columns).direction
+    looked_for = unit("direction", direction)
+    cosine = np.full(frame.region.shape, -1.0)
+    for region, pose in ground_truth(frame, rig, state).world_from_virtual().items():
+        along = (rays @ (pose[:3, :3].T @ looked_for)).reshape(rows, columns)
+        cosine = np.where(frame.region == region, along, cosine)
+    return np.asarray(cosine > np.cos(np.radians(angle_deg)))
+
+
+def _with_and_without(near_sun: NDArray[np.bool_], frame: Frame, reference: ReferenceFrame) -> list[Agreement]:
+    """Agreements of all pixels, and behind the whole image's those of the pixels that are not near the sun."""
+    whole, *others = agreements(frame, reference)
+    if near_sun.any():
+        # What sees the housing is left out of all agreements.
+        away = replace(frame, region=np.where(near_sun, np.uint8(Region.HOUSING), frame.region))
+        others = [replace(each, name=BESIDE_SUN) for each in agreements(away, reference)[:1]] + others
+    return [whole, *others]
+
+
+def side_by_side(frame: Frame, reference: ReferenceFrame, stage: Stage) -> NDArray[np.uint8]:
     """Fast frame, reference, and their difference (red: fast too bright, blue: too dark), shape (h, 3 w, 3).
 
     Small frames are enlarged by a whole number.
     """
     shown = [frame, replace(frame, radiance=reference.radiance.astype(np.float32))]
-    panels = [*(display_image(each, scene) for each in shown), difference_map(frame, reference)]
+    panels = [*(display_image(each, stage) for each in shown), difference_map(frame, reference)]
     scale = max(1, -(-NARROWEST_PANEL_PX // frame.radiance.shape[1]))
     return np.concatenate([panel.repeat(scale, axis=0).repeat(scale, axis=1) for panel in panels], axis=1)
 
@@ -159,16 +198,3 @@ def _frame_time_s(renderer: FastRenderer, q1: float, q2: float) -> float:
         renderer.render(q1=q1, q2=q2)
         times.append(time.perf_counter() - start)
     return statistics.median(times[WARM_UP:])
-
-
-def _check_path(path: Path) -> None:
-    if path.suffix.lower() != ".png":
-        raise ValueError(f"expected a picture that ends in .png, got {path.name!r}")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path}: expected an existing folder, but there is no {path.parent}")
-
-
-def _write(picture: NDArray[np.uint8], path: Path) -> None:
-    partial = path.with_name(f".{path.stem}.partial.png")
-    mi.Bitmap(np.ascontiguousarray(picture)).write(str(partial))
-    partial.replace(path)
