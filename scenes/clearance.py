@@ -32,5 +32,8 @@ class Clearance:
 
     def metres(self, point_m: ArrayLike) -> float:
         """Radius of a ball about a point that no face reaches into; zero when none is known, inf without faces."""
-        distances = [float(tree.query(point_m)[0]) - reach for reach, tree in self._classes]
-        return max(min(distances, default=np.inf), 0.0)
+        nearest = np.inf
+        for reach, tree in self._classes:
+            # What is farther than the nearest so far need not be found.
+            nearest = min(nearest, float(tree.query(point_m, distance_upper_bound=nearest + reach)[0]) - reach)
+        return max(nearest, 0.0)

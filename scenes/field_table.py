@@ -48,24 +48,31 @@ def field_table(nodes: FloatArray) -> Any:
     return rows_of(nodes.reshape(-1, nodes.shape[-1]), ROW)
 
 
-def looked_up(light: Numbers, table: Any, depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
-    """Kernel: the three channels at a depth and a direction (cosine to the vertical, azimuth from the sun's).
+def layer(light: Numbers, table: Any, depth: Any) -> Any:
+    """Kernel: the table at one depth, as `looked_up_in_layer` reads it."""
+    cell, share = _cell(_depth_position(light, depth), DEPTHS)
+    size = COSINES * AZIMUTHS * ROW
+    entry = dr.arange(UInt32, size)
+    above, below = (dr.gather(Float32, table, (cell + step) * size + entry) for step in (0, 1))
+    return dr.lerp(above, below, share)
 
-    The table holds values without an exponential fall over depth, which is put back here.
-    """
-    below = dr.maximum(depth, 0)
-    z = dr.log(1 + below / DEPTH_SCALE_M) * light["steps_per_log"][0]
-    row, weights = UInt32(0), [Float32(1)]
-    offsets = [0]
-    stride = DEPTHS * COSINES * AZIMUTHS
-    for position, count in (
-        (z, DEPTHS),
-        ((cosine + 1) * ((COSINES - 1) / 2), COSINES),
-        (azimuth * ((AZIMUTHS - 1) / np.pi), AZIMUTHS),
-    ):
-        stride //= count
-        cell = UInt32(dr.clip(position, 0, count - 2))
-        share = dr.minimum(position - Float32(cell), 1)
+
+def looked_up_in_layer(light: Numbers, table: Any, depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
+    """Kernel: the three channels at a direction, for the depth of a layer."""
+    return _interpolated(light, table, depth, [_cosine_cell(cosine), _azimuth_cell(azimuth)])
+
+
+def looked_up(light: Numbers, table: Any, depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
+    """Kernel: the three channels at a depth and a direction (cosine to the vertical, azimuth from the sun's)."""
+    at_depth = _cell(_depth_position(light, depth), DEPTHS)
+    return _interpolated(light, table, depth, [at_depth, _cosine_cell(cosine), _azimuth_cell(azimuth)])
+
+
+def _interpolated(light: Numbers, table: Any, depth: Any, cells: list[tuple[Any, Any]]) -> list[Any]:
+    """Linear interpolation; the exponential fall over depth, which the table is held without, is put back."""
+    strides = (COSINES * AZIMUTHS, AZIMUTHS, 1)[-len(cells) :]
+    row, offsets, weights = UInt32(0), [0], [Float32(1)]
+    for (cell, share), stride in zip(cells, strides, strict=True):
         row = row + cell * stride
         offsets = [each + step for each in offsets for step in (0, stride)]
         weights = [w * s for w in weights for s in (1 - share, share)]
@@ -73,7 +80,25 @@ def looked_up(light: Numbers, table: Any, depth: Any, cosine: Any, azimuth: Any)
     for offset, weight in zip(offsets, weights, strict=True):
         values = row_of(table, row + offset, ROW)
         total = [dr.fma(values[k], weight, total[k]) for k in range(3)]
-    return [t * dr.exp(-K * below) for t, K in zip(total, light["table_decay"], strict=True)]
+    fall = dr.maximum(depth, 0)
+    return [t * dr.exp(-K * fall) for t, K in zip(total, light["table_decay"], strict=True)]
+
+
+def _depth_position(light: Numbers, depth: Any) -> Any:
+    return dr.log(1 + dr.maximum(depth, 0) / DEPTH_SCALE_M) * light["steps_per_log"][0]
+
+
+def _cosine_cell(cosine: Any) -> tuple[Any, Any]:
+    return _cell((cosine + 1) * ((COSINES - 1) / 2), COSINES)
+
+
+def _azimuth_cell(azimuth: Any) -> tuple[Any, Any]:
+    return _cell(azimuth * ((AZIMUTHS - 1) / np.pi), AZIMUTHS)
+
+
+def _cell(position: Any, count: int) -> tuple[Any, Any]:
+    cell = UInt32(dr.clip(position, 0, count - 2))
+    return cell, dr.minimum(position - Float32(cell), 1)
 
 
 def azimuth_from(sun_azimuth: list[Any], direction: Any) -> Any:

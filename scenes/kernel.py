@@ -16,6 +16,7 @@ from optics.backend import Array3f32, Bool, Float32, UInt32, dr
 from optics.mesh import Group
 from optics.refraction import reflect
 from optics.status import Region
+from scenes.field_table import layer
 from scenes.flicker import flicker
 from scenes.frame import Label
 from scenes.geometry import ROW, WORLD, FaceColumn, VertexColumn, face_code, from_octahedron
@@ -111,7 +112,8 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
         light = shape.light.unpack(light_row, UInt32(0))
         state = shape.state.unpack(state_rows, UInt32(0) if shape.states == 1 else rays["state"])
         # Numbers that all lanes share are unpacked by a small kernel of their own: the large one reads each once.
-        dr.eval(light, *([state] if shape.states == 1 else []))
+        tables = tables | {"field_layer": layer(light, tables["field"], light["reference_depth"][0])}
+        dr.eval(light, tables["field_layer"], *([state] if shape.states == 1 else []))
         inputs = Inputs(
             rays=rays, geometry=geometry, tables=tables, light=light, state=state, wavelengths=shape.wavelengths
         )

@@ -71,12 +71,12 @@ class Light:
     optics: InherentOptics
     field: RadianceField
 
-    @property
+    @cached_property
     def n_water(self) -> float:
         """Index of the water at the middle of the bands; geometry has one for all wavelengths."""
         return float(np.median(self.optics.n_water))
 
-    @property
+    @cached_property
     def towards_sun(self) -> FloatArray:
         """Unit vector towards the refracted sun, world frame, shape (3,)."""
         return self.daylight.sun.refracted(self.n_water)
@@ -123,6 +123,7 @@ class Light:
         basis = colour_basis(bands.wavelength_nm)
         numbers = {
             "n_water": self.n_water,
+            "reference_depth": depth_m,
             "steps_per_log": (DEPTHS - 1) / np.log1p(DEEPEST_M / DEPTH_SCALE_M),
             "table_decay": self.table_decay,
             "refracted_sun": sun,
@@ -132,6 +133,7 @@ class Light:
             "k_sun": field.beam_attenuation / field.sun_cosine,
             "sun": field.sun_irradiance,
             "b": optics.scattering,
+            "b_sun": optics.scattering * field.sun_irradiance,
             "molecular": optics.molecular_fraction,
             "molecular_anisotropy": (1 - DEPOLARISATION) / (1 + DEPOLARISATION),
             "basis_red": basis[0],

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.backend import Array3f32, Float32, UInt32, dr
-from optics.layout import Layout, camera_pose
+from optics.layout import Layout, camera_pose, pan_from_m2
 from optics.mesh import Group, PartMesh
 from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
@@ -39,6 +39,9 @@ from scenes.targets import MeshShape
 from scenes.tracing import Thing
 from scenes.worlds.snow import snow_offset_m
 
+TILE_PX = 4
+"""A tile's rays are one vector of the processor."""
+
 FARTHEST_M = 1e5
 """What is farther away is open water."""
 
@@ -62,6 +65,8 @@ class FastRenderer:
     ----------
     instance_names : tuple of str
         Names of the parts, of what is in the world, and of the target, by their number in `Frame.instance`.
+    pixel_order : array, shape (height * width,)
+        Pixels in the order in which they are computed: tiles, whose rays stay close together.
     """
 
     def __init__(
@@ -81,6 +86,8 @@ class FastRenderer:
             raise ValueError(f"expected a positive size and sample count, got {self.shape[::-1]} and {samples}")
         self.stage = stage
         self._layout = Layout.from_rig(rig) if rig.has_mirrors else None
+        if self._layout is not None:
+            self._m1 = _packed_mirror(self._layout.body_from_m1, rig.fold_mirror)
         meshes, names = rig_meshes_by_group(parts)
         if len(stage.world.faces):
             meshes[WORLD] = with_ambient(world_mesh(stage.world, len(names)), stage.light)
@@ -94,6 +101,8 @@ class FastRenderer:
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
         self._lamp_numbers = lamp_numbers(lamps, stage.light.bands.wavelength_nm) if lamps else {}
+        self.pixel_order = _tiles(*self.shape)
+        self._place = np.argsort(self.pixel_order)
         self._rays = self._port_rays()
         self._packing = Packing.of(self._numbers(State()))
         self._rays["prefix"] = compiled_prefix(self._packing)(self._rays, self._geometry.groups, self._rows([State()]))
@@ -131,18 +140,23 @@ class FastRenderer:
         should lie within a metre or so of depth.
         """
         arrays = self.arrays(states)
-        size = (len(states), *self.shape, self.samples)
+        lanes, size = (len(states), len(self.pixel_order), self.samples), (len(states), *self.shape)
 
-        def image(values: Any, kind: Any = np.float32) -> NDArray[Any]:
+        def image(values: NDArray[Any], kind: Any = np.float32) -> NDArray[Any]:
+            """Values of each lane's pixel, shape (states, pixels), as images."""
+            return values[:, self._place].reshape(size).astype(kind, copy=False)
+
+        def first(values: Any) -> NDArray[Any]:
             """What the first sample of each pixel sees."""
-            return np.asarray(values.numpy()).reshape(size)[..., 0].astype(kind, copy=False)
+            return np.asarray(values.numpy()).reshape(lanes)[..., 0]
 
-        channels = [np.asarray(channel.numpy()).reshape(size).mean(axis=-1) for channel in arrays["rgb"]]
-        radiance = np.stack(channels, axis=-1)
-        share = (arrays["label"].numpy().reshape(size) == Label.TARGET).mean(axis=-1, dtype=np.float32)
-        point, normal = (np.stack([image(each) for each in arrays[name]], axis=-1) for name in ("point", "normal"))
-        distance, instance = image(arrays["distance"]), image(arrays["instance"], np.int32) - 1
-        label, region = image(arrays["label"], np.uint8), image(arrays["region"], np.uint8)
+        radiance = np.stack([image(channel.numpy().reshape(lanes).mean(axis=-1)) for channel in arrays["rgb"]], axis=-1)
+        share = image((arrays["label"].numpy().reshape(lanes) == Label.TARGET).mean(axis=-1))
+        point, normal = (
+            np.stack([image(first(each)) for each in arrays[name]], axis=-1) for name in ("point", "normal")
+        )
+        distance, instance = image(first(arrays["distance"])), image(first(arrays["instance"]), np.int32) - 1
+        label, region = image(first(arrays["label"]), np.uint8), image(first(arrays["region"]), np.uint8)
         distance = np.where(distance < FARTHEST_M, distance, np.inf).astype(np.float32)
         point = np.where(np.isfinite(distance)[..., np.newaxis], point, np.nan).astype(np.float32)
         return [
@@ -160,9 +174,10 @@ class FastRenderer:
         ]
 
     def arrays(self, states: Sequence[State], *, truth: bool = True) -> dict[str, Any]:
-        """Same as `render_states`, left on the device: flat Dr.Jit arrays, sample by sample of each pixel.
+        """Same as `render_states`, left on the device: flat arrays, tile by tile, sample by sample of each pixel.
 
-        Without `truth` only the radiance `rgb` and the `label`.
+        `pixel_order` says which pixel (row by row) each place of a frame holds. Without `truth` there is only the
+        radiance `rgb` and the `label`.
         """
         if not states:
             raise ValueError("expected at least one state, got none")
@@ -227,11 +242,11 @@ class FastRenderer:
         if self._layout is not None:
             self._layout.check_joints(state.q1, state.q2)
             body_from_pan = self._layout.body_from_pan(state.q1)
-            body_from_tilt = self._layout.body_from_m2(state.q1, state.q2)
+            body_from_tilt = body_from_pan * pan_from_m2(self._layout.tilt_angle(state.q2))
             numbers |= {
                 str(Group.PAN): _packed_pose(body_from_pan.inv()),
                 str(Group.TILT): _packed_pose(body_from_tilt.inv()),
-                Thing.M1.name: _packed_mirror(self._layout.body_from_m1, self.rig.fold_mirror),
+                Thing.M1.name: self._m1,
                 Thing.M2.name: _packed_mirror(body_from_tilt, self.rig.gaze_mirror),
             }
         return numbers
@@ -241,7 +256,7 @@ class FastRenderer:
         train = OpticalTrain.from_rig(self.rig)
         bare = OpticalTrain(camera=train.camera, port=train.port)
         rows, columns = self.shape
-        centres = pixel_grid(train.camera, columns, rows)
+        centres = pixel_grid(train.camera, columns, rows)[self.pixel_order]
         cell = np.array([train.camera.width_px / columns, train.camera.height_px / rows])
         offsets = _spread(self.samples) * cell
         pixels = (centres[:, np.newaxis] + offsets).reshape(-1, 2)
@@ -268,6 +283,13 @@ class FastRenderer:
         ]
         dr.eval(repeated)
         return repeated
+
+
+def _tiles(rows: int, columns: int) -> NDArray[np.int64]:
+    """Pixel numbers (row by row), ordered by tiles."""
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    keys = (column % TILE_PX, row % TILE_PX, column // TILE_PX, row // TILE_PX)
+    return np.lexsort(keys)
 
 
 def _spread(count: int) -> NDArray[np.float64]:

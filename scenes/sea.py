@@ -35,11 +35,18 @@ class Sea:
 
     def numbers(self) -> dict[str, Any]:
         """Numbers of the kernels that stay as they are."""
-        return {name: value for name, value in self._numbers(0.0).items() if name not in MOVING}
+        sun = sun_numbers(self.light.daylight, self._waves, self.light.n_water)
+        if not self._blows:
+            return sun
+        pattern, _, mix = self._flicker
+        everything = sun | wave_numbers(self._waves) | flicker_numbers(pattern, mix)
+        return {name: value for name, value in everything.items() if name not in MOVING}
 
     def moving_numbers(self, time_s: float) -> dict[str, Any]:
         """Numbers of the kernels at a time."""
-        return {name: value for name, value in self._numbers(time_s).items() if name in MOVING}
+        if not self._blows:
+            return {}
+        return {"wave_turns": wave_numbers(self._waves, time_s)["wave_turns"], "flicker_time_s": time_s}
 
     def tables(self) -> dict[str, Any]:
         """What the kernels look up."""
@@ -65,10 +72,3 @@ class Sea:
         table, mix = flicker_modes(sun_variation(measured, total, sun))
         pattern = flicker_pattern(self.wind, self.light.towards_sun, self.light.n_water, self.seed)
         return pattern, table, mix
-
-    def _numbers(self, time_s: float) -> dict[str, Any]:
-        sun = sun_numbers(self.light.daylight, self._waves, self.light.n_water)
-        if not self._blows:
-            return sun
-        pattern, _, mix = self._flicker
-        return sun | wave_numbers(self._waves, time_s) | flicker_numbers(pattern, mix, time_s)

@@ -13,7 +13,7 @@ import numpy as np
 
 from optics.backend import Float32, UInt32, dr
 from optics.refraction import dielectric_transmittance, refract
-from scenes.field_table import azimuth_from, looked_up
+from scenes.field_table import azimuth_from, looked_up, looked_up_in_layer
 from scenes.light import METAL_DEGREE, PHASE_TABLE_SIZE
 from scenes.packing import Numbers, vector
 from scenes.sky import sky_seen
@@ -21,6 +21,9 @@ from scenes.waves import sun_seen
 
 SHORT_M = 0.5
 """Up to this length the light at the far end is that at the near end, falling off as it does at the robot's depth."""
+
+LAYER_M = 0.5
+"""So far above or below the robot the light of its own depth's layer counts."""
 
 LONG_M = 300.0
 """Behind this much water nothing is seen: what is there needs no light."""
@@ -77,50 +80,94 @@ def scattered_in(
     With ``F(z, w)`` the radiance of open water the first is ``throughput * (F(z, w) - exp(-c r) F(z - w_z r, w))``.
     F is the sun's light scattered once, in closed form, and all the rest, from its table.
     """
-    direction, depth, length = segment.direction, segment.depth, segment.length
+    azimuth = azimuth_from(light["sun_azimuth"], segment.direction)
+    near = _field_at_near_end(light, tables, segment, azimuth)
+
+    def long(
+        throughput: Spectrum, direction: Any, depth: Any, length: Any, azimuth: Any, near: list[Any]
+    ) -> tuple[list[Any], Spectrum]:
+        far = looked_up(light, tables["field"], depth - direction.z * length, direction.z, azimuth)
+        # Behind much water what is at the far end has no weight; nor has it a depth.
+        far = [dr.select(length < LONG_M, f, 0) for f in far]
+        passed = [dr.exp(-c * length) for c in light["c"]]
+        sun = [dr.exp(-k * depth) for k in light["k_sun"]]
+        ways = [_integral(c - k * direction.z, length) for c, k in zip(light["c"], light["k_sun"], strict=True)]
+        once = [s * way for s, way in zip(sun, ways, strict=True)]
+        return _added(light, tables["phase"], throughput, direction, passed=passed, once=once, ends=(near, far))
+
+    def short(
+        throughput: Spectrum, direction: Any, depth: Any, length: Any, azimuth: Any, near: list[Any]
+    ) -> tuple[list[Any], Spectrum]:
+        up, down = dr.maximum(direction.z, 0), dr.minimum(direction.z, 0)
+        names = ("field_decay", "field_decay_rise", "field_decay_fall")
+        decays = [K + Ku * up + Kd * down for K, Ku, Kd in zip(*(light[name] for name in names), strict=True)]
+        far = [n * (1 + K * direction.z * length) for n, K in zip(near, decays, strict=True)]
+        passed = [_short_exponential(c * length) for c in light["c"]]
+        sun = [dr.exp(-k * depth) for k in light["k_sun"]]
+        xs = [c - k * direction.z for c, k in zip(light["c"], light["k_sun"], strict=True)]
+        once = [s * length * _short_mean(x * length) for s, x in zip(sun, xs, strict=True)]
+        return _added(light, tables["phase"], throughput, direction, passed=passed, once=once, ends=(near, far))
+
+    return dr.if_stmt(  # type: ignore[no-any-return]
+        (throughput, segment.direction, segment.depth, segment.length, azimuth, near),
+        segment.active & (segment.length > SHORT_M),
+        long,
+        short,
+    )
+
+
+def _added(
+    light: Numbers,
+    phase_table: Any,
+    throughput: Spectrum,
+    direction: Any,
+    *,
+    passed: Spectrum,
+    once: Spectrum,
+    ends: tuple[list[Any], list[Any]],
+) -> tuple[list[Any], Spectrum]:
+    """Light by channel, and throughput, from what is passed, the sun's way, and the field at both ends."""
+    near, far = ends
     cosine = dr.dot(vector(light, "refracted_sun"), direction)
-    particles, molecules = phase(tables["phase"], cosine), molecular_phase(light, cosine)
-    near, far = _field_at_ends(light, tables["field"], segment)
+    particles, molecules = phase(phase_table, cosine), molecular_phase(light, cosine)
     nodes = len(throughput) // 3
     rise = dr.maximum(direction.z, 0)
     added, left = [Float32(0)] * 3, []
     for k, t in enumerate(throughput):
-        c, k_sun = light["c"][k], light["k_sun"][k]
-        share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
-        passed = dr.exp(-c * length)
-        # Once: source J exp(-k_sun z), attenuated on the way; the integral of exp(-x s), finite for x -> 0 as well.
-        p = dr.lerp(particles, molecules, light["molecular"][k])
-        once = light["b"][k] * light["sun"][k] * p * dr.exp(-k_sun * depth) * _integral(c - k_sun * direction.z, length)
         channel = k // nodes
-        more = share * dr.fma(-passed, far[channel], near[channel])
-        added[channel] = dr.fma(light["weight"][k] * t, once + more, added[channel])
-        left.append(t * passed)
+        share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
+        p = dr.lerp(particles, molecules, light["molecular"][k])
+        more = share * dr.fma(-passed[k], far[channel], near[channel])
+        new = dr.fma(light["b_sun"][k] * p, once[k], more)
+        added[channel] = dr.fma(light["weight"][k] * t, new, added[channel])
+        left.append(t * passed[k])
     return added, left
 
 
-def _field_at_ends(light: Numbers, table: Any, segment: Segment) -> tuple[list[Any], list[Any]]:
-    direction, depth, length = segment.direction, segment.depth, segment.length
-    azimuth = azimuth_from(light["sun_azimuth"], direction)
-    near = looked_up(light, table, depth, direction.z, azimuth)
+def _field_at_near_end(light: Numbers, tables: dict[str, Any], segment: Segment, azimuth: Any) -> list[Any]:
+    """Table of all depths where the segment begins far above or below the robot, else the layer of its depth."""
 
-    def at_far_end(depth: Any, length: Any, rise: Any, azimuth: Any, near: list[Any]) -> list[Any]:
-        return looked_up(light, table, depth - rise * length, rise, azimuth)
+    def elsewhere(depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
+        return looked_up(light, tables["field"], depth, cosine, azimuth)
 
-    def close_by(depth: Any, length: Any, rise: Any, azimuth: Any, near: list[Any]) -> list[Any]:
-        up, down = dr.maximum(rise, 0), dr.minimum(rise, 0)
-        decays = zip(light["field_decay"], light["field_decay_rise"], light["field_decay_fall"], strict=True)
-        return [
-            n * (1 + (K + Ku * up + Kd * down) * rise * length) for n, (K, Ku, Kd) in zip(near, decays, strict=True)
-        ]
+    def beside_robot(depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
+        return looked_up_in_layer(light, tables["field_layer"], depth, cosine, azimuth)
 
-    far = dr.if_stmt(
-        (depth, length, direction.z, azimuth, near),
-        segment.active & (length > SHORT_M) & (length < LONG_M),
-        at_far_end,
-        close_by,
+    away = dr.abs(segment.depth - light["reference_depth"][0]) > LAYER_M
+    near: list[Any] = dr.if_stmt(
+        (segment.depth, segment.direction.z, azimuth), segment.active & away, elsewhere, beside_robot
     )
-    # Behind much water the close-by formula has no meaning, and no weight.
-    return near, [dr.select(length < LONG_M, f, 0) for f in far]
+    return near
+
+
+def _short_exponential(y: Any) -> Any:
+    """exp(-y) for y up to 1, to 1e-3 there and 1e-8 at 0.1: the first terms of its series."""
+    return dr.fma(-y, dr.fma(-y / 2, dr.fma(-y / 3, dr.fma(-y / 4, dr.fma(-y / 5, 1, 1), 1), 1), 1), 1)
+
+
+def _short_mean(y: Any) -> Any:
+    """(1 - exp(-y)) / y for |y| up to 1, to 2e-4 there: the first terms of its series."""
+    return dr.fma(-y / 2, dr.fma(-y / 3, dr.fma(-y / 4, dr.fma(-y / 5, 1, 1), 1), 1), 1)
 
 
 def _integral(x: Any, length: Any) -> Any:

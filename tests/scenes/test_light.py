@@ -11,6 +11,7 @@ from optics.radiative_transfer.field import WINDOW_STREAMS
 from optics.radiative_transfer.quadrature import window_cosines_air
 from optics.refraction import conductor_reflectance
 from rigs import Water
+from scenes.field_table import layer
 from scenes.light import underwater_light
 from scenes.packing import Packing
 from scenes.shading import (
@@ -18,8 +19,8 @@ from scenes.shading import (
     ambient_irradiance,
     channels,
     mirror_throughput,
-    passed_by_surface,
     scattered_in,
+    seen_through_surface,
 )
 from scenes.sky import Daylight
 from scenes.spectrum import reflectance, water_bands
@@ -43,7 +44,8 @@ def kernel(light):
     """Unpacked numbers for a robot at DEPTH, and the tables."""
     numbers = light.numbers(DEPTH)
     packing = Packing.of(numbers)
-    return packing.unpack(Float32(packing.row(numbers)), UInt32(0)), light.tables()
+    unpacked, tables = packing.unpack(packing.upload(numbers), UInt32(0)), light.tables()
+    return unpacked, tables | {"field_layer": layer(unpacked, tables["field"], Float32(DEPTH))}
 
 
 @pytest.fixture(scope="module")
@@ -138,11 +140,13 @@ def test_sea_surface_passes_light_only_within_snells_window(light, kernel):
     ones = [Float32(1) for _ in numbers["c"]]
     critical = np.arcsin(1 / light.n_water)
     for angle, open_ in ((critical - 0.01, True), (critical + 0.01, False)):
-        sky, reflected, passes = passed_by_surface(numbers, tables["sky"], ones, Float32(np.cos(angle)))
+        direction = Array3f32(float(np.sin(angle)), 0.0, float(np.cos(angle)))
+        sky, reflected, passes = seen_through_surface(numbers, tables["sky"], ones, direction, Array3f32(0, 0, 1))
         assert bool(passes[0]) is open_
         assert (sky[0][0] > 0) is open_
         assert (reflected[0][0] < 1) is open_
-    sky, reflected, _ = passed_by_surface(numbers, tables["sky"], ones, Float32(1.0))
+    straight_up = Array3f32(0, 0, 1)
+    sky, reflected, _ = seen_through_surface(numbers, tables["sky"], ones, straight_up, straight_up)
     transmittance = 4 * light.n_water / (1 + light.n_water) ** 2
     zenith = light.daylight.sky_radiance([1.0])[:, 0]
     np.testing.assert_allclose([s[0] for s in sky], transmittance * light.n_water**2 * zenith, rtol=SINGLE_PRECISION)
