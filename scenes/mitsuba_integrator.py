@@ -13,6 +13,7 @@ from typing import Any
 
 from optics.backend import Bool, Float32, UInt32, dr, mi
 from rigs import Water
+from scenes.field_table import layer
 from scenes.light import Light, underwater_light
 from scenes.packing import Numbers, Packing, vector
 from scenes.sea import Sea
@@ -104,8 +105,9 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
         flat_sea = Sea(light=self._light, wind=Wind(speed_m_s=0.0))
         numbers = self._light.numbers(max(self._surface_z - height, 0.0)) | flat_sea.numbers()
         packing = Packing.of(numbers)
-        unpacked = packing.unpack(Float32(packing.row(numbers)), UInt32(0))
-        dr.eval(unpacked)
+        unpacked = packing.unpack(packing.upload(numbers), UInt32(0))
+        self._tables["field_layer"] = layer(unpacked, self._tables["field"], unpacked["reference_depth"][0])
+        dr.eval(unpacked, self._tables["field_layer"])
         return unpacked
 
     def _follow(self, light: Numbers, scene: Any, ray: Any, active: Any) -> dict[str, Any]:
