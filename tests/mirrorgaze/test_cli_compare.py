@@ -42,6 +42,28 @@ def test_people_get_a_table(here):
     assert "x the fast frame's time" in result.stdout
 
 
+def test_pixels_beside_the_sun_are_counted_apart(here):
+    """Gaze 66 degrees up and towards the sun, which stands 60 degrees high: refracted, 68."""
+    up = ("--world", "blue", "--q2", "33", "--sun-azimuth", "0", "--width", "32", "--height", "24", "--samples", "4")
+    result = mirrorgaze("aqua2", *up, "--json")
+    assert result.exit_code == 0, result.stderr
+    whole, beside = json.loads(result.stdout)["agreements"][:2]
+    assert beside["name"] == "without 5 deg about the sun"
+    assert 0 < beside["pixels"] < whole["pixels"]
+
+
+def test_a_target_is_hung_at_a_distance_on_the_gaze(here):
+    """Four times as far, a ball covers a sixteenth of the pixels; at 64 x 48 its disk is known to a tenth or so."""
+    pose = ("--world", "blue", "--q1", "-20", "--q2", "5", "--width", "64", "--height", "48", "--samples", "2")
+    pixels = {}
+    for distance in ("0.5", "2"):
+        result = mirrorgaze("aqua2", *pose, "--distance", distance, "--json")
+        assert result.exit_code == 0, result.stderr
+        named = {each["name"]: each["pixels"] for each in json.loads(result.stdout)["agreements"]}
+        pixels[distance] = named["target"]
+    assert 8 < pixels["0.5"] / pixels["2"] < 24
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -50,6 +72,10 @@ def test_people_get_a_table(here):
         (("--world", "moon"), "expected a world"),
         (("--depth", "0.1"), "expected a depth"),
         (("--q1", "170"), "q1 (pan)"),
+        (("--q1", "170", "--distance", "2"), "q1 (pan)"),
+        (("--distance", "-1"), "expected a distance above 0 m, got -1 m"),
+        (("--target", "shark"), "expected a target"),
+        (("--longitude", "3"), "missing: --date, --latitude"),
     ],
 )
 def test_bad_input_is_told_and_nothing_written(here, arguments, sentence):
