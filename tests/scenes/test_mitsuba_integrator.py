@@ -8,8 +8,10 @@ from scipy.interpolate import interpn
 from scipy.spatial.transform import RigidTransform
 
 from optics.backend import mi
+from optics.layout import camera_pose
 from optics.pure_water import molecular_phase
 from optics.refraction import dielectric_transmittance
+from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 from rigs.specification import NoPortSpec
 from scenes.frame import Label
@@ -101,8 +103,7 @@ def test_tank_looks_as_in_the_fast_renderer(grey_tank):
     rig = Rig.load("bench").model_copy(update={"port": NoPortSpec(shape="none")})
     scene = stage(rig, world="blue", depth_m=DEPTH, jerlov_type="II", wind=Wind(speed_m_s=0.0))
     tank_shape = Target(shape=MeshShape(name="tank", surface=grey_tank), world_from_target=RigidTransform.identity())
-    renderer = FastRenderer(rig, [], replace(scene, target=tank_shape), width_px=96, height_px=72)
-    frame = renderer.render()
+    frame = FastRenderer(rig, [], replace(scene, target=tank_shape), width_px=96, height_px=72).render()
 
     water = rig.water.of_type("II")
     albedo = albedo_table(water_bands()) @ water_bands().weight.T
@@ -115,8 +116,12 @@ def test_tank_looks_as_in_the_fast_renderer(grey_tank):
         },
         optimize=False,
     )
-    rays, lift = renderer._rays, mi.Vector3f(0, 0, -DEPTH)
-    ray = mi.Ray3f(mi.Point3f(rays["origin"] + lift), mi.Vector3f(rays["direction"]))
+    train, pose = OpticalTrain.from_rig(rig), scene.world_from_body * camera_pose(rig.camera)
+    rays = train.trace(pixel_grid(train.camera, 96, 72))
+    ray = mi.Ray3f(
+        mi.Point3f(pose.apply(rays.origin_m).T.astype(np.float32)),
+        mi.Vector3f(pose.rotation.apply(rays.direction).T.astype(np.float32)),
+    )
     colour, met, _ = own.integrator().sample(own, None, mi.RayDifferential3f(ray))
     found = np.array(colour).T.reshape(frame.radiance.shape)
     met = np.array(met).reshape(frame.label.shape)
