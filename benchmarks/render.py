@@ -1,19 +1,23 @@
-"""Frames: the fast renderer beside stock Mitsuba `path` on the same rig, tank and poses, in one run.
+"""Frames: the fast renderer beside stock Mitsuba on the same rig, worlds and poses, in one run.
 
-Stock Mitsuba sees the same triangles, the port as two dielectric planes, the mirrors as aluminium rectangles and the
-same sun and sky. It has no water between them (its `path` knows no media) and no hull (the camera would stand in
-the solid), so it does less work per sample. Every
-frame has a new pose of the gimbal, which stock Mitsuba takes through its scene parameters.
+Every frame has a new pose of the gimbal, a new place of the target and a new time of waves and flicker. Stock `path`
+sees the same triangles, the port as two dielectric planes, the mirrors as aluminium rectangles and the same sun and
+sky, and takes poses and places through its scene parameters. It has no water between things (its `path` knows no
+media) and no hull (the camera would stand in the solid), so it does less work per sample. `volpathmis` has all of
+that and the water (`scenes.reference`): the time that it would take to know a pixel as well.
 """
 
 from __future__ import annotations
 
+import resource
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
 
 from cad.meshes import rig_meshes
 from optics.backend import dr, mi
@@ -21,69 +25,170 @@ from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.port import FlatPort, port_from_spec
 from rigs import Rig
+from scenes.reference.agreement import TARGET_ERROR, pixel_error
+from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
 from scenes.stage import Stage, stage
+from scenes.state import State
+from scenes.targets import Ball
+from scenes.waves import Wind
 
-WARM_UP, FRAMES = 4, 20
-STOCK_SAMPLES = (1, 16)
+WORLDS = ("reef", "tank")
 SIZES = ((640, 480), (320, 240))
+WARM_UP, FRAMES = 5, 40
+STOCK_WARM_UP, STOCK_FRAMES = 2, 6
+BATCH = 8
+FRAMES_PER_S = 30.0
+SWAY_M = 0.3
+"""How far the target goes to each side."""
+
+REFERENCE_SIZE = (64, 48)
+REFERENCE_SAMPLES = (40, 160)
+"""What the second takes longer than the first is the time of the samples alone, without building scene and kernels."""
+
+ALLOWED_MEMORY_MB = 2048.0
 
 
 def run() -> list[dict[str, Any]]:
-    """Milliseconds per frame with a new pose each, ours and stock Mitsuba's."""
+    """Times of frames, alone and in batches, beside stock Mitsuba's, and the memory they took."""
     rig = Rig.load("aqua2")
-    parts, scene = rig_meshes(rig), stage(rig)
-    triangles = sum(len(part.faces) for part in parts) + len(scene.world.faces)
+    parts = rig_meshes(rig)
+    stages = {world: stage(rig, world=world) for world in WORLDS}
+    cases = [(world, size) for world in WORLDS for size in SIZES]
+    fast = {case: _fast(rig, parts, stages[case[0]], case[1]) for case in cases}
+    # Before anything of stock Mitsuba's is made.
+    memory = _peak_memory_mb()
     rows = []
-    for width, height in SIZES:
-        renderer = FastRenderer(rig, parts, scene, width_px=width, height_px=height)
-
-        def ours(q1: float, q2: float, renderer: FastRenderer = renderer) -> None:
-            dr.eval(renderer.arrays(q1=q1, q2=q2))
-            dr.sync_thread()
-
-        fast = _milliseconds(ours)
-        for samples in STOCK_SAMPLES:
-            stock = _milliseconds(_stock_path(rig, parts, scene, width, height, samples))
-            rows.append(
-                {
-                    "name": f"frame {width} x {height}, new pose, {triangles / 1000:.0f} k triangles",
-                    "ours": fast,
-                    "peer": stock,
-                    "unit": "ms",
-                    "ratio": stock / fast,
-                    "note": f"peer: stock Mitsuba path, {samples} spp, no water; ours: 1 spp, no noise, with water",
-                }
-            )
+    for world, size in cases:
+        bare, full = fast[world, size]
+        stock = _stock(rig, parts, stages[world], size)
+        triangles = sum(len(part.faces) for part in parts) + len(stages[world].world.faces)
+        name = f"{world}, {size[0]} x {size[1]}, {triangles / 1000:.0f} k triangles"
+        peer = "peer: stock path, 1 spp, no water, rebuilds its tree"
+        rows += [
+            _row(name, bare, stock, "ms", f"{1000 / bare:.0f} frames/s, no noise; {peer}"),
+            _row(f"{name}, ground truth", full, stock, "ms", f"{full / bare:.2f} x the time without; {peer}"),
+        ]
+    rows.append(_batch_row(rig, parts, stages["tank"]))
+    note = "peer: what is allowed; two worlds, both sizes, lighting of the worlds when it was not in the cache"
+    rows.append(_row("peak memory of the process", memory, ALLOWED_MEMORY_MB, "MB", note))
+    rows.append(_equal_error_row(rig, parts))
     return rows
 
 
-def _milliseconds(frame: Callable[[float, float], None]) -> float:
-    poses = np.radians(np.linspace([-60.0, -20.0], [60.0, 20.0], WARM_UP + FRAMES))
+def _row(name: str, ours: float, peer: float, unit: str, note: str) -> dict[str, Any]:
+    return {"name": name, "ours": ours, "peer": peer, "unit": unit, "ratio": peer / ours, "note": note}
+
+
+def _states(scene: Stage, count: int) -> list[State]:
+    """A new pose, place of the target and time for every frame."""
+    assert scene.target is not None
+    poses = np.radians(np.linspace([-60.0, -20.0], [60.0, 20.0], count))
+    sway = SWAY_M * np.sin(np.linspace(0, 2 * np.pi, count))
+    return [
+        State(
+            q1=float(q1),
+            q2=float(q2),
+            world_from_body=scene.world_from_body,
+            world_from_target=RigidTransform.from_translation([0.0, offset, 0.0]) * scene.target.world_from_target,
+            time_s=k / FRAMES_PER_S,
+        )
+        for k, ((q1, q2), offset) in enumerate(zip(poses, sway, strict=True))
+    ]
+
+
+def _fast(rig: Rig, parts: list[PartMesh], scene: Stage, size: tuple[int, int]) -> tuple[float, float]:
+    """Milliseconds of a frame without and with ground truth."""
+    renderer = FastRenderer(rig, parts, scene, width_px=size[0], height_px=size[1])
+    states = [[state] for state in _states(scene, WARM_UP + FRAMES)]
+    bare, full = (_call_ms(renderer, states, truth=truth) for truth in (False, True))
+    return bare, full
+
+
+def _call_ms(renderer: FastRenderer, calls: list[list[State]], *, truth: bool) -> float:
+    """Median milliseconds of a call."""
+
+    def call(states: list[State]) -> None:
+        dr.eval(renderer.arrays(states, truth=truth))
+        dr.sync_thread()
+
+    return _median_ms(call, calls, WARM_UP)
+
+
+def _median_ms(frame: Callable[[Any], None], arguments: list[Any], warm_up: int) -> float:
     times = []
-    for q1, q2 in poses:
+    for argument in arguments:
         start = time.perf_counter()
-        frame(float(q1), float(q2))
+        frame(argument)
         times.append(time.perf_counter() - start)
-    return 1000 * statistics.median(times[WARM_UP:])
+    return 1000 * statistics.median(times[warm_up:])
 
 
-def _stock_path(  # noqa: PLR0917
-    rig: Rig, parts: list[PartMesh], scene: Stage, width: int, height: int, samples: int
-) -> Callable[[float, float], None]:
-    """Function that puts the gimbal into a pose and renders one frame with stock Mitsuba."""
+def _batch_row(rig: Rig, parts: list[PartMesh], scene: Stage) -> dict[str, Any]:
+    """Several states in one call, beside as many calls."""
+    width, height = SIZES[-1]
+    renderer = FastRenderer(rig, parts, scene, width_px=width, height_px=height)
+    states = _states(scene, BATCH * (WARM_UP + FRAMES // 2))
+    one_by_one = _call_ms(renderer, [[state] for state in states], truth=True)
+    together = _call_ms(renderer, [states[k : k + BATCH] for k in range(0, len(states), BATCH)], truth=True) / BATCH
+    name = f"tank, {width} x {height}, {BATCH} states in a call, ground truth"
+    return _row(name, together, one_by_one, "ms", "of one frame; peer: our own, a call for each state")
+
+
+def _peak_memory_mb() -> float:
+    """Largest resident memory of the process so far."""
+    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    # Kilobytes, but bytes on macOS.
+    return largest / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def _equal_error_row(rig: Rig, parts: list[PartMesh]) -> dict[str, Any]:
+    """Fast frame beside the time that `volpathmis` needs to know a pixel to what the fast one may be off."""
+    width, height = SIZES[0]
+    # The reference knows no waves.
+    scene = stage(rig, wind=Wind(speed_m_s=0))
+    bare, _ = _fast(rig, parts, scene, (width, height))
+    small = {"width_px": REFERENCE_SIZE[0], "height_px": REFERENCE_SIZE[1]}
+    frame = FastRenderer(rig, parts, scene, **small).render()
+    seconds = []
+    for samples in REFERENCE_SAMPLES:
+        start = time.perf_counter()
+        reference = render_reference(rig, parts, scene, samples=samples, **small)
+        seconds.append(time.perf_counter() - start)
+    few, many = REFERENCE_SAMPLES
+    error = pixel_error(frame, reference)
+    of_a_sample = (seconds[1] - seconds[0]) / ((many - few) * REFERENCE_SIZE[0] * REFERENCE_SIZE[1])
+    needed = many * (error / TARGET_ERROR) ** 2
+    note = (
+        f"peer: stock volpathmis with the water, to know a pixel to {TARGET_ERROR:.0%}: {needed:.0f} spp; extrapolated "
+        f"from {error:.0%} at {many} spp and {1e6 * of_a_sample:.1f} us a sample of {small['width_px']} x "
+        f"{small['height_px']} pixels"
+    )
+    return _row(f"tank, {width} x {height}, equal error", bare / 1000, of_a_sample * needed * width * height, "s", note)
+
+
+def _stock(rig: Rig, parts: list[PartMesh], scene: Stage, size: tuple[int, int]) -> float:
+    """Milliseconds of a frame of stock Mitsuba `path`, one sample per pixel."""
+    frame = _stock_path(rig, parts, scene, *size)
+    return _median_ms(frame, _states(scene, STOCK_WARM_UP + STOCK_FRAMES), STOCK_WARM_UP)
+
+
+def _stock_path(rig: Rig, parts: list[PartMesh], scene: Stage, width: int, height: int) -> Callable[[State], None]:
+    """Function that puts gimbal and target into their places and renders one frame with stock Mitsuba."""
     layout = Layout.from_rig(rig)
     body = scene.world_from_body
     description: dict[str, Any] = {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 12, "hide_emitters": False},
-        "sensor": _sensor(rig, body.as_matrix() @ layout.body_from_camera.as_matrix(), width, height, samples),
+        "sensor": _sensor(rig, body.as_matrix() @ layout.body_from_camera.as_matrix(), width, height),
         "sun": {"type": "directional", "direction": list(-scene.light.towards_sun), "irradiance": 3.0},
         "sky": {"type": "constant", "radiance": 0.3},
         "world": _mesh(scene.world.vertices_m, scene.world.faces),
         "m1": _rectangle(body.as_matrix() @ layout.body_from_m1.as_matrix(), rig.fold_mirror),
         "m2": _rectangle(np.eye(4), rig.gaze_mirror),
     }
+    assert scene.target is not None
+    description["target"] = _ball(scene, scene.target.world_from_target)
     description |= _port(rig, body.as_matrix() @ layout.body_from_camera.as_matrix())
     visible = [part for part in parts if part.role not in (Role.MIRROR, Role.HULL)]
     for part in visible:
@@ -97,21 +202,24 @@ def _stock_path(  # noqa: PLR0917
             placed = body.apply(part.vertices_m)
             parameters[f"{part.name}.vertex_positions"] = placed.astype(np.float32).ravel()
 
-    def frame(q1: float, q2: float) -> None:
-        frames = {Group.PAN: body * layout.body_from_pan(q1), Group.TILT: body * layout.body_from_m2(q1, q2)}
+    def frame(state: State) -> None:
+        tilt = body * layout.body_from_m2(state.q1, state.q2)
+        frames = {Group.PAN: body * layout.body_from_pan(state.q1), Group.TILT: tilt}
         for part in visible:
             if part.group in frames:
                 placed = frames[part.group].apply(part.vertices_m)
                 parameters[f"{part.name}.vertex_positions"] = placed.astype(np.float32).ravel()
-        parameters["m2.to_world"] = mi.ScalarTransform4f(frames[Group.TILT].as_matrix() @ np.diag([*half, 1.0]))
+        parameters["m2.to_world"] = mi.ScalarTransform4f(tilt.as_matrix() @ np.diag([*half, 1.0]))
+        assert state.world_from_target is not None
+        parameters["target.to_world"] = _ball(scene, state.world_from_target)["to_world"]
         parameters.update()
-        dr.eval(mi.render(loaded, spp=samples))
+        dr.eval(mi.render(loaded, spp=1))
         dr.sync_thread()
 
     return frame
 
 
-def _sensor(rig: Rig, world_from_camera: np.ndarray, width: int, height: int, samples: int) -> dict[str, Any]:
+def _sensor(rig: Rig, world_from_camera: np.ndarray, width: int, height: int) -> dict[str, Any]:
     camera = rig.camera
     # Mitsuba's camera looks along +z with x to the left and y up: half a turn about z from OpenCV's.
     half_turn = np.diag([-1.0, -1.0, 1.0, 1.0])
@@ -121,7 +229,7 @@ def _sensor(rig: Rig, world_from_camera: np.ndarray, width: int, height: int, sa
         "near_clip": 1e-3,
         "to_world": mi.ScalarTransform4f(world_from_camera @ half_turn),
         "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}},
-        "sampler": {"type": "independent", "sample_count": samples},
+        "sampler": {"type": "independent", "sample_count": 1},
     }
 
 
@@ -144,6 +252,12 @@ def _port(rig: Rig, world_from_camera: np.ndarray) -> dict[str, Any]:
             "bsdf": {"type": "dielectric", "int_ior": behind, "ext_ior": before},
         }
     return described
+
+
+def _ball(scene: Stage, world_from_target: RigidTransform) -> dict[str, Any]:
+    assert scene.target is not None and isinstance(scene.target.shape, Ball)
+    scale = np.diag([*[scene.target.shape.radius_m] * 3, 1.0])
+    return {"type": "sphere", "to_world": mi.ScalarTransform4f(world_from_target.as_matrix() @ scale)}
 
 
 def _rectangle(pose: np.ndarray, plate: Any) -> dict[str, Any]:
