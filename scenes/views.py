@@ -34,6 +34,9 @@ Made = TypeVar("Made")
 FEWEST_REFERENCE_SAMPLES = 2
 """Paths of a pixel whose spread tells the error."""
 
+MOST_FAST_SAMPLES = 1024
+"""All of a frame's samples are in memory at once."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Shot:
@@ -69,6 +72,8 @@ class Shot:
         problems = []
         if not np.isfinite(self.time_s):
             problems.append(f"expected a time in seconds, got {self.time_s}")
+        if self.renderer == "fast" and not 1 <= self.samples <= MOST_FAST_SAMPLES:
+            problems.append(f"expected 1 to {MOST_FAST_SAMPLES} samples per pixel, got {self.samples}")
         if self.renderer == "reference":
             if self.samples < FEWEST_REFERENCE_SAMPLES:
                 problems.append(f"expected at least 2 samples per pixel for the reference, got {self.samples}")

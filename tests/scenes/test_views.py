@@ -90,6 +90,7 @@ def test_everything_wrong_with_a_stage_is_said_at_once(aqua2):
     ("arguments", "message"),
     [
         ({"time_s": float("nan")}, "expected a time in seconds, got nan"),
+        ({"samples": 2000}, "expected 1 to 1024 samples per pixel, got 2000"),
         ({"renderer": "reference", "samples": 1}, "expected at least 2 samples per pixel"),
         ({"renderer": "reference", "samples": 4, "stowed": True}, "knows no stowed one"),
         ({"renderer": "reference", "samples": 4, "time_s": 2.0}, "nothing moves for the reference renderer, got 2 s"),
