@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,8 +29,11 @@ from scenes.tracing import FAR_M
 
 FloatArray = NDArray[np.float64]
 
-ROUNDS = 3
-"""Reflections between surfaces that are followed; what there was before them is open water's light."""
+MOST_ROUNDS = 16
+"""Reflections between surfaces that are followed at most."""
+
+SETTLED = 0.005
+"""Gathering ends when a round changes the light by less than this share of its mean."""
 
 RAYS = 10_000_000
 """Rays of a round, divided among the vertices."""
@@ -48,21 +52,26 @@ def with_ambient(mesh: GroupMesh, light: Light) -> GroupMesh:
     """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
     if not len(mesh.faces):
         return mesh
-    path = cache_folder() / f"{_key(mesh, light)}-ambient.npz"
+    return replace(mesh, ambient=cached(mesh, light, "ambient", lambda: _ambient(mesh, light)))
+
+
+def cached(mesh: GroupMesh, light: Light, name: str, make: Callable[[], FloatArray]) -> FloatArray:
+    """Array that comes from a mesh under a light, kept on disk under the hash of both and of this package's code."""
+    path = cache_folder() / f"{_key(mesh, light)}-{name}.npz"
     try:
-        ambient = load_arrays(path)["ambient"]
+        return load_arrays(path)[name]
     except (OSError, KeyError, ValueError, zipfile.BadZipFile):
         # Absent or damaged: either way it is made again.
-        ambient = _ambient(mesh, light)
-        save_arrays(path, {"ambient": ambient})
-    return replace(mesh, ambient=ambient)
+        made = make()
+        save_arrays(path, {name: made})
+        return made
 
 
 def _key(mesh: GroupMesh, light: Light) -> str:
     """Hash of everything the light comes from: the mesh, the light, and the code of this package."""
     digest = hashlib.sha256()
-    arrays = [mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, light.field_nodes, light.ambient_nodes]
-    for array in [*arrays, *light.numbers(1.0).values()]:
+    arrays = [mesh.vertices_m, mesh.faces, mesh.material, light.field_nodes, light.ambient_nodes]
+    for array in [*arrays, *light.numbers(1.0).values(), *([] if mesh.colour is None else [mesh.colour])]:
         content = np.ascontiguousarray(array)
         digest.update(f"{content.shape} {content.dtype} ".encode())
         digest.update(content.tobytes())
@@ -74,21 +83,22 @@ def _key(mesh: GroupMesh, light: Light) -> str:
 def _ambient(mesh: GroupMesh, light: Light) -> FloatArray:
     normals = vertex_normals(mesh.vertices_m, mesh.faces)
     origins = _inset(mesh) + normals * OFFSET_M
-    directions = int(np.clip(RAYS // len(origins), LEAST_DIRECTIONS, MOST_DIRECTIONS))
     open_water = light.open_water_irradiance(-origins[:, 2], normals)
-    unseen = _gathered(None, origins, normals, light, directions)
-    lit = replace(mesh, ambient=open_water)
-    for _ in range(ROUNDS):
-        seen = _gathered(lit, origins, normals, light, directions)
-        lit = replace(lit, ambient=np.maximum(open_water + seen - unseen, 0))
-    assert lit.ambient is not None
-    return lit.ambient
+    unseen = gathered(None, origins, normals, light)
+    before = open_water
+    for _ in range(MOST_ROUNDS):
+        seen = gathered(replace(mesh, ambient=before), origins, normals, light)
+        ambient = np.maximum(open_water + seen - unseen, 0)
+        change = np.abs((ambient - before).mean(axis=0)) / ambient.mean(axis=0)
+        if change.max() < SETTLED:
+            return ambient
+        before = ambient
+    return before
 
 
-def _gathered(
-    mesh: GroupMesh | None, origins: FloatArray, normals: FloatArray, light: Light, directions: int
-) -> FloatArray:
-    """Irradiance at vertices from some directions, by channel, shape (n, 3); without a mesh that of open water."""
+def gathered(mesh: GroupMesh | None, origins: FloatArray, normals: FloatArray, light: Light) -> FloatArray:
+    """Irradiance at points from some directions, by channel, shape (n, 3); without a mesh that of open water."""
+    directions = int(np.clip(RAYS // len(origins), LEAST_DIRECTIONS, MOST_DIRECTIONS))
     geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
     tables = light.tables(without_peak=True)
     # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.

@@ -6,19 +6,20 @@ What a face looks like stands in two tables that all groups share.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.mesh import Group, PartMesh, Role, merge
 from optics.ray_scene import mesh_scene
 from scenes.frame import Label
-from scenes.materials import MATERIAL_OF_ROLE
+from scenes.materials import MATERIAL_OF_ROLE, Material
 from scenes.packing import rows_of
 from scenes.sun_map import sun_map
 from scenes.targets import MeshShape
@@ -58,7 +59,7 @@ class VertexColumn(IntEnum):
     NORMAL = 0
     COLOUR = 2
     AMBIENT = 5
-    """Irradiance of all but the direct sun, by channel."""
+    """By channel: irradiance of all but the direct sun, or which share of the light around arrives."""
 
 
 LABELS, MATERIALS = 16, 64
@@ -78,6 +79,8 @@ class GroupMesh:
         Factors on the materials' reflectance; a group with colours has smooth normals as well.
     ambient : array, shape (n, 3), optional
         Irradiance at the vertices by all but the direct sun, by channel, W / (m^2 nm).
+    shade : array, shape (n, 3), optional
+        Instead, for what moves: how much of the light around reaches the vertices past the rest of it, by channel.
     """
 
     vertices_m: NDArray[np.float64]
@@ -87,6 +90,7 @@ class GroupMesh:
     instance: NDArray[np.int32]
     colour: NDArray[np.float32] | None = None
     ambient: NDArray[np.float64] | None = None
+    shade: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,18 +105,22 @@ class Geometry:
         The two tables, flat.
     sun_map : dict, optional
         Where the world stands in its own light (`scenes.sun_map`); without it shadows are traced.
+    volume : dict, optional
+        What the world changes of the light around what moves (`scenes.ambient_volume`).
     """
 
     groups: dict[str, dict[str, Any]]
     faces: Any
     vertices: Any
     sun_map: dict[str, Any] | None
+    volume: dict[str, Any] | None = None
 
     @property
     def arrays(self) -> dict[str, Any]:
         """What the kernels take."""
         arrays = {"groups": self.groups, "faces": self.faces, "vertices": self.vertices}
-        return arrays if self.sun_map is None else arrays | {"sun_map": self.sun_map}
+        some = {"sun_map": self.sun_map, "volume": self.volume}
+        return arrays | {name: value for name, value in some.items() if value is not None}
 
 
 def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh], tuple[str, ...]]:
@@ -134,6 +142,39 @@ def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh]
                 instance=np.array([names.index(part.name) for part in members], dtype=np.int32)[owner],
             )
     return meshes, names
+
+
+def mirror_blockers(parts: Sequence[PartMesh], body_from: Mapping[str, RigidTransform]) -> GroupMesh | None:
+    """The mirrors' plates in the body frame: they are in the light's way like any other part."""
+    plates = [
+        replace(part, vertices_m=body_from[str(part.group)].apply(part.vertices_m))
+        for part in parts
+        if part.role == Role.MIRROR
+    ]
+    if not plates:
+        return None
+    vertices, faces, _ = merge(plates)
+    return GroupMesh(
+        vertices_m=vertices,
+        faces=faces,
+        material=np.full(len(faces), Material.MIRROR_BACK, dtype=np.int32),
+        label=np.full(len(faces), Label.MIRROR_BACK, dtype=np.int32),
+        instance=np.full(len(faces), -1, dtype=np.int32),
+        colour=np.ones((len(vertices), 3), dtype=np.float32),
+    )
+
+
+def joined_meshes(meshes: Sequence[GroupMesh]) -> GroupMesh:
+    """Several coloured meshes of one frame as one, in the given order."""
+    starts = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])
+    return GroupMesh(
+        vertices_m=np.concatenate([mesh.vertices_m for mesh in meshes]),
+        faces=np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]).astype(np.int32),
+        material=np.concatenate([mesh.material for mesh in meshes]),
+        label=np.concatenate([mesh.label for mesh in meshes]),
+        instance=np.concatenate([mesh.instance for mesh in meshes]),
+        colour=np.concatenate([mesh.colour for mesh in meshes if mesh.colour is not None]),
+    )
 
 
 def world_mesh(world: World, first_instance: int) -> GroupMesh:
@@ -235,7 +276,7 @@ def _face_rows(mesh: GroupMesh, first_vertex: int | None) -> NDArray[np.float64]
 
 
 def face_code(code: Any) -> tuple[Any, Any, Any, Any]:
-    """Kernel: material, label, whether the corners carry colours and normals, and whether they carry light."""
+    """Kernel: material, label, whether the corners carry anything, and whether that is light and not a share of it."""
     number = UInt32(code)
     corners = number // (MATERIALS * LABELS)
     return number % MATERIALS, (number // MATERIALS) % LABELS, corners >= 1, corners >= 2
@@ -245,15 +286,15 @@ def _vertex_rows(mesh: GroupMesh) -> NDArray[np.float64]:
     rows = np.zeros((len(mesh.vertices_m), ROW))
     rows[:, VertexColumn.NORMAL : VertexColumn.NORMAL + 2] = to_octahedron(vertex_normals(mesh.vertices_m, mesh.faces))
     rows[:, VertexColumn.COLOUR : VertexColumn.COLOUR + 3] = mesh.colour
-    if mesh.ambient is not None:
-        rows[:, VertexColumn.AMBIENT : VertexColumn.AMBIENT + 3] = mesh.ambient
+    light = mesh.shade if mesh.ambient is None else mesh.ambient
+    rows[:, VertexColumn.AMBIENT : VertexColumn.AMBIENT + 3] = 1 if light is None else light
     return rows
 
 
 def _plain_vertex() -> NDArray[np.float64]:
-    """Row 0, where the corners of faces without texture point: colour one, nothing else."""
+    """Row 0, where the corners of faces without texture point: colour one, and all the light around."""
     row = np.zeros((1, ROW))
-    row[0, VertexColumn.COLOUR : VertexColumn.COLOUR + 3] = 1
+    row[0, VertexColumn.COLOUR :] = 1
     return row
 
 

@@ -16,6 +16,7 @@ from optics.backend import Array3f32, Bool, Float32, UInt32, dr
 from optics.mesh import Group
 from optics.refraction import reflect
 from optics.status import Region
+from scenes.ambient_cube import changed_irradiance
 from scenes.field_table import layer
 from scenes.flicker import flicker
 from scenes.frame import Label
@@ -57,6 +58,9 @@ from scenes.waves import surface_normal
 
 LAMP_CLEARANCE_M = 0.03
 """Nothing this near to a lamp is in its own light's way: the lamp's housing."""
+
+RENDERERS = 1000
+"""So many recordings of a kernel are no sign of a mistake."""
 
 LARGEST_BOUNCE_COUNT = 6
 """Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
@@ -105,7 +109,8 @@ class Shape:
 def compiled_frame(shape: Shape) -> Callable[..., Any]:
     """Frozen kernel of one or several frames."""
 
-    @dr.freeze
+    # Every renderer has scenes of its own, for which the recording is made again.
+    @dr.freeze(warn_after=RENDERERS)
     def frame(
         rays: dict[str, Any], geometry: dict[str, Any], tables: dict[str, Any], light_row: Any, state_rows: Any
     ) -> Any:
@@ -129,7 +134,7 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
 def compiled_prefix(state: Packing) -> Callable[..., Any]:
     """Frozen kernel of what no joint moves: where rays of the port, and of M1 behind it, meet the fixed group."""
 
-    @dr.freeze
+    @dr.freeze(warn_after=RENDERERS)
     def prefix(rays: dict[str, Any], groups: dict[str, dict[str, Any]], state_rows: Any) -> Any:
         numbers = state.unpack(state_rows, UInt32(0))
         static = {name: value for name, value in numbers.items() if name in (Thing.M1.name, WORLD)}
@@ -193,7 +198,11 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
     hit = nearest(inputs.geometry["groups"], state, origin, direction, active=active, known=_known(path, inputs.rays))
     world_direction = turn(state[WORLD], direction)
     depth = -move(state[WORLD], origin).z
-    through = Segment(direction=world_direction, depth=depth, length=hit.distance, active=active)
+    names = list(inputs.geometry["groups"])
+    on_world = hit.thing == Thing.FIRST_GROUP + names.index(WORLD) if WORLD in names else Bool(False)
+    through = Segment(
+        direction=world_direction, depth=depth, length=hit.distance, active=active, on_world=active & on_world
+    )
     added, throughput = scattered_in(light, tables, path["throughput"], through)
     if "lamp_exponent" in light:
         from_lamps = lamp_backscatter(
@@ -322,26 +331,30 @@ def _describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], lis
     sun_cosine = dr.maximum(dr.dot(shading_normal, towards_sun), 0) * _sunlit(
         inputs, point, flat_normal, lit & (dr.dot(flat_normal, towards_sun) > 0)
     )
-    depth = -move(state[WORLD], point).z
 
-    def in_open_water(normal: Any, depth: Any, ambient: list[Any]) -> list[Any]:
-        return ambient_irradiance(light, inputs.tables["ambient"], normal, depth)
+    def share_of_surroundings(normal: Any, place: Any, ambient: list[Any]) -> list[Any]:
+        around = ambient_irradiance(light, inputs.tables["ambient"], normal, -place.z)
+        if "volume" in geometry:
+            changes = changed_irradiance(geometry["volume"], place, normal)
+            around = [dr.maximum(a + change, 0) for a, change in zip(around, changes, strict=True)]
+        return [share * a for share, a in zip(ambient, around, strict=True)]
 
-    def as_baked(normal: Any, depth: Any, ambient: list[Any]) -> list[Any]:
+    def as_gathered(normal: Any, place: Any, ambient: list[Any]) -> list[Any]:
         return ambient
 
-    ambient = dr.if_stmt((turn(state[WORLD], shading_normal), depth, ambient), lit & ~baked, in_open_water, as_baked)
+    place, outward = move(state[WORLD], point), turn(state[WORLD], shading_normal)
+    ambient = dr.if_stmt((outward, place, ambient), lit & ~baked, share_of_surroundings, as_gathered)
     illumination = Illumination(
         ambient=ambient,
         sun_cosine=sun_cosine,
-        flicker=_flicker(inputs, move(state[WORLD], point), sun_cosine > 0),
+        flicker=_flicker(inputs, place, sun_cosine > 0),
         lamps=_lamps(inputs, point, shading_normal, flat_normal, lit),
     )
     reflected = reflected_radiance(
         light,
         path["throughput"],
         albedo=_albedo(material, colour, inputs),
-        depth=depth,
+        depth=-place.z,
         illumination=illumination,
     )
     seen_normal = dr.select(

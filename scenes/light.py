@@ -45,6 +45,9 @@ SIDES: dict[str, Callable[[FloatArray], NDArray[np.bool_]]] = {
 }
 """Which cosines of the direction looked along count as which side; numbers that differ by side go evenly between."""
 
+SURROUNDINGS_RAD = np.radians(30.0)
+"""A surface of the world is taken to go on so far around what is seen of it: what is scattered into the view by less
+comes from more of the same, and not from open water."""
 DEEPEST_M = 120.0
 """Where the tables of light end."""
 METAL_DEGREE = 6
@@ -130,6 +133,7 @@ class Light:
             "sun_azimuth": sun[:2] / tilt if tilt > 0 else np.array([1.0, 0.0]),
             "weight": bands.weight.sum(axis=0),
             "c": field.beam_attenuation,
+            "c_world": optics.beam_attenuation - optics.scattering * self._from_surroundings,
             "k_sun": field.beam_attenuation / field.sun_cosine,
             "sun": field.sun_irradiance,
             "b": optics.scattering,
@@ -174,6 +178,11 @@ class Light:
         left = self.table_decay.repeat(len(decay) // 3) - decay
         nodes = nodes * np.exp(np.multiply.outer(depths_m(DEEPEST_M), left))[:, np.newaxis, np.newaxis]
         return np.asarray(nodes @ self.bands.weight.T)
+
+    @property
+    def _from_surroundings(self) -> FloatArray:
+        """Share of the scattered light that comes from where a surface's own surroundings are."""
+        return np.asarray((1 - self.optics.molecular_fraction) * self.optics.phase.fraction_within(SURROUNDINGS_RAD))
 
     def _sides(self, side: str) -> FloatArray:
         return self.field.multiple[:, :, SIDES[side](self.field.cosine)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 from rigs.specification import FlatMirror
 from scenes.ambient import with_ambient
+from scenes.ambient_volume import ambient_volume
 from scenes.clearance import Clearance
 from scenes.frame import Frame, Label
 from scenes.geometry import (
@@ -24,6 +26,7 @@ from scenes.geometry import (
     TARGET,
     WORLD,
     geometry_of,
+    mirror_blockers,
     rig_meshes_by_group,
     snow_mesh,
     target_mesh,
@@ -33,6 +36,7 @@ from scenes.kernel import Shape, compiled_frame, compiled_prefix
 from scenes.lamps import lamp_numbers
 from scenes.materials import Material
 from scenes.packing import Packing
+from scenes.shade import with_shade
 from scenes.stage import Stage
 from scenes.state import State
 from scenes.targets import MeshShape
@@ -89,14 +93,19 @@ class FastRenderer:
         if self._layout is not None:
             self._m1 = _packed_mirror(self._layout.body_from_m1, rig.fold_mirror)
         meshes, names = rig_meshes_by_group(parts)
+        body_from = self._body_from(State())
+        if meshes:
+            meshes = with_shade(meshes, body_from, mirror_blockers(parts, body_from), stage.light)
+        self.instance_names = (*names, *stage.world.instance_names, TARGET)
+        volume = None
         if len(stage.world.faces):
             meshes[WORLD] = with_ambient(world_mesh(stage.world, len(names)), stage.light)
-        self.instance_names = (*names, *stage.world.instance_names, TARGET)
+            volume = ambient_volume(meshes[WORLD], stage.light)
         if stage.target is not None and isinstance(stage.target.shape, MeshShape):
             meshes[TARGET] = target_mesh(stage.target.shape, len(self.instance_names) - 1)
         if stage.snow is not None:
             meshes[SNOW] = snow_mesh(stage.snow)
-        self._geometry = geometry_of(meshes, stage.light.towards_sun)
+        self._geometry = replace(geometry_of(meshes, stage.light.towards_sun), volume=volume)
         self._clearance = Clearance(stage.world)
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
@@ -213,6 +222,18 @@ class FastRenderer:
     def _body_pose(self, state: State) -> RigidTransform:
         return self.stage.world_from_body if state.world_from_body is None else state.world_from_body
 
+    def _body_from(self, state: State) -> dict[str, RigidTransform]:
+        """Pose of every group of the rig in the body frame."""
+        fixed = {str(Group.FIXED): RigidTransform.identity()}
+        if self._layout is None:
+            return fixed
+        self._layout.check_joints(state.q1, state.q2)
+        pan = self._layout.body_from_pan(state.q1)
+        return fixed | {
+            str(Group.PAN): pan,
+            str(Group.TILT): pan * pan_from_m2(self._layout.tilt_angle(state.q2)),
+        }
+
     def _numbers(self, state: State) -> dict[str, Any]:
         """Numbers of one state: poses of the groups seen from the body, mirrors, ball and sun in the body frame."""
         world_from_body = self._body_pose(state)
@@ -240,14 +261,11 @@ class FastRenderer:
             offset = snow_offset_m(self.stage.snow, world_from_body.translation, state.time_s)
             numbers[SNOW] = _packed_pose(RigidTransform.from_translation(-offset) * world_from_body)
         if self._layout is not None:
-            self._layout.check_joints(state.q1, state.q2)
-            body_from_pan = self._layout.body_from_pan(state.q1)
-            body_from_tilt = body_from_pan * pan_from_m2(self._layout.tilt_angle(state.q2))
+            body_from = self._body_from(state)
+            numbers |= {str(group): _packed_pose(body_from[str(group)].inv()) for group in (Group.PAN, Group.TILT)}
             numbers |= {
-                str(Group.PAN): _packed_pose(body_from_pan.inv()),
-                str(Group.TILT): _packed_pose(body_from_tilt.inv()),
                 Thing.M1.name: self._m1,
-                Thing.M2.name: _packed_mirror(body_from_tilt, self.rig.gaze_mirror),
+                Thing.M2.name: _packed_mirror(body_from[str(Group.TILT)], self.rig.gaze_mirror),
             }
         return numbers
 

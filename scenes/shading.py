@@ -63,13 +63,15 @@ class Segment:
         World frame, away from the eye.
     depth, length : Float32
         Depth of the near end, positive down; the length may be infinite.
-    active : Bool
+    active, on_world : Bool
+        Whether it is looked along at all, and whether it ends at a surface of the world.
     """
 
     direction: Any
     depth: Any
     length: Any
     active: Any
+    on_world: Any
 
 
 def scattered_in(
@@ -83,20 +85,40 @@ def scattered_in(
     azimuth = azimuth_from(light["sun_azimuth"], segment.direction)
     near = _field_at_near_end(light, tables, segment, azimuth)
 
-    def long(
-        throughput: Spectrum, direction: Any, depth: Any, length: Any, azimuth: Any, near: list[Any]
+    def long(  # noqa: PLR0917
+        throughput: Spectrum,
+        direction: Any,
+        depth: Any,
+        length: Any,
+        on_world: Any,
+        azimuth: Any,
+        near: list[Any],
     ) -> tuple[list[Any], Spectrum]:
-        far = looked_up(light, tables["field"], depth - direction.z * length, direction.z, azimuth)
+        far_depth = depth - direction.z * length
+        far = looked_up(light, tables["field"], far_depth, direction.z, azimuth)
         # Behind much water what is at the far end has no weight; nor has it a depth.
-        far = [dr.select(length < LONG_M, f, 0) for f in far]
-        passed = [dr.exp(-c * length) for c in light["c"]]
-        sun = [dr.exp(-k * depth) for k in light["k_sun"]]
-        ways = [_integral(c - k * direction.z, length) for c, k in zip(light["c"], light["k_sun"], strict=True)]
-        once = [s * way for s, way in zip(sun, ways, strict=True)]
+        visible = length < LONG_M
+        far = [dr.select(visible, f, 0) for f in far]
+        to_surface = dr.select(direction.z > 0, far_depth / dr.maximum(direction.z, 1e-6), LONG_M)
+        passed, once = [], []
+        for c, c_world, k in zip(light["c"], light["c_world"], light["k_sun"], strict=True):
+            x, beam = c - k * direction.z, dr.exp(-c * length)
+            through = dr.select(on_world, dr.exp(-c_world * length), beam)
+            # What is scattered on the way from the world's own surroundings is not scattered sunlight.
+            behind = dr.exp(-k * far_depth) * _integral(x, to_surface)
+            way = dr.exp(-k * depth) * _integral(x, length)
+            once.append(way - dr.select(on_world & visible, (through - beam) * behind, 0))
+            passed.append(through)
         return _added(light, tables["phase"], throughput, direction, passed=passed, once=once, ends=(near, far))
 
-    def short(
-        throughput: Spectrum, direction: Any, depth: Any, length: Any, azimuth: Any, near: list[Any]
+    def short(  # noqa: PLR0917
+        throughput: Spectrum,
+        direction: Any,
+        depth: Any,
+        length: Any,
+        on_world: Any,
+        azimuth: Any,
+        near: list[Any],
     ) -> tuple[list[Any], Spectrum]:
         up, down = dr.maximum(direction.z, 0), dr.minimum(direction.z, 0)
         names = ("field_decay", "field_decay_rise", "field_decay_fall")
@@ -109,7 +131,7 @@ def scattered_in(
         return _added(light, tables["phase"], throughput, direction, passed=passed, once=once, ends=(near, far))
 
     return dr.if_stmt(  # type: ignore[no-any-return]
-        (throughput, segment.direction, segment.depth, segment.length, azimuth, near),
+        (throughput, segment.direction, segment.depth, segment.length, segment.on_world, azimuth, near),
         segment.active & (segment.length > SHORT_M),
         long,
         short,

@@ -58,10 +58,20 @@ def columns(light):
     )
 
 
+def piece(direction, depth, length, *, on_world=False):
+    return Segment(
+        direction=Array3f32(*direction),
+        depth=Float32(depth),
+        length=Float32(length),
+        active=Bool(True),
+        on_world=Bool(on_world),
+    )
+
+
 def seen(kernel, direction, depth, length):
     numbers, tables = kernel
     ones = [Float32(1) for _ in numbers["c"]]
-    segment = Segment(direction=Array3f32(*direction), depth=Float32(depth), length=Float32(length), active=Bool(True))
+    segment = piece(direction, depth, length)
     added, left = scattered_in(numbers, tables, ones, segment)
     return np.array([channel[0] for channel in added]), np.array([value[0] for value in left])
 
@@ -111,7 +121,11 @@ def test_two_segments_are_one(kernel):
     numbers, tables = kernel
     throughput = [Float32(float(t)) for t in left_near]
     segment = Segment(
-        direction=Array3f32(*direction), depth=Float32(depth + 0.64 * 2), length=Float32(3.0), active=Bool(True)
+        direction=Array3f32(*direction),
+        depth=Float32(depth + 0.64 * 2),
+        length=Float32(3.0),
+        active=Bool(True),
+        on_world=Bool(False),
     )
     added, left = scattered_in(numbers, tables, throughput, segment)
     # The cut's own term is divided among wavelengths once with 2 m of water before it and once without.
