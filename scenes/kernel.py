@@ -26,6 +26,7 @@ from scenes.light import SPECTRUM_ROW
 from scenes.materials import Material
 from scenes.packing import Numbers, Packing, row_of, vector
 from scenes.shading import (
+    SHORT_M,
     Illumination,
     Segment,
     Spectrum,
@@ -37,12 +38,13 @@ from scenes.shading import (
     seen_through_surface,
     volume_scattering,
 )
-from scenes.sun_map import reached_by_sun
+from scenes.sun_map import reached_by_sun, sunlit_way
 from scenes.tracing import (
     BACKS,
     FAR_M,
     FRONTS,
     START_OFFSET_M,
+    Hit,
     Known,
     Thing,
     is_free,
@@ -61,6 +63,9 @@ LAMP_CLEARANCE_M = 0.03
 
 RENDERERS = 1000
 """So many recordings of a kernel are no sign of a mistake."""
+
+RIG_GROUPS = tuple(str(group) for group in Group)
+"""Names of the groups that are parts of the robot."""
 
 LARGEST_BOUNCE_COUNT = 6
 """Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
@@ -201,7 +206,12 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
     names = list(inputs.geometry["groups"])
     on_world = hit.thing == Thing.FIRST_GROUP + names.index(WORLD) if WORLD in names else Bool(False)
     through = Segment(
-        direction=world_direction, depth=depth, length=hit.distance, active=active, on_world=active & on_world
+        direction=world_direction,
+        depth=depth,
+        length=hit.distance,
+        active=active,
+        on_world=active & on_world,
+        sunlit=_sunlit_way(inputs, origin, world_direction, hit, active),
     )
     added, throughput = scattered_in(light, tables, path["throughput"], through)
     if "lamp_exponent" in light:
@@ -392,6 +402,37 @@ def _sunlit(inputs: Inputs, point: Any, normal: Any, active: Any) -> Any:
     start = point + normal * SHADOW_OFFSET_M
     free = is_free(groups, state, start, towards_sun, Float32(FAR_M), share > 0)
     return dr.select(free, share, 0)
+
+
+def _sunlit_way(inputs: Inputs, origin: Any, direction: Any, hit: Hit, active: Any) -> Any:
+    """Share of a way, from the body frame's `origin` along the world frame's `direction`, that lies in the sun.
+
+    The world's shadow is followed along long ways. The robot's is looked for half way to its own parts, where it makes
+    the difference between a dark hull and one behind a veil of light.
+    """
+    state = inputs.state
+    share = Float32(1)
+    if "sun_map" in inputs.geometry:
+        grid, attenuation = inputs.geometry["sun_map"], inputs.light["c"][inputs.wavelengths // 2]
+        share = dr.if_stmt(
+            (origin, direction, hit.distance),
+            active & (hit.distance > SHORT_M),
+            lambda origin, direction, length: sunlit_way(
+                grid, move(state[WORLD], origin), direction, length, attenuation
+            ),
+            lambda origin, direction, length: Float32(1),
+        )
+    groups = {name: group for name, group in inputs.geometry["groups"].items() if name in RIG_GROUPS}
+    if not groups:
+        return share
+    names = list(inputs.geometry["groups"])
+    on_robot = Bool(False)
+    for name in groups:
+        on_robot = on_robot | (hit.thing == Thing.FIRST_GROUP + names.index(name))
+    middle = origin + turn_back(state[WORLD], direction) * (hit.distance / 2)
+    towards_sun = vector(state, "towards_sun")
+    free = is_free(groups, state, middle, towards_sun, Float32(FAR_M), active & on_robot)
+    return dr.select(on_robot & ~free, 0, share)
 
 
 def _flicker(inputs: Inputs, place: Any, in_sun: Any) -> Spectrum:

@@ -45,6 +45,8 @@ SIDES: dict[str, Callable[[FloatArray], NDArray[np.bool_]]] = {
 }
 """Which cosines of the direction looked along count as which side; numbers that differ by side go evenly between."""
 
+FORWARD_RAD = np.radians(0.5)
+"""Light scattered by less is not told apart from what was not scattered."""
 SURROUNDINGS_RAD = np.radians(30.0)
 """A surface of the world is taken to go on so far around what is seen of it: what is scattered into the view by less
 comes from more of the same, and not from open water."""
@@ -208,9 +210,8 @@ class Light:
         return np.asarray(np.polynomial.polynomial.polyfit(cosine, np.array(rows).T, METAL_DEGREE).T)
 
     def _phase_table(self, *, without_peak: bool) -> FloatArray:
-        """Phase function at even steps; the first, which is infinitely bright forward, is that of half a step."""
-        angle = np.linspace(0, np.pi, PHASE_TABLE_SIZE)
-        angle = np.maximum(angle, angle[1] / 2)
+        """Phase function at even steps; forward, where it grows without bounds, it is held constant."""
+        angle = np.maximum(np.linspace(0, np.pi, PHASE_TABLE_SIZE), FORWARD_RAD)
         if not without_peak:
             return np.asarray(self.optics.phase(angle))
         share = float(np.mean(self.field.forward_fraction / (1 - self.optics.molecular_fraction)))

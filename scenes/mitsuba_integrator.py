@@ -142,7 +142,14 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
             light,
             self._tables,
             path["throughput"],
-            Segment(direction=ray.d, depth=depth, length=length, active=in_water, on_world=mi.Bool(False)),
+            Segment(
+                direction=ray.d,
+                depth=depth,
+                length=length,
+                active=in_water,
+                on_world=mi.Bool(False),
+                sunlit=mi.Float(1),
+            ),
         )
         throughput = [dr.select(in_water, after, t) for after, t in zip(dimmed, path["throughput"], strict=True)]
         up = mi.Vector3f(0, 0, 1)

@@ -65,6 +65,8 @@ class Segment:
         Depth of the near end, positive down; the length may be infinite.
     active, on_world : Bool
         Whether it is looked along at all, and whether it ends at a surface of the world.
+    sunlit : Float32
+        Share of it that the sun reaches past the world.
     """
 
     direction: Any
@@ -72,6 +74,7 @@ class Segment:
     length: Any
     active: Any
     on_world: Any
+    sunlit: Any
 
 
 def scattered_in(
@@ -91,6 +94,7 @@ def scattered_in(
         depth: Any,
         length: Any,
         on_world: Any,
+        sunlit: Any,
         azimuth: Any,
         near: list[Any],
     ) -> tuple[list[Any], Spectrum]:
@@ -106,7 +110,7 @@ def scattered_in(
             through = dr.select(on_world, dr.exp(-c_world * length), beam)
             # What is scattered on the way from the world's own surroundings is not scattered sunlight.
             behind = dr.exp(-k * far_depth) * _integral(x, to_surface)
-            way = dr.exp(-k * depth) * _integral(x, length)
+            way = dr.exp(-k * depth) * _integral(x, length) * sunlit
             once.append(way - dr.select(on_world & visible, (through - beam) * behind, 0))
             passed.append(through)
         return _added(light, tables["phase"], throughput, direction, passed=passed, once=once, ends=(near, far))
@@ -117,6 +121,7 @@ def scattered_in(
         depth: Any,
         length: Any,
         on_world: Any,
+        sunlit: Any,
         azimuth: Any,
         near: list[Any],
     ) -> tuple[list[Any], Spectrum]:
@@ -127,11 +132,11 @@ def scattered_in(
         passed = [_short_exponential(c * length) for c in light["c"]]
         sun = [dr.exp(-k * depth) for k in light["k_sun"]]
         xs = [c - k * direction.z for c, k in zip(light["c"], light["k_sun"], strict=True)]
-        once = [s * length * _short_mean(x * length) for s, x in zip(sun, xs, strict=True)]
+        once = [s * length * sunlit * _short_mean(x * length) for s, x in zip(sun, xs, strict=True)]
         return _added(light, tables["phase"], throughput, direction, passed=passed, once=once, ends=(near, far))
 
     return dr.if_stmt(  # type: ignore[no-any-return]
-        (throughput, segment.direction, segment.depth, segment.length, segment.on_world, azimuth, near),
+        (throughput, segment.direction, segment.depth, segment.length, segment.on_world, segment.sunlit, azimuth, near),
         segment.active & (segment.length > SHORT_M),
         long,
         short,

@@ -25,6 +25,10 @@ COARSEST_CELL_M = 0.025
 
 MARGIN_M = 0.05
 
+WAY_POINTS = 6
+WAY_M = 12.0
+"""Points on a line of sight at which the sun is looked for, over this length at most."""
+
 LARGEST_SLOPE = 4.0
 """Tangent of the angle between sun and normal up to which the bias follows a surface; what is steeper is hardly lit."""
 
@@ -72,6 +76,29 @@ def reached_by_sun(grid: dict[str, Any], point: Any, normal: Any) -> Any:
         for step in (0, 1, CELLS, CELLS + 1)
     ]
     return dr.lerp(dr.lerp(lit[0], lit[1], share_x), dr.lerp(lit[2], lit[3], share_x), share_y)
+
+
+def sunlit_way(grid: dict[str, Any], origin: Any, direction: Any, length: Any, attenuation: Any) -> Any:
+    """Kernel: share of a way through the water that lies in the sun, 0 to 1; what is near counts more.
+
+    Points in the middles of equal pieces count as the light that reaches the eye from there, ``exp(-attenuation s)``.
+    """
+    reach = dr.minimum(length, WAY_M)
+    sun = Array3f32(*grid["sun"])
+    lit, total = Float32(0), Float32(0)
+    for piece in range(WAY_POINTS):
+        s = reach * ((piece + 0.5) / WAY_POINTS)
+        point = origin + direction * s
+        column, row = (
+            dr.round((dr.dot(Array3f32(*grid[name]), point) - low) / grid["cell"][0])
+            for name, low in zip("uv", grid["corner"], strict=True)
+        )
+        inside = (column >= 0) & (column < CELLS) & (row >= 0) & (row < CELLS)
+        height = dr.gather(Float32, grid["height"], UInt32(row) * CELLS + UInt32(column), inside)
+        weight = dr.exp(-attenuation * s)
+        lit = lit + dr.select(~inside | (height <= dr.dot(sun, point)), weight, 0)
+        total = total + weight
+    return lit / total
 
 
 def _across(direction: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -65,6 +65,7 @@ def piece(direction, depth, length, *, on_world=False):
         length=Float32(length),
         active=Bool(True),
         on_world=Bool(on_world),
+        sunlit=Float32(1),
     )
 
 
@@ -120,13 +121,7 @@ def test_two_segments_are_one(kernel):
     near, left_near = seen(kernel, direction, depth, 2.0)
     numbers, tables = kernel
     throughput = [Float32(float(t)) for t in left_near]
-    segment = Segment(
-        direction=Array3f32(*direction),
-        depth=Float32(depth + 0.64 * 2),
-        length=Float32(3.0),
-        active=Bool(True),
-        on_world=Bool(False),
-    )
+    segment = piece(direction, depth + 0.64 * 2, 3.0)
     added, left = scattered_in(numbers, tables, throughput, segment)
     # The cut's own term is divided among wavelengths once with 2 m of water before it and once without.
     np.testing.assert_allclose(near + [a[0] for a in added], whole, rtol=1e-4)
