@@ -233,8 +233,8 @@ LIMITS = (
     "Geometry is computed at 550 nm with an ideal pinhole: no depth of field, no dispersion, perfectly flat mirrors.",
     "Coverage counts directions as seen from far away; a direction counts when a ray of the image's "
     f"{IMAGE_CELLS[0]} × {IMAGE_CELLS[1]} grid looks into its cell of the sphere.",
-    "Views show water of constant properties, lit as open water is; the light that the robot keeps from the water around "
-    "it, the blur by forward scattering and the sensor's noise are left out.",
+    "Views show water of constant properties, lit as open water is; the light that the robot keeps from the water "
+    "around it, the blur by forward scattering and the sensor's noise are left out.",
     "Clearances are those of rigid parts, and loads are bounds for steady flow; nothing is sliced here, see mirrorgaze "
     "export.",
 )
