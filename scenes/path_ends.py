@@ -1,0 +1,206 @@
+"""Kernel: what the paths end at, and the light that it sends back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from optics.backend import Array3f32, Float32, UInt32, dr
+from optics.status import Region
+from scenes.ambient_cube import changed_irradiance
+from scenes.flicker import flicker
+from scenes.frame import Label
+from scenes.geometry import ROW, WORLD, FaceColumn, VertexColumn, face_code, from_octahedron
+from scenes.lamps import lamp_irradiance, towards_lamps
+from scenes.light import SPECTRUM_ROW
+from scenes.materials import Material
+from scenes.packing import Numbers, row_of, vector
+from scenes.paths import Inputs
+from scenes.shading import (
+    Illumination,
+    Spectrum,
+    ambient_irradiance,
+    reflected_radiance,
+)
+from scenes.sun_map import reached_by_sun
+from scenes.tracing import (
+    BACKS,
+    FAR_M,
+    FRONTS,
+    Thing,
+    is_free,
+    mirror_normal,
+    move,
+    pose_of,
+    turn,
+    turn_back,
+)
+
+SHADOW_OFFSET_M = 1e-4
+"""How far a shadow ray starts off its surface: hits at tank scale are placed to about 1e-6 m in single precision."""
+
+LAMP_CLEARANCE_M = 0.03
+"""Nothing this near to a lamp is in its own light's way: the lamp's housing."""
+
+
+def describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], list[Any]]:
+    """What the paths end at, and the light by channel that the Lambertian surfaces among them send back."""
+    geometry, light, state = inputs.geometry, inputs.light, inputs.state
+    thing, point, direction = path["thing"], path["origin"], path["direction"]
+    lit = thing >= int(Thing.M1_BACK)
+    lit = lit & (thing != int(Thing.SEA_SURFACE))
+    on_group = thing >= int(Thing.FIRST_GROUP)
+    row = path["face"]
+    for position, group in enumerate(geometry["groups"].values()):
+        row = dr.select(thing == Thing.FIRST_GROUP + position, path["face"] + UInt32(group["offset"]), row)
+    face = row_of(geometry["faces"], dr.select(on_group, row, 0), ROW)
+    local = Array3f32(*face[FaceColumn.NORMAL : FaceColumn.NORMAL + 3])
+    of_face, label, textured, baked = face_code(face[FaceColumn.CODE])
+    textured, baked = on_group & textured, on_group & baked
+    smooth, colour, ambient = _blended_corners(geometry["vertices"], face, textured, path["u"], path["v"])
+    flat_normal = _in_body(local, thing, geometry["groups"], state, point)
+    shading_normal = _in_body(dr.select(textured, smooth, local), thing, geometry["groups"], state, point)
+    # Faces are two-sided: what is seen is turned towards the ray.
+    side = dr.select(dr.dot(flat_normal, direction) > 0, Float32(-1), Float32(1))
+    flat_normal, shading_normal = flat_normal * side, dr.normalize(shading_normal * side)
+
+    material = dr.select(on_group, of_face, UInt32(int(Material.MIRROR_BACK)))
+    material = dr.select(thing == int(Thing.BALL), UInt32(state["ball_material"][0]), material)
+    towards_sun = vector(state, "towards_sun")
+    sun_cosine = dr.maximum(dr.dot(shading_normal, towards_sun), 0) * _sunlit(
+        inputs, point, flat_normal, lit & (dr.dot(flat_normal, towards_sun) > 0)
+    )
+
+    def share_of_surroundings(normal: Any, place: Any, ambient: list[Any]) -> list[Any]:
+        around = ambient_irradiance(light, inputs.tables["ambient"], normal, -place.z)
+        if "volume" in geometry:
+            changes = changed_irradiance(geometry["volume"], place, normal)
+            around = [dr.maximum(a + change, 0) for a, change in zip(around, changes, strict=True)]
+        return [share * a for share, a in zip(ambient, around, strict=True)]
+
+    def as_gathered(normal: Any, place: Any, ambient: list[Any]) -> list[Any]:
+        return ambient
+
+    place, outward = move(state[WORLD], point), turn(state[WORLD], shading_normal)
+    ambient = dr.if_stmt((outward, place, ambient), lit & ~baked, share_of_surroundings, as_gathered)
+    illumination = Illumination(
+        ambient=ambient,
+        sun_cosine=sun_cosine,
+        flicker=_flicker(inputs, place, sun_cosine > 0),
+        lamps=_lamps(inputs, point, shading_normal, flat_normal, lit),
+    )
+    reflected = reflected_radiance(
+        light,
+        path["throughput"],
+        albedo=_albedo(material, colour, inputs),
+        depth=-place.z,
+        illumination=illumination,
+    )
+    seen_normal = dr.select(
+        path["surface_seen"], turn_back(state[WORLD], Array3f32(0, 0, -1)), dr.select(lit, flat_normal, 0)
+    )
+    return {
+        "distance": path["distance"],
+        "point": move(state[WORLD], path["seen_point"]),
+        "normal": turn(state[WORLD], seen_normal),
+        "label": _label(path, label, on_group),
+        "region": path["region"],
+        "instance": _instance(path, face[FaceColumn.INSTANCE], on_group, state),
+    }, [dr.select(lit, channel, 0) for channel in reflected]
+
+
+def _blended_corners(vertices: Any, face: list[Any], textured: Any, u: Any, v: Any) -> tuple[Any, list[Any], list[Any]]:
+    """Normal, colour and baked light between the corners of faces."""
+    rows = [row_of(vertices, dr.select(textured, UInt32(face[FaceColumn.CORNERS + k]), 0), ROW) for k in range(3)]
+    shares = (1 - u - v, u, v)
+    normals = [from_octahedron(*row[VertexColumn.NORMAL : VertexColumn.COLOUR]) for row in rows]
+    normal = sum((n * s for n, s in zip(normals, shares, strict=True)), Array3f32(0))
+    blended = [sum((row[k] * s for row, s in zip(rows, shares, strict=True)), Float32(0)) for k in range(ROW)]
+    return normal, blended[VertexColumn.COLOUR : VertexColumn.AMBIENT], blended[VertexColumn.AMBIENT :]
+
+
+def _sunlit(inputs: Inputs, point: Any, normal: Any, active: Any) -> Any:
+    """Share of the sun that reaches points of the body frame: 0 in the shadow, 1 in the light."""
+    groups, state = inputs.geometry["groups"], inputs.state
+    share = dr.select(active, Float32(1), Float32(0))
+    if "sun_map" in inputs.geometry:
+        place, outward = move(state[WORLD], point), turn(state[WORLD], normal)
+        share = dr.select(active, reached_by_sun(inputs.geometry["sun_map"], place, outward), 0)
+        groups = {name: group for name, group in groups.items() if name != WORLD}
+    towards_sun = vector(state, "towards_sun")
+    start = point + normal * SHADOW_OFFSET_M
+    free = is_free(groups, state, start, towards_sun, Float32(FAR_M), share > 0)
+    return dr.select(free, share, 0)
+
+
+def _flicker(inputs: Inputs, place: Any, in_sun: Any) -> Spectrum:
+    """Factor of the waves' flicker on the sun at points of the world frame, by wavelength."""
+    steady: Spectrum = [Float32(1)] * inputs.wavelengths
+    if "flicker_mix" not in inputs.light:
+        return steady
+    numbers = {**inputs.light, **inputs.state}
+
+    def flickering(place: Any) -> Spectrum:
+        return flicker(numbers, inputs.tables["flicker"], place, -place.z)
+
+    return dr.if_stmt((place,), in_sun, flickering, lambda place: steady)  # type: ignore[no-any-return]
+
+
+def _lamps(inputs: Inputs, point: Any, normal: Any, flat_normal: Any, lit: Any) -> Spectrum:
+    """Irradiance of the lamps at points of the body frame, by wavelength, with a shadow ray to each."""
+    if "lamp_exponent" not in inputs.light:
+        return [Float32(0)] * inputs.wavelengths
+    start = point + flat_normal * SHADOW_OFFSET_M
+    groups, state = inputs.geometry["groups"], inputs.state
+    reached = [
+        is_free(
+            groups, state, start, direction, distance - LAMP_CLEARANCE_M, lit & (dr.dot(flat_normal, direction) > 0)
+        )
+        for direction, distance in towards_lamps(inputs.light, point)
+    ]
+    return lamp_irradiance(inputs.light, point, normal, inputs.light["c"], reached)
+
+
+def _in_body(local: Any, thing: Any, groups: dict[str, dict[str, Any]], state: Numbers, point: Any) -> Any:
+    """Normal of what was hit, turned from its own frame into the body's."""
+    normal = point - Array3f32(*state["ball"][:3])  # of the ball
+    for position, name in enumerate(groups):
+        pose = pose_of(state, name)
+        turned = local if pose is None else turn_back(pose, local)
+        normal = dr.select(thing == Thing.FIRST_GROUP + position, turned, normal)
+    for front, back in zip(FRONTS, BACKS, strict=True):
+        if front.name in state:
+            normal = dr.select(thing == int(back), -mirror_normal(state[front.name]), normal)
+    return dr.normalize(normal)
+
+
+def _albedo(material: Any, colour: list[Any], inputs: Inputs) -> Spectrum:
+    """Reflectance of the material times the vertices' colour."""
+    light = inputs.light
+    palette = row_of(inputs.tables["albedo"], material, SPECTRUM_ROW)
+    red, green, blue = colour
+    return [
+        palette[k] * (light["basis_red"][k] * red + light["basis_green"][k] * green + light["basis_blue"][k] * blue)
+        for k in range(inputs.wavelengths)
+    ]
+
+
+def _label(path: dict[str, Any], of_face: Any, on_group: Any) -> Any:
+    thing = path["thing"]
+    label = dr.select(on_group, of_face, UInt32(int(Label.OPEN_WATER)))
+    for things, meaning in (
+        (FRONTS, Label.MIRROR),
+        (BACKS, Label.MIRROR_BACK),
+        ((Thing.SEA_SURFACE,), Label.SURFACE),
+        ((Thing.BALL,), Label.TARGET),
+    ):
+        for each in things:
+            label = dr.select(thing == int(each), UInt32(int(meaning)), label)
+    label = dr.select(path["surface_seen"], UInt32(int(Label.SURFACE)), label)
+    return dr.select(path["region"] == int(Region.HOUSING), UInt32(int(Label.HOUSING)), label)
+
+
+def _instance(path: dict[str, Any], of_face: Any, on_group: Any, state: Numbers) -> Any:
+    """Instance of what is seen, counted from one; zero for none."""
+    number = dr.select(on_group & ~path["surface_seen"], UInt32(of_face + 1), UInt32(0))
+    on_ball = (path["thing"] == int(Thing.BALL)) & ~path["surface_seen"]
+    return dr.select(on_ball, UInt32(state["ball_instance"][0]), number)

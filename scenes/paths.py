@@ -1,0 +1,242 @@
+"""Kernel: rays followed over mirrors and sea surface, segment by segment, to the things that they show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from optics.backend import Array3f32, Bool, Float32, UInt32, dr
+from optics.mesh import Group
+from optics.status import Region
+from scenes.geometry import WORLD
+from scenes.lamps import lamp_backscatter
+from scenes.packing import Numbers, vector
+from scenes.shading import (
+    SHORT_M,
+    Segment,
+    Spectrum,
+    channels,
+    mirror_throughput,
+    scattered_in,
+    seen_through_surface,
+    volume_scattering,
+)
+from scenes.sun_map import sunlit_way
+from scenes.tracing import (
+    FAR_M,
+    FRONTS,
+    START_OFFSET_M,
+    Hit,
+    Known,
+    Thing,
+    is_free,
+    mirror_normal,
+    move,
+    nearest,
+    turn,
+    turn_back,
+)
+from scenes.waves import surface_normal
+
+RIG_GROUPS = tuple(str(group) for group in Group)
+"""Names of the groups that are parts of the robot."""
+
+LARGEST_BOUNCE_COUNT = 6
+"""Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
+the sea surface."""
+
+LEAST_FACET_COSINE = 0.02
+"""Between the view and the normal of a facet of the sea."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """What a kernel computes from: rays, geometry and tables as they are handed over, numbers unpacked."""
+
+    rays: dict[str, Any]
+    geometry: dict[str, Any]
+    tables: dict[str, Any]
+    light: Numbers
+    state: Numbers
+    wavelengths: int
+
+
+def follow(inputs: Inputs) -> dict[str, Any]:
+    """Follow rays over mirrors and sea surface to the first Lambertian surface or into open water.
+
+    `seen_point` and `distance` are those of the first thing that sends light of its own into the view; behind the sea
+    surface, which lets some light through and reflects the rest, the ray goes on for its radiance alone.
+    """
+    rays = inputs.rays
+    alive = rays["gain"] > 0
+    count = dr.width(rays["gain"])
+    start = {
+        "bounce": dr.zeros(UInt32, count),
+        "origin": Array3f32(rays["origin"]),
+        "direction": Array3f32(rays["direction"]),
+        "active": Bool(alive),
+        "distance": dr.zeros(Float32, count),
+        "throughput": [dr.ones(Float32, count) for _ in range(inputs.wavelengths)],
+        "rgb": [dr.zeros(Float32, count) for _ in range(3)],
+        "region": dr.select(alive, UInt32(int(Region.DIRECT)), UInt32(int(Region.HOUSING))),
+        "unseen": Bool(alive),
+        "surface_seen": dr.zeros(Bool, count),
+        "seen_point": dr.zeros(Array3f32, count),
+        "thing": dr.zeros(UInt32, count),
+        "face": dr.zeros(UInt32, count),
+        "u": dr.zeros(Float32, count),
+        "v": dr.zeros(Float32, count),
+    }
+
+    def segment(path: dict[str, Any]) -> tuple[dict[str, Any]]:
+        return (_segment(path, inputs),)
+
+    return dr.while_loop((start,), lambda path: path["active"], segment)[0]  # type: ignore[no-any-return]
+
+
+def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
+    light, state, tables = inputs.light, inputs.state, inputs.tables
+    active, origin, direction = path["active"], path["origin"], path["direction"]
+    hit = nearest(inputs.geometry["groups"], state, origin, direction, active=active, known=_known(path, inputs.rays))
+    world_direction = turn(state[WORLD], direction)
+    depth = -move(state[WORLD], origin).z
+    names = list(inputs.geometry["groups"])
+    on_world = hit.thing == Thing.FIRST_GROUP + names.index(WORLD) if WORLD in names else Bool(False)
+    through = Segment(
+        direction=world_direction,
+        depth=depth,
+        length=hit.distance,
+        active=active,
+        on_world=active & on_world,
+        sunlit=_sunlit_way(inputs, origin, world_direction, hit, active),
+    )
+    added, throughput = scattered_in(light, tables, path["throughput"], through)
+    if "lamp_exponent" in light:
+        from_lamps = lamp_backscatter(
+            light,
+            origin,
+            direction,
+            hit.distance,
+            attenuation=light["c"],
+            volume_scattering=lambda angle: volume_scattering(light, tables["phase"], angle),
+        )
+        from_lamps = [t * f for t, f in zip(path["throughput"], from_lamps, strict=True)]
+        added = [a + f for a, f in zip(added, channels(light, from_lamps), strict=True)]
+    at_m1 = hit.thing == int(Thing.M1)
+    at_mirror = at_m1 | (hit.thing == int(Thing.M2))
+    at_surface = hit.thing == int(Thing.SEA_SURFACE)
+    above = _at_sea_surface(inputs, origin + direction * hit.distance, world_direction, throughput, active & at_surface)
+    normal = above["normal"]
+    for front in FRONTS:
+        if front.name in state:
+            normal = dr.select(hit.thing == int(front), mirror_normal(state[front.name]), normal)
+    cosine = -dr.dot(direction, normal)
+    rgb = [
+        total + dr.select(active, water + sky, 0)
+        for total, water, sky in zip(path["rgb"], added, above["rgb"], strict=True)
+    ]
+    behind_mirror = mirror_throughput(light, throughput, cosine)
+    throughput = [
+        dr.select(at_surface, s, dr.select(at_mirror, m, t))
+        for t, s, m in zip(throughput, above["throughput"], behind_mirror, strict=True)
+    ]
+    bounce = path["bounce"] + 1
+    goes_on = active & (at_mirror | at_surface) & (bounce < LARGEST_BOUNCE_COUNT)
+    seen = active & path["unseen"] & (~goes_on | (at_surface & above["passes"]))
+    point = origin + direction * hit.distance
+    reflected = direction + normal * (2 * cosine)
+    # What a leaning facet of the sea would throw upwards meets the sea again: it is taken to go down at once.
+    rise = dr.select(at_surface, turn(state[WORLD], reflected).z, 0)
+    reflected = reflected - turn_back(state[WORLD], Array3f32(0, 0, 1)) * dr.select(rise > 0, 2 * rise, 0)
+    folded = at_m1 & (path["region"] == int(Region.DIRECT))
+    gazed = (hit.thing == int(Thing.M2)) & (path["region"] == int(Region.FOLD))
+    return {
+        "bounce": bounce,
+        "origin": dr.select(goes_on, point + reflected * START_OFFSET_M, dr.select(active, point, origin)),
+        "direction": dr.select(goes_on, reflected, direction),
+        "active": goes_on,
+        "distance": dr.select(path["unseen"] & active, path["distance"] + hit.distance, path["distance"]),
+        "throughput": throughput,
+        "rgb": rgb,
+        "region": dr.select(
+            active & gazed,
+            UInt32(int(Region.GAZE)),
+            dr.select(active & folded, UInt32(int(Region.FOLD)), path["region"]),
+        ),
+        "unseen": path["unseen"] & ~seen,
+        "surface_seen": path["surface_seen"] | (seen & at_surface),
+        "seen_point": dr.select(seen, point, path["seen_point"]),
+        "thing": dr.select(active, hit.thing, path["thing"]),
+        "face": dr.select(active, hit.face, path["face"]),
+        "u": dr.select(active, hit.u, path["u"]),
+        "v": dr.select(active, hit.v, path["v"]),
+    }
+
+
+def _at_sea_surface(inputs: Inputs, point: Any, direction: Any, throughput: Spectrum, active: Any) -> dict[str, Any]:
+    """What the sea surface shows by channel, the throughput of what it reflects, its normal, and whether light passes.
+
+    `point` is in the body frame, `direction` in the world frame. Most views see no surface, and pay for none.
+    """
+    light, world = inputs.light, inputs.state[WORLD]
+    numbers = {**light, **inputs.state}
+
+    def surface(point: Any, direction: Any, throughput: Spectrum) -> tuple[Any, ...]:
+        upwards = Array3f32(0, 0, 1)
+        if "wave_slope" in light:
+            place = move(world, point)
+            waved = surface_normal(numbers, place.x, place.y)
+            # A facet that shows the eye its back is hidden behind the wave before it.
+            upwards = dr.select(dr.dot(direction, waved) > LEAST_FACET_COSINE, waved, upwards)
+        seen, reflected, passes = seen_through_surface(light, inputs.tables["sky"], throughput, direction, upwards)
+        return turn_back(world, -upwards), channels(light, seen), reflected, passes
+
+    def nothing(point: Any, direction: Any, throughput: Spectrum) -> tuple[Any, ...]:
+        return turn_back(world, Array3f32(0, 0, -1)), [Float32(0)] * 3, throughput, Bool(False)
+
+    names = ("normal", "rgb", "throughput", "passes")
+    found = dr.if_stmt((point, direction, throughput), active, surface, nothing)
+    return dict(zip(names, found, strict=True))
+
+
+def _known(path: dict[str, Any], rays: dict[str, Any]) -> Known:
+    """What was traced beforehand for the segment from the port, and for the one from M1 straight behind it."""
+    first, second = rays["prefix"][0], rays["prefix"][-1]
+    from_port = path["bounce"] == 0
+    from_m1 = (path["bounce"] == 1) & (path["region"] == int(Region.FOLD))
+    return Known(
+        known=from_port | from_m1,
+        distance=dr.select(from_port, first["distance"], second["distance"]),
+        face=dr.select(from_port, first["face"], second["face"]),
+    )
+
+
+def _sunlit_way(inputs: Inputs, origin: Any, direction: Any, hit: Hit, active: Any) -> Any:
+    """Share of a way, from the body frame's `origin` along the world frame's `direction`, that lies in the sun.
+
+    The world's shadow is followed along long ways. The robot's is looked for half way to its own parts, where it makes
+    the difference between a dark hull and one behind a veil of light.
+    """
+    state = inputs.state
+    share = Float32(1)
+    if "sun_map" in inputs.geometry:
+        grid, attenuation = inputs.geometry["sun_map"], inputs.light["c"][inputs.wavelengths // 2]
+        share = dr.if_stmt(
+            (origin, direction, hit.distance),
+            active & (hit.distance > SHORT_M),
+            lambda origin, direction, length: sunlit_way(
+                grid, move(state[WORLD], origin), direction, length, attenuation
+            ),
+            lambda origin, direction, length: Float32(1),
+        )
+    groups = {name: group for name, group in inputs.geometry["groups"].items() if name in RIG_GROUPS}
+    if not groups:
+        return share
+    names = list(inputs.geometry["groups"])
+    on_robot = Bool(False)
+    for name in groups:
+        on_robot = on_robot | (hit.thing == Thing.FIRST_GROUP + names.index(name))
+    middle = origin + turn_back(state[WORLD], direction) * (hit.distance / 2)
+    towards_sun = vector(state, "towards_sun")
+    free = is_free(groups, state, middle, towards_sun, Float32(FAR_M), active & on_robot)
+    return dr.select(on_robot & ~free, 0, share)
