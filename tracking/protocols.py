@@ -1,0 +1,65 @@
+"""What the loop stands between: a camera that gives pictures, and mirrors that take joint values.
+
+Rendered dives, recorded video and real hardware share these two protocols, so the same loop runs on all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shot:
+    """One picture of a camera.
+
+    Attributes
+    ----------
+    image : array, shape (height, width, 3)
+        uint8, sRGB: red, green, blue.
+    time_s : float
+        Middle of its exposure (of the middle row), on the loop's clock.
+    """
+
+    image: NDArray[np.uint8]
+    time_s: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class MirrorReport:
+    """What a driver knows of the gaze mirror.
+
+    Attributes
+    ----------
+    q : array, shape (2,)
+        Pan and tilt at `time_s`, radians: measured, or where the driver believes the servos to be.
+    time_s : float
+    measured : bool
+        Whether a sensor says so. Hobby servos have none.
+    """
+
+    q: FloatArray
+    time_s: float
+    measured: bool
+
+
+class Camera(Protocol):
+    """Gives pictures, one after the other."""
+
+    def read(self) -> Shot | None:
+        """Next picture; None when there will be no more."""
+
+
+class MirrorDriver(Protocol):
+    """Turns the gaze mirror."""
+
+    def command(self, q: FloatArray, time_s: float) -> None:
+        """Ask for pan and tilt, radians, shape (2,), from a moment on."""
+
+    def report(self, time_s: float) -> MirrorReport:
+        """What is known of the joints at a moment that is not before the last command's."""

@@ -1,0 +1,101 @@
+"""What each part of the loop says about one picture: the loop hands these on, the log writes them down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracking.protocols import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spot:
+    """One cluster of target-coloured pixels in the crop.
+
+    Attributes
+    ----------
+    area_px : float
+    centroid_px : tuple of float
+        (x, y), the centre of the crop's top-left pixel at (0, 0).
+    box_px : tuple of int
+        x, y, width, height.
+    circularity : float
+        4 pi area / perimeter^2; 1 for a disc.
+    """
+
+    area_px: float
+    centroid_px: tuple[float, float]
+    box_px: tuple[int, int, int, int]
+    circularity: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detection:
+    """What the detector found in one crop.
+
+    Attributes
+    ----------
+    mask : array, shape (height, width)
+        uint8, 255 where a pixel has the target's colour, after opening and closing.
+    spots : tuple of Spot
+        Clusters that passed the filters, the largest first.
+    centroid_px : tuple of float, optional
+        Mean of the spots' centroids weighted by their areas (eq. 7); None without spots.
+    """
+
+    mask: NDArray[np.uint8]
+    spots: tuple[Spot, ...]
+    centroid_px: tuple[float, float] | None
+
+
+class Mode(StrEnum):
+    """States of figure 12."""
+
+    CHECK = "check"
+    """Functional check: the joints are driven over their range."""
+    SCAN = "scan"
+    TRACK = "track"
+    PREDICT = "predict"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """What the loop made of one picture.
+
+    Attributes
+    ----------
+    time_s : float
+        Of the picture.
+    mode : Mode
+        In which the command was decided.
+    q_believed : array, shape (2,)
+        Joint values the picture was read with, radians.
+    q_command : array, shape (2,)
+        Pan and tilt asked for, radians.
+    corners_px : array, shape (4, 2)
+        Of the gaze mirror in the picture, in the crop's order; nan where it is not seen.
+    crop : array, shape (crop height, crop width, 3)
+        uint8, sRGB.
+    detection : Detection
+    predicted_px : tuple of float, optional
+        Where the filter expects the target in the crop; None before the first detection.
+    error_px : tuple of float, optional
+        Of the detected or, without a detection, the predicted target from the crop's centre (eqs. 11, 12).
+    target_direction : array, shape (3,), optional
+        Unit vector to the target in the body frame as the loop believes it, None when it does not know or does not use
+        directions (the paper's own loop).
+    """
+
+    time_s: float
+    mode: Mode
+    q_believed: FloatArray
+    q_command: FloatArray
+    corners_px: FloatArray
+    crop: NDArray[np.uint8]
+    detection: Detection
+    predicted_px: tuple[float, float] | None
+    error_px: tuple[float, float] | None
+    target_direction: FloatArray | None
