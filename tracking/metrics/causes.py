@@ -1,0 +1,117 @@
+"""Why the target was not found in a picture: one word, from what ground truth knows of that picture."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+CLIPPED = 255
+"""A channel of the picture that reached it may have been brighter."""
+
+
+class Cause(StrEnum):
+    """What kept the detector from the target."""
+
+    NONE = ""
+    NOT_IN_VIEW = "not in view"
+    SLEWING = "slewing"
+    HIDDEN_BY_HULL = "hidden by hull"
+    HIDDEN_BY_MOUNT = "hidden by mount"
+    TOO_SMALL = "too small"
+    SATURATED = "saturated"
+    TOO_DARK = "too dark"
+    COLOUR = "colour"
+
+
+def cause_of_loss(
+    *,
+    found: bool,
+    full_px: float,
+    hull_px: float,
+    mount_px: float,
+    visible_px: float,
+    smallest_px: float,
+    at_speed_limit: bool = False,
+    smear_px: float = 0.0,
+    saturated_share: float = 0.0,
+    dark_share: float = 0.0,
+) -> Cause:
+    """Why the target was not found, the first that applies in the order in which light meets things.
+
+    A target of which less than `smallest_px` is seen was lost on the way to the camera, to whatever took most of it:
+    the edge of the gaze mirror, the hull or the mount. One that is seen was lost in the picture: smeared, blown out,
+    dark, and when nothing of this holds for half of it, its colour lies outside the detector's window.
+
+    Parameters
+    ----------
+    found : bool
+        Whether the detector's mask met the target.
+    full_px : float
+        Pixels that the target would have if nothing hid it and the mirror had no edge. All counts are of pixels of the
+        same picture: camera or crop.
+    hull_px, mount_px : float
+        Pixels of it that hull or mount (servos and mirror backs included) hide.
+    visible_px : float
+        Pixels of it that are seen.
+    smallest_px : float
+        Fewest that the detector takes for a target.
+    at_speed_limit : bool
+        Whether the mirrors follow (no scan) and a servo turns as fast as it can. A target out of view then is one that
+        outran them.
+    smear_px : float
+        How far the target's picture moved during the exposure.
+    saturated_share, dark_share : float
+        Of its visible pixels, as `blown_and_dark` counts them; nan where there are none.
+
+    Returns
+    -------
+    Cause
+        `Cause.NONE` for a target that was found.
+    """
+    if found:
+        return Cause.NONE
+    if not full_px >= smallest_px:
+        return Cause.TOO_SMALL
+    if visible_px < smallest_px:
+        return _hider(full_px - hull_px - mount_px - visible_px, hull_px, mount_px, at_speed_limit=at_speed_limit)
+    diameter_px = 2 * np.sqrt(full_px / np.pi)
+    if smear_px > diameter_px:
+        return Cause.SLEWING
+    if saturated_share > 0.5:
+        return Cause.SATURATED
+    if dark_share > 0.5:
+        return Cause.TOO_DARK
+    return Cause.COLOUR
+
+
+def blown_and_dark(pixels: NDArray[np.uint8], *, value_min: float) -> tuple[float, float]:
+    """Shares of a target's pixels that are blown out, and that are darker than the detector's window.
+
+    Blown out is a pixel with two channels or more at 255: its hue is lost. With one it keeps it nearly.
+
+    Parameters
+    ----------
+    pixels : array, shape (n, 3)
+        uint8, sRGB: those of the crop that show the target by ground truth.
+    value_min : float
+        The window's smallest HSV value, the largest of the three channels, 0 to 255.
+
+    Returns
+    -------
+    saturated_share, dark_share : float
+        nan without pixels.
+    """
+    if len(pixels) == 0:
+        return np.nan, np.nan
+    saturated = (pixels >= CLIPPED).sum(axis=1) >= 2
+    dark = pixels.max(axis=1) < value_min
+    return float(saturated.mean()), float(dark.mean())
+
+
+def _hider(outside_px: float, hull_px: float, mount_px: float, *, at_speed_limit: bool) -> Cause:
+    """What took most of a target that is hardly seen; of equals, the first on the light's way to the camera."""
+    outside = Cause.SLEWING if at_speed_limit else Cause.NOT_IN_VIEW
+    taken = ((hull_px, Cause.HIDDEN_BY_HULL), (outside_px, outside), (mount_px, Cause.HIDDEN_BY_MOUNT))
+    return max(taken, key=lambda entry: entry[0])[1]
