@@ -49,8 +49,8 @@ def cause_of_loss(
     found : bool
         Whether the detector's mask met the target.
     full_px : float
-        Pixels that the target would have if nothing hid it and the mirror had no edge. All counts are of pixels of the
-        same picture: camera or crop.
+        Pixels that the target would have if nothing hid it and the mirror had no edge; nan where it has no picture, as
+        behind the camera. All counts are of pixels of the same picture: camera or crop.
     hull_px, mount_px : float
         Pixels of it that hull or mount (servos and mirror backs included) hide.
     visible_px : float
@@ -72,18 +72,19 @@ def cause_of_loss(
     """
     if found:
         return Cause.NONE
-    if not full_px >= smallest_px:
+    if not np.isfinite(full_px):
+        return Cause.NOT_IN_VIEW
+    if full_px < smallest_px:
         return Cause.TOO_SMALL
     if visible_px < smallest_px:
         return _hider(full_px - hull_px - mount_px - visible_px, hull_px, mount_px, at_speed_limit=at_speed_limit)
     diameter_px = 2 * np.sqrt(full_px / np.pi)
-    if smear_px > diameter_px:
-        return Cause.SLEWING
-    if saturated_share > 0.5:
-        return Cause.SATURATED
-    if dark_share > 0.5:
-        return Cause.TOO_DARK
-    return Cause.COLOUR
+    in_the_picture = (
+        (smear_px > diameter_px, Cause.SLEWING),
+        (saturated_share > 0.5, Cause.SATURATED),
+        (dark_share > 0.5, Cause.TOO_DARK),
+    )
+    return next((cause for applies, cause in in_the_picture if applies), Cause.COLOUR)
 
 
 def blown_and_dark(pixels: NDArray[np.uint8], *, value_min: float) -> tuple[float, float]:
