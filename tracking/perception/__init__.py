@@ -1,0 +1,27 @@
+"""Seeing: the gaze mirror's corners in the picture, the crop between them, and the target's colour in the crop.
+
+Section 3 of Cortes-Perez & Torres-Mendez 2021, one module a step.
+"""
+
+from tracking.perception.clusters import detect, find_spots, weighted_centroid
+from tracking.perception.colour import RED_BALL, WIDE_HUE, ColourWindow, DetectorSettings, colour_mask
+from tracking.perception.corner_samples import CornerSamples
+from tracking.perception.corners import CornerModel, InverseDistanceCorners
+from tracking.perception.crop import Crop
+from tracking.perception.exact_corners import ExactCorners
+
+__all__ = [
+    "RED_BALL",
+    "WIDE_HUE",
+    "ColourWindow",
+    "CornerModel",
+    "CornerSamples",
+    "Crop",
+    "DetectorSettings",
+    "ExactCorners",
+    "InverseDistanceCorners",
+    "colour_mask",
+    "detect",
+    "find_spots",
+    "weighted_centroid",
+]

@@ -1,0 +1,151 @@
+"""Colour: a window of hue, saturation and value, and the mask it leaves after opening and closing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tracking.perception.crop import check_picture
+
+Mask = NDArray[np.uint8]
+
+FULL_TURN_DEG = 360.0
+DEG_PER_STEP = 2
+"""OpenCV keeps the hue of an 8-bit picture in steps of two degrees."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColourWindow:
+    """Colours from one hue to another, over red where the first is the larger, strong and bright enough.
+
+    Hue is the angle of the colour circle (0 red, 120 green, 240 blue), saturation and value as fractions, all of the
+    sRGB values as they are (Smith 1978, SIGGRAPH '78, 12-19).
+
+    Parameters
+    ----------
+    hue_from_deg, hue_to_deg : float
+        In [0, 360]; both ends belong to the window. A picture of 8 bits knows hue to 2 degrees.
+    saturation_min : float
+        (max - min) / max of red, green and blue.
+    value_min, value_max : float
+        max of red, green and blue.
+    """
+
+    hue_from_deg: float
+    hue_to_deg: float
+    saturation_min: float = 0.0
+    value_min: float = 0.0
+    value_max: float = 1.0
+
+    def __post_init__(self) -> None:
+        problems = [
+            f"expected {name} from 0 to {most:g}, got {getattr(self, name)}"
+            for name, most in (
+                ("hue_from_deg", FULL_TURN_DEG),
+                ("hue_to_deg", FULL_TURN_DEG),
+                ("saturation_min", 1.0),
+                ("value_min", 1.0),
+                ("value_max", 1.0),
+            )
+            if not 0 <= getattr(self, name) <= most
+        ]
+        if self.value_min > self.value_max:
+            problems.append(f"expected value_min up to value_max, got {self.value_min} and {self.value_max}")
+        if problems:
+            raise ValueError("; ".join(problems))
+
+    @property
+    def wraps(self) -> bool:
+        """Whether the window goes over red, from a large hue to a small one."""
+        return self.hue_from_deg > self.hue_to_deg
+
+    def mask(self, picture: Mask) -> Mask:
+        """255 where a picture (uint8 sRGB, shape (height, width, 3)) has a colour of the window, else 0."""
+        check_picture("picture", picture)
+        hsv = cv2.cvtColor(picture, cv2.COLOR_RGB2HSV)
+        lowest, highest = _bounds(self)
+        if not self.wraps:
+            return np.asarray(cv2.inRange(hsv, lowest, highest), dtype=np.uint8)
+        # Outside the hues that are not wanted, and within the rest.
+        unwanted = cv2.inRange(hsv, *_hues_between(self))
+        bright = cv2.inRange(hsv, (0, *lowest[1:]), (255, *highest[1:]))
+        return np.asarray(cv2.bitwise_and(bright, cv2.bitwise_not(unwanted)), dtype=np.uint8)
+
+
+def _bounds(window: ColourWindow) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    lowest = (np.ceil(window.hue_from_deg / DEG_PER_STEP), np.ceil(255 * window.saturation_min))
+    highest = (np.floor(window.hue_to_deg / DEG_PER_STEP), 255.0)
+    return (*lowest, np.ceil(255 * window.value_min)), (*highest, np.floor(255 * window.value_max))
+
+
+def _hues_between(window: ColourWindow) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Bounds of the hues that a window over red leaves out."""
+    (first, *_), (last, *_) = _bounds(window)
+    return (last + 1, 0, 0), (first - 1, 255, 255)
+
+
+RED = ColourWindow(hue_from_deg=340, hue_to_deg=20, saturation_min=0.45, value_min=0.08)
+WIDE_RED = ColourWindow(hue_from_deg=320, hue_to_deg=40, saturation_min=0.3, value_min=0.06)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectorSettings:
+    """What counts as the target.
+
+    Parameters
+    ----------
+    window : ColourWindow
+    opening_px, closing_px : int
+        Odd diameters of the elliptic elements; 1 does nothing. Opening removes specks, closing fills holes.
+    area_min_px : float
+        Least area of a spot.
+    circularity_min : float
+        4 pi area / perimeter^2 of a spot's outline, 1 for a disc.
+    aspect_max : float
+        Longer over shorter side of a spot's upright box. The crop stretches a ball: its shape changes with tilt.
+    """
+
+    window: ColourWindow = field(default=RED)
+    opening_px: int = 3
+    closing_px: int = 5
+    area_min_px: float = 12.0
+    circularity_min: float = 0.4
+    aspect_max: float = 3.0
+
+    def __post_init__(self) -> None:
+        problems = [
+            f"expected an odd {name} from 1 to 99, got {getattr(self, name)}"
+            for name in ("opening_px", "closing_px")
+            if getattr(self, name) not in range(1, 100, 2)
+        ]
+        if not self.area_min_px >= 0:
+            problems.append(f"expected area_min_px of at least 0, got {self.area_min_px}")
+        if not 0 <= self.circularity_min <= 1:
+            problems.append(f"expected circularity_min from 0 to 1, got {self.circularity_min}")
+        if not self.aspect_max >= 1:
+            problems.append(f"expected aspect_max of at least 1, got {self.aspect_max}")
+        if problems:
+            raise ValueError("; ".join(problems))
+
+
+RED_BALL = DetectorSettings()
+WIDE_HUE = DetectorSettings(window=WIDE_RED, aspect_max=4.0, circularity_min=0.3)
+"""The paper's video S5: a greater range of hues and of width-height ratios, chosen after the dive."""
+
+
+def colour_mask(crop: Mask, settings: DetectorSettings) -> Mask:
+    """Pixels of the target's colour after opening and closing: uint8, 255 or 0, shape (height, width)."""
+    mask = settings.window.mask(crop)
+    for operation, diameter in ((cv2.MORPH_OPEN, settings.opening_px), (cv2.MORPH_CLOSE, settings.closing_px)):
+        if diameter > 1:
+            mask = np.asarray(cv2.morphologyEx(mask, operation, _disc(diameter)), dtype=np.uint8)
+    return mask
+
+
+@cache
+def _disc(diameter_px: int) -> Mask:
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter_px, diameter_px)))

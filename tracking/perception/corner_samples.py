@@ -1,0 +1,170 @@
+"""Samples of the gaze mirror's corners over the joint values: what eq. 6 interpolates between, and their CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from optics.arrays import FloatArray
+from tracking.perception.crop import runs_clockwise
+
+CORNER_NAMES = ("top_left", "top_right", "bottom_right", "bottom_left")
+"""The crop's order; clockwise in the picture."""
+
+JOINT_COLUMNS = ("q1_deg", "q2_deg")
+CORNER_COLUMNS = tuple(f"{corner}_{axis}_px" for corner in CORNER_NAMES for axis in "uv")
+COLUMNS = JOINT_COLUMNS + CORNER_COLUMNS
+
+FEWEST_SAMPLES = 4
+"""Both ends of both joints."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CornerSamples:
+    """Where the mirror's corners were seen, at N pairs of joint values.
+
+    Attributes
+    ----------
+    q : array, shape (n, 2)
+        Pan and tilt, radians; no pair twice.
+    corners_px : array, shape (n, 4, 2)
+        Top left, top right, bottom right, bottom left of the crop: clockwise in the picture, wherever the mirror turns.
+    """
+
+    q: FloatArray
+    corners_px: FloatArray
+
+    def __post_init__(self) -> None:
+        q, corners = np.asarray(self.q, dtype=np.float64), np.asarray(self.corners_px, dtype=np.float64)
+        if q.ndim != 2 or q.shape[1:] != (2,) or corners.shape != (len(q), 4, 2):
+            raise ValueError(
+                f"expected q of shape (n, 2) and corners_px of shape (n, 4, 2), got {q.shape} and {corners.shape}"
+            )
+        problems = _problems(q, corners, [f"sample {index}" for index in range(len(q))])
+        if problems:
+            raise ValueError(_told("corner samples", problems))
+        object.__setattr__(self, "q", q)
+        object.__setattr__(self, "corners_px", corners)
+
+    @classmethod
+    def from_csv(cls, path: str | os.PathLike[str]) -> Self:
+        """Read samples; # begins a comment, the first other line names the columns, in any order.
+
+        Columns: q1_deg, q2_deg, and for each of top_left, top_right, bottom_right, bottom_left its _u_px and _v_px.
+
+        Raises
+        ------
+        ValueError
+            With everything that is wrong with the file, one problem a line.
+        """
+        path = Path(path)
+        try:
+            text = path.read_text(encoding="utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{path}: expected text in UTF-8, got something else at byte {error.start}") from None
+        lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+        if not lines:
+            raise ValueError(f"{path}: expected a line of column names, got nothing")
+        names = [name.strip() for name in next(csv.reader([lines[0][1]]))]
+        problems = _name_problems(names)
+        rows = [_row(number, line, names, problems) for number, line in lines[1:]]
+        whole = [(number, row) for (number, _), row in zip(lines[1:], rows, strict=True) if row is not None]
+        if not _name_problems(names):
+            table = np.array([[row[names.index(name)] for name in COLUMNS] for _, row in whole]).reshape(-1, 10)
+            q, corners = np.radians(table[:, :2]), table[:, 2:].reshape(-1, 4, 2)
+            problems += _problems(q, corners, [f"line {number}" for number, _ in whole], count=len(rows))
+        if problems:
+            raise ValueError(_told(str(path), problems))
+        return cls(q=q, corners_px=corners)
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the samples so that reading them gives the same numbers; the file appears whole or not at all."""
+        path = Path(path)
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for q, corners in zip(self.q, self.corners_px, strict=True):
+            writer.writerow([*(repr(_degrees(angle)) for angle in q.tolist()), *map(repr, corners.ravel().tolist())])
+        partial = path.with_name(f".{path.name}.partial")
+        partial.write_text(text.getvalue(), encoding="utf-8")
+        partial.replace(path)
+
+
+def _degrees(angle: float) -> float:
+    """Degrees that become exactly this angle again: rounding may need the neighbour of the plain conversion."""
+    degrees = math.degrees(angle)
+    candidates = (degrees, math.nextafter(degrees, math.inf), math.nextafter(degrees, -math.inf))
+    return next((each for each in candidates if np.radians(each) == angle), degrees)
+
+
+def _told(place: str, problems: Sequence[str]) -> str:
+    return "\n  ".join([f"{place}: {len(problems)} problem{'s' if len(problems) > 1 else ''}", *problems])
+
+
+def _problems(q: FloatArray, corners: FloatArray, places: Sequence[str], count: int | None = None) -> list[str]:
+    """What is wrong with samples, each with its place; `count` of them with those that could not be read."""
+    problems = []
+    count = len(q) if count is None else count
+    if count < FEWEST_SAMPLES:
+        problems.append(f"expected at least {FEWEST_SAMPLES} samples, got {count}")
+    finite = np.isfinite(q).all(axis=1) & np.isfinite(corners).all(axis=(1, 2))
+    problems += [
+        f"{places[index]}: expected finite numbers, got {_listed(q, corners, index)}" for index in _at(~finite)
+    ]
+    seen: dict[tuple[float, ...], str] = {}
+    for index in _at(finite):
+        place = tuple(q[index].tolist())
+        if place in seen:
+            problems.append(f"{places[index]}: expected joint values that are not those of {seen[place]} already")
+        seen.setdefault(place, places[index])
+    turned = finite & ~np.atleast_1d(runs_clockwise(corners))
+    problems += [
+        f"{places[index]}: expected {', '.join(CORNER_NAMES)} clockwise around a convex outline, "
+        f"got {corners[index].tolist()}"
+        for index in _at(turned)
+    ]
+    return problems
+
+
+def _at(mask: ArrayLike) -> list[int]:
+    return list(np.flatnonzero(mask).tolist())
+
+
+def _listed(q: FloatArray, corners: FloatArray, index: int) -> str:
+    return f"q = {q[index].tolist()}, corners_px = {corners[index].tolist()}"
+
+
+def _name_problems(names: Sequence[str]) -> list[str]:
+    problems = [f"expected a column {name}; the file has {', '.join(names)}" for name in COLUMNS if name not in names]
+    problems += [f"column {name!r}: expected one of {', '.join(COLUMNS)}" for name in names if name not in COLUMNS]
+    problems += [
+        f"column {name}: expected once, got it again" for name in sorted({n for n in names if names.count(n) > 1})
+    ]
+    return problems
+
+
+def _row(number: int, line: str, names: Sequence[str], problems: list[str]) -> list[float] | None:
+    """Numbers of a line, None when it has bad ones; what is wrong with it is added to the problems."""
+    fields = next(csv.reader([line]))
+    if len(fields) != len(names):
+        problems.append(f"line {number}: expected {len(names)} numbers, got {len(fields)}")
+        return None
+    values = []
+    for name, field in zip(names, fields, strict=True):
+        try:
+            value = float(field)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            problems.append(f"line {number}, column {name}: expected a finite number, got {field.strip()!r}")
+        values.append(value)
+    return values if all(map(math.isfinite, values)) else None

@@ -1,0 +1,113 @@
+"""The crop: the gaze mirror's face as a picture of constant size, by the homography of its four corners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from optics.arrays import FloatArray
+
+WIDTH_PX, HEIGHT_PX = 320, 240
+"""Size of the crop unless said otherwise."""
+
+CORNER_COUNT = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crop:
+    """Maps between a picture and the crop of the gaze mirror in it.
+
+    The mirror's outline is the crop's border: the outer corner of its first pixel, at (-0.5, -0.5), is the mirror's top
+    left corner. Right is right and down is down as the virtual camera has it, which turns with the mirror.
+
+    Attributes
+    ----------
+    width_px, height_px : int
+    image_from_crop : array, shape (3, 3)
+        Homography of pixels (x, y, 1); all nan when there is no mirror to be seen.
+    """
+
+    width_px: int
+    height_px: int
+    image_from_crop: FloatArray
+
+    @classmethod
+    def of(cls, corners_px: ArrayLike, width_px: int = WIDTH_PX, height_px: int = HEIGHT_PX) -> Self:
+        """Crop between four corners, shape (4, 2): top left, top right, bottom right, bottom left.
+
+        Corners that are not finite, or not clockwise around a convex outline, give an empty crop: there is no mirror to
+        be seen. They may lie outside the picture.
+        """
+        corners = np.asarray(corners_px, dtype=np.float64)
+        if corners.shape != (CORNER_COUNT, 2):
+            raise ValueError(f"expected corners_px of shape (4, 2), got {corners.shape}")
+        if min(width_px, height_px) < 1:
+            raise ValueError(f"expected a crop of at least 1 x 1 px, got {width_px} x {height_px}")
+        if not runs_clockwise(corners):
+            return cls(width_px=width_px, height_px=height_px, image_from_crop=np.full((3, 3), np.nan))
+        right, bottom = width_px - 0.5, height_px - 0.5
+        border = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]], dtype=np.float32)
+        matrix = cv2.getPerspectiveTransform(border, corners.astype(np.float32))
+        return cls(width_px=width_px, height_px=height_px, image_from_crop=np.asarray(matrix))
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is no mirror to be seen."""
+        return bool(np.isnan(self.image_from_crop[0, 0]))
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """Middle of the crop, in its own pixels."""
+        return (self.width_px - 1) / 2, (self.height_px - 1) / 2
+
+    def take(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Crop of a picture, shape (height_px, width_px, 3), bilinear; black where the picture ends.
+
+        Parameters
+        ----------
+        image : array, shape (height, width, 3)
+            uint8.
+        """
+        check_picture("image", image)
+        if self.empty:
+            return np.zeros((self.height_px, self.width_px, 3), dtype=np.uint8)
+        size = (self.width_px, self.height_px)
+        crop = cv2.warpPerspective(image, self.image_from_crop, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+        return np.asarray(crop, dtype=np.uint8)
+
+    def to_image(self, points_px: ArrayLike) -> FloatArray:
+        """Where points of the crop, shape (n, 2), are in the picture; nan for an empty crop."""
+        return _mapped(self.image_from_crop, points_px)
+
+    def from_image(self, points_px: ArrayLike) -> FloatArray:
+        """Where points of the picture, shape (n, 2), are in the crop; nan for an empty crop."""
+        # nan stays nan: the inverse of nothing is nothing.
+        return _mapped(np.asarray(np.linalg.inv(self.image_from_crop), dtype=np.float64), points_px)
+
+
+def runs_clockwise(corners_px: FloatArray) -> NDArray[np.bool_]:
+    """Whether quadrilaterals, shape (..., 4, 2), are finite, convex and clockwise as the picture is seen (v down)."""
+    edges = np.roll(corners_px, -1, axis=-2) - corners_px
+    following = np.roll(edges, -1, axis=-2)
+    turns = edges[..., 0] * following[..., 1] - edges[..., 1] * following[..., 0]
+    # Four right turns are one way round: a pentagram needs five corners. nan compares as false.
+    return np.asarray((turns > 0).all(axis=-1))
+
+
+def check_picture(name: str, image: NDArray[np.uint8]) -> None:
+    """Raise a `ValueError` for anything that is not a picture of three channels of uint8."""
+    shape, kind = getattr(image, "shape", None), getattr(image, "dtype", type(image).__name__)
+    if shape is None or len(shape) != 3 or shape[2] != 3 or kind != np.uint8 or 0 in shape:
+        raise ValueError(f"expected {name} of uint8, shape (height, width, 3), got {kind}, shape {shape}")
+
+
+def _mapped(matrix: FloatArray, points_px: ArrayLike) -> FloatArray:
+    points = np.asarray(points_px, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise ValueError(f"expected points of shape (n, 2), got {points.shape}")
+    lifted = points @ matrix[:, :2].T + matrix[:, 2]
+    return np.asarray(lifted[:, :2] / lifted[:, 2:])
