@@ -1,4 +1,4 @@
-"""What is wrong with a rig: every problem at once, each with its place, its value and what was expected."""
+"""What is wrong with a file: every problem at once, each with its place, its value and what was expected."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Problem:
     Attributes
     ----------
     place : str
-        Dotted key in the rig file, such as ``camera.position_mm[1]``.
+        Dotted key in the file, such as ``camera.position_mm[1]``.
     value : Any
         What was found there; None when nothing was.
     expected : str
@@ -37,13 +37,13 @@ class Problem:
         return f"{self.place} = {value}: expected {self.expected}"
 
 
-class RigError(ValueError):
-    """A rig that cannot be used; `problems` holds everything that is wrong with it.
+class SpecificationError(ValueError):
+    """A specification that cannot be used; `problems` holds everything that is wrong with it.
 
     Parameters
     ----------
     source : str
-        File or preset the rig came from.
+        File or preset it came from.
     problems : iterable of Problem
         At least one.
     """
@@ -53,3 +53,7 @@ class RigError(ValueError):
         self.problems = tuple(problems)
         lines = [f"{source}: {len(self.problems)} problem{'s' if len(self.problems) != 1 else ''}"]
         super().__init__("\n  ".join(lines + [str(problem) for problem in self.problems]))
+
+
+class RigError(SpecificationError):
+    """A rig that cannot be used."""

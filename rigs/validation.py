@@ -1,18 +1,23 @@
-"""From parsed TOML to a rig, or to everything that is wrong with it, in the words of the file."""
+"""From parsed TOML to a rig or another specification, or to everything that is wrong, in the words of the file."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
 from rigs.problems import Problem
+from rigs.section import Section
 from rigs.specification import MIRROR_SECTIONS, Rig, missing_mirror_sections
 
 Key = str | int
 Keys = tuple[Key, ...]
+Specified = TypeVar("Specified", bound=Section)
+
+WHOLE_FILE = "(whole file)"
+"""Place of a problem that is not about one key."""
 
 EXPECTATIONS = {
     "model_type": "a table",
@@ -26,22 +31,33 @@ EXPECTATIONS = {
     "path_type": "text in quotes",
     "string_pattern_mismatch": "lower-case letters, digits, - and _, beginning with a letter or a digit",
 }
-"""What pydantic's error types mean in a rig file, where its own words would speak of Python."""
+"""What pydantic's error types mean in a TOML file, where its own words would speak of Python."""
 
-TAG_KEYS = ("model", "shape")
-"""Keys that say which kind of camera, port or hull a section describes."""
+TAG_KEYS = ("model", "shape", "motion")
+"""Keys that say which kind of camera, port, hull, path or motion a section describes."""
 
 
 def validate(document: Mapping[str, Any]) -> tuple[Rig | None, list[Problem]]:
-    """Validate parsed TOML.
+    """Validate the parsed TOML of a rig: the rig, when there is no problem, and every problem."""
+    rig, problems = validated(Rig, document)
+    if problems:
+        # A problem inside a section keeps pydantic from asking which sections there are.
+        missing = missing_mirror_sections([name for name in MIRROR_SECTIONS if name in document])
+        if missing and not any(problem.place == WHOLE_FILE for problem in problems):
+            problems.append(Problem(place=WHOLE_FILE, value=None, expected=missing))
+    return rig, problems
+
+
+def validated(kind: type[Specified], document: Mapping[str, Any]) -> tuple[Specified | None, list[Problem]]:
+    """Validate parsed TOML against a specification.
 
     A section is looked at as a whole only when each of its values is good. So what is wrong is reported, taken out,
     and the rest is looked at again, until nothing is left to take out.
 
     Returns
     -------
-    rig : Rig or None
-        The rig, when there is no problem.
+    specified : Section or None
+        The rig (or what else is specified), when there is no problem.
     problems : list of Problem
         Every problem.
     """
@@ -50,52 +66,48 @@ def validate(document: Mapping[str, Any]) -> tuple[Rig | None, list[Problem]]:
     rest = document
     while True:
         try:
-            rig = Rig.model_validate(rest)
+            specified = kind.model_validate(rest)
         except ValidationError as error:
             details = [(_keys_in(rest, detail), detail) for detail in error.errors(include_url=False)]
         else:
             break
         for keys, detail in details:
             if not _follows_from(removed, keys, detail):
-                problems.setdefault((keys, detail["type"]), _problem(keys, detail, rest))
+                problems.setdefault((keys, detail["type"]), _problem(keys, detail, rest, kind))
         wrong = {_removable(keys) for keys, detail in details if _can_go(keys, detail, rest)}
         if not wrong - removed:
             break
         rest = _without(rest, wrong)
         removed |= wrong
-    if not problems:
-        return rig, []
-    # A problem inside a section keeps pydantic from asking which sections there are.
-    missing = missing_mirror_sections([name for name in MIRROR_SECTIONS if name in document])
-    if missing and not any(keys == () for keys, _ in problems):
-        problems[(), "missing"] = Problem(place="(whole file)", value=None, expected=missing)
-    return None, list(problems.values())
+    return (None if problems else specified), list(problems.values())
 
 
-def _problem(keys: Keys, detail: Any, document: Mapping[str, Any]) -> Problem:
-    place, value, kind = _dotted(keys), detail["input"], detail["type"]
-    if kind == "extra_forbidden":
-        return Problem(place=place, value=value, expected=_known_key(keys, document))
-    if kind == "too_long" or (kind == "missing" and isinstance(detail["loc"][-1], int)):
-        length = _nodes_at(keys, document)[0]["minItems"]
+def _problem(keys: Keys, detail: Any, document: Mapping[str, Any], kind: type[Section]) -> Problem:
+    place, value, error = _dotted(keys), detail["input"], detail["type"]
+    if error == "extra_forbidden":
+        return Problem(place=place, value=value, expected=_known_key(keys, document, kind))
+    if error == "too_long" or (error == "missing" and isinstance(detail["loc"][-1], int)):
+        length = _nodes_at(keys, document, kind)[0]["minItems"]
         return Problem(place=place, value=value, expected=f"a list of {length} numbers")
-    if kind == "missing":
+    if error == "missing":
         return Problem(place=place, value=None, expected="a value, but the key is missing")
-    if kind.startswith("union_tag"):
+    if error.startswith("union_tag"):
         tag = str(detail["ctx"]["discriminator"]).strip("'")
-        return Problem(place=_dotted((*keys, tag)), value=value.get(tag), expected=f"one of {_tags(keys, document)}")
-    expected = EXPECTATIONS.get(kind)
+        return Problem(
+            place=_dotted((*keys, tag)), value=value.get(tag), expected=f"one of {_tags(keys, document, kind)}"
+        )
+    expected = EXPECTATIONS.get(error)
     if expected is None:
         message = detail["msg"].removeprefix("Value error, ")
         expected = message.removeprefix("Input should be ").removeprefix("expected ")
-    if kind.startswith(("greater_than", "less_than")):
+    if error.startswith(("greater_than", "less_than")):
         expected = f"a number {expected}"
     return Problem(place=place, value=value, expected=expected)
 
 
 def _dotted(keys: Keys) -> str:
     steps = [f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys]
-    return "".join(steps).removeprefix(".") or "(whole file)"
+    return "".join(steps).removeprefix(".") or WHOLE_FILE
 
 
 def _keys_in(document: Mapping[str, Any], detail: Any) -> Keys:
@@ -147,8 +159,8 @@ def _without(document: Mapping[str, Any], places: set[Keys]) -> dict[str, Any]:
     return pruned
 
 
-def _known_key(keys: Keys, document: Mapping[str, Any]) -> str:
-    nodes = _nodes_at(keys[:-1], document)
+def _known_key(keys: Keys, document: Mapping[str, Any], kind: type[Section]) -> str:
+    nodes = _nodes_at(keys[:-1], document, kind)
     known = sorted({name for node in nodes for name in node.get("properties", {})})
     close = difflib.get_close_matches(str(keys[-1]), known, n=1, cutoff=0.7)
     if close:
@@ -156,14 +168,14 @@ def _known_key(keys: Keys, document: Mapping[str, Any]) -> str:
     return f"one of the known keys {', '.join(known)}"
 
 
-def _tags(keys: Keys, document: Mapping[str, Any]) -> str:
-    fields = [field for node in _nodes_at(keys, document) for field in node.get("properties", {}).values()]
+def _tags(keys: Keys, document: Mapping[str, Any], kind: type[Section]) -> str:
+    fields = [field for node in _nodes_at(keys, document, kind) for field in node.get("properties", {}).values()]
     return ", ".join(sorted(repr(field["const"]) for field in fields if "const" in field))
 
 
-def _nodes_at(keys: Keys, document: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _nodes_at(keys: Keys, document: Mapping[str, Any], kind: type[Section]) -> list[dict[str, Any]]:
     """Parts of the JSON schema that may describe a place in the file: several where a union's tag is wrong."""
-    schema = Rig.model_json_schema()
+    schema = kind.model_json_schema()
     nodes = [schema]
     here: Any = document
     for key in keys:
