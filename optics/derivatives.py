@@ -12,7 +12,7 @@ defined for a point on the port's axis nor for a centred dome; a traced ray is s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.arrays import FloatArray, check_points, opaque_vector, to_columns, to_rows
-from optics.backend import Array3f64, Float64, dr
+from optics.backend import Array3f64, Float64, UInt32, dr
 from optics.camera import camera_from_spec
 from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
 from optics.mirror import strike, unfold
@@ -93,6 +93,7 @@ def projection_jacobian(
     q1: ArrayLike = 0.0,
     q2: ArrayLike = 0.0,
     parameters: Sequence[str] | None = None,
+    offsets: Mapping[str, ArrayLike] | None = None,
 ) -> ProjectionJacobian:
     """Pixels of points through port and mirrors, with their first derivatives.
 
@@ -107,6 +108,9 @@ def projection_jacobian(
         mirrors.
     parameters : sequence of str, optional
         Among `parameter_names(rig)`; all of them by default.
+    offsets : mapping of str to float or array, shape (n,), optional
+        How far parameters other than the point and the joints are from the rig's, where pixels and derivatives are
+        taken; 0 by default.
 
     Notes
     -----
@@ -117,7 +121,8 @@ def projection_jacobian(
     joints = _joints(q1, q2, len(points))
     if not len(points):
         return ProjectionJacobian(pixels=np.empty((0, 2)), parameters=names, values=np.empty((0, 2, len(names))))
-    leaves = _leaves(rig, joints | dict(zip(POINT, points.T, strict=True)), len(points))
+    values = _offsets(rig, offsets, len(points)) | joints | dict(zip(POINT, points.T, strict=True))
+    leaves = _leaves(rig, values, len(points))
     return _differentiate(rig, leaves, names)
 
 
@@ -147,6 +152,7 @@ def ray_jacobian(
     q1: ArrayLike = 0.0,
     q2: ArrayLike = 0.0,
     parameters: Sequence[str] | None = None,
+    offsets: Mapping[str, ArrayLike] | None = None,
 ) -> RayJacobian:
     """Where rays from the pinhole go behind port and mirrors, with the first derivatives of their directions.
 
@@ -160,13 +166,15 @@ def ray_jacobian(
         Joint values, radians, as for `projection_jacobian`.
     parameters : sequence of str, optional
         Among those of `parameter_names(rig)` that are of the port and the mirrors; all of these by default.
+    offsets : mapping of str to float or array, shape (n,), optional
+        As for `projection_jacobian`.
     """
     in_air = check_points("directions_in_air", directions_in_air, 3)
     names = _chosen(parameters, _behind_the_lens(rig))
     joints = _joints(q1, q2, len(in_air))
     if not len(in_air):
         return RayJacobian(directions=np.empty((0, 3)), parameters=names, values=np.empty((0, 3, len(names))))
-    leaves = _leaves(rig, joints, len(in_air))
+    leaves = _leaves(rig, _offsets(rig, offsets, len(in_air)) | joints, len(in_air))
     camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
     inputs = [leaves[name] for name in names]
     dr.enable_grad(*inputs)
@@ -195,11 +203,23 @@ def _joints(q1: ArrayLike, q2: ArrayLike, count: int) -> dict[str, FloatArray]:
     return {name: _per_point(name, value, count) for name, value in (("q1", q1), ("q2", q2))}
 
 
+def _offsets(rig: Rig, offsets: Mapping[str, ArrayLike] | None, count: int) -> dict[str, FloatArray]:
+    known = tuple(name for name in parameter_names(rig) if name not in (*POINT, "q1", "q2"))
+    _chosen(tuple(offsets or ()), known)
+    return {name: _per_point(name, value, count) for name, value in (offsets or {}).items()}
+
+
 def _leaves(rig: Rig, values: dict[str, FloatArray], count: int) -> dict[str, Any]:
     """A number per lane for every parameter there is: the given ones, and nothing for what is an offset."""
-    names = {*parameter_names(rig), *POINT, "q1", "q2"}
-    zero = np.zeros(count)
-    return {name: Float64(np.ascontiguousarray(values.get(name, zero))) for name in names}
+    names = list(dict.fromkeys([*parameter_names(rig), *POINT, "q1", "q2"]))
+    # One table: a kernel with an input per parameter would be compiled for every alignment of each in memory.
+    table = np.zeros((len(names), count))
+    for row, name in enumerate(names):
+        table[row] = values.get(name, 0.0)
+    whole, lane, step = Float64(table.ravel()), dr.arange(UInt32, count), dr.opaque(UInt32, count)
+    leaves = {name: dr.gather(Float64, whole, lane + row * step) for row, name in enumerate(names)}
+    dr.eval(leaves)
+    return leaves
 
 
 def _per_point(name: str, value: ArrayLike, count: int) -> FloatArray:
