@@ -7,12 +7,11 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from cv2.typing import MatLike
 from numpy.typing import NDArray
 
 from tracking.perception.colour import RED_BALL, DetectorSettings, Mask, colour_mask
 from tracking.records import Detection, Spot
-
-NEIGHBOURS = 8
 
 
 def detect(crop: NDArray[np.uint8], settings: DetectorSettings = RED_BALL) -> Detection:
@@ -40,40 +39,47 @@ def weighted_centroid(spots: Sequence[Spot]) -> tuple[float, float] | None:
 def find_spots(mask: Mask, settings: DetectorSettings = RED_BALL) -> tuple[Spot, ...]:
     """Clusters of a mask (uint8, shape (height, width)) that pass the filters of the settings, the largest first.
 
-    A cluster is what holds together over edges and corners of pixels. Its area and centroid are those of its pixels,
-    its circularity that of its outer contour.
+    A cluster is what one outer contour encloses, over edges and corners of pixels. Its area and centroid are those of
+    its pixels, without holes; its circularity is that of the contour.
     """
-    count, labels, boxes, centroids = cv2.connectedComponentsWithStats(mask, connectivity=NEIGHBOURS)
-    if count == 1:
-        return ()
-    area = boxes[1:, cv2.CC_STAT_AREA]
-    sides = boxes[1:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
-    passing = (area >= settings.area_min_px) & (sides.max(axis=1) <= settings.aspect_max * sides.min(axis=1))
-    found = []
-    for label in (np.flatnonzero(passing) + 1).tolist():
-        x, y, width, height, size = boxes[label].tolist()
-        roundness = circularity((labels[y : y + height, x : x + width] == label).astype(np.uint8))
-        if roundness >= settings.circularity_min:
-            centre = centroids[label].tolist()
-            found.append(
-                Spot(
-                    area_px=float(size),
-                    centroid_px=(centre[0], centre[1]),
-                    box_px=(x, y, width, height),
-                    circularity=roundness,
-                )
-            )
-    return tuple(sorted(found, key=lambda spot: (-spot.area_px, spot.box_px)))
+    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    spots = []
+    for contour in contours:
+        x, y, width, height = cv2.boundingRect(contour)
+        # Its box is the most that it can fill, and costs next to nothing to find.
+        if width * height < settings.area_min_px:
+            continue
+        if max(width, height) > settings.aspect_max * min(width, height):
+            continue
+        roundness = circularity(contour)
+        if roundness < settings.circularity_min:
+            continue
+        box = (x, y, width, height)
+        area, centroid = _area_and_centroid(mask, contour, box)
+        if area >= settings.area_min_px:
+            spots.append(Spot(area_px=area, centroid_px=centroid, box_px=box, circularity=roundness))
+    return tuple(sorted(spots, key=lambda spot: (-spot.area_px, spot.box_px)))
 
 
-def circularity(cluster: Mask) -> float:
-    """4 pi area / perimeter^2 of the outer contour of one cluster, a mask that it touches all four sides of.
+def circularity(contour: MatLike) -> float:
+    """4 pi area / perimeter^2 of an outer contour as OpenCV finds it, shape (n, 1, 2).
 
-    OpenCV's contour runs through the middles of the outermost pixels. It is grown by half a pixel to go around them
-    (Steiner: the area by half the perimeter and pi / 4, the perimeter by pi), which matters for small clusters.
+    It runs through the middles of the outermost pixels, so it is grown by half a pixel to go around them (Steiner: the
+    area by half the perimeter and pi / 4, the perimeter by pi); small clusters would else be lines and points.
     """
-    contours, _ = cv2.findContours(cluster, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    contour = contours[0]
     perimeter = cv2.arcLength(contour, closed=True)
     area = cv2.contourArea(contour) + perimeter / 2 + math.pi / 4
     return float(4 * math.pi * area / (perimeter + math.pi) ** 2)
+
+
+def _area_and_centroid(
+    mask: Mask, contour: MatLike, box: tuple[int, int, int, int]
+) -> tuple[float, tuple[float, float]]:
+    """Number and mean place of the mask's pixels within a contour."""
+    x, y, width, height = box
+    within = np.zeros((height, width), dtype=np.uint8)
+    cv2.drawContours(within, [contour], 0, 1, cv2.FILLED, offset=(-x, -y))
+    cv2.bitwise_and(within, mask[y : y + height, x : x + width], dst=within)
+    moments = cv2.moments(within, binaryImage=True)
+    area = moments["m00"]
+    return area, (x + moments["m10"] / area, y + moments["m01"] / area)
