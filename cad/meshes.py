@@ -31,6 +31,10 @@ SERVO_WITHOUT_SHAPE: IncEx = {
     "travel_deg",
     "deadband_us",
     "pulse_us",
+    "pulse_period_ms",
+    "latency_ms",
+    "backlash_deg",
+    "jitter_us",
 }
 WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "name": True,

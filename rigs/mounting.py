@@ -45,7 +45,12 @@ class Joints(Section):
 
 
 class Servo(Section):
-    """A position servo; size is length x width x height with the shaft along the height."""
+    """A position servo; size is length x width x height with the shaft along the height.
+
+    How it moves: `deadband_us` is the change of pulse that it ignores at rest, `pulse_period_ms` the time from pulse to
+    pulse, `latency_ms` the time from a pulse to the motor's answer, `backlash_deg` the whole play between motor and
+    horn, `jitter_us` the largest error of a pulse's width.
+    """
 
     name: str
     travel_deg: Positive
@@ -56,11 +61,24 @@ class Servo(Section):
     mass_g: Positive
     deadband_us: NotNegative
     pulse_us: tuple[Positive, Positive]
+    pulse_period_ms: Positive = 20.0
+    latency_ms: NotNegative = 5.0
+    backlash_deg: NotNegative = 0.5
+    jitter_us: NotNegative = 0.2
 
     @model_validator(mode="after")
     def _pulses_are_ordered(self) -> Self:
         if self.pulse_us[0] >= self.pulse_us[1]:
             raise ValueError(f"expected pulse_us as shortest and longest, got {list(self.pulse_us)}")
+        return self
+
+    @model_validator(mode="after")
+    def _pulses_fit_their_period(self) -> Self:
+        if self.pulse_us[1] >= 1000 * self.pulse_period_ms:
+            raise ValueError(
+                f"expected a pulse_period_ms longer than the longest pulse of {self.pulse_us[1]:g} us, "
+                f"got {self.pulse_period_ms:g} ms"
+            )
         return self
 
 

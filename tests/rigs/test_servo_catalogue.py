@@ -36,3 +36,19 @@ def test_the_papers_servo_differs_only_in_speed():
 def test_a_rig_that_names_a_servo_gets_its_numbers():
     assert Rig.load("aqua2").servos.pan.speed_deg_per_s == 60
     assert Rig.load("bluerov2").servos.pan.speed_deg_per_s == 300
+
+
+@pytest.mark.parametrize("name", sorted(SERVO_CATALOGUE))
+def test_every_entry_says_how_the_servo_moves(name):
+    """50 pulses a second; jitter below 200 ns by the Maestro's guide; latency and play nominal."""
+    servo = SERVO_CATALOGUE[name]
+    assert servo["pulse_period_ms"] == 1000 / 50
+    assert servo["jitter_us"] == 0.2
+    assert {"latency_ms", "backlash_deg"} <= servo.keys()
+
+
+def test_pulses_must_fit_their_period():
+    with pytest.raises(
+        ValueError, match="expected a pulse_period_ms longer than the longest pulse of 2250 us, got 2 ms"
+    ):
+        Servo.model_validate(servo_numbers("hs5086wp") | {"pulse_period_ms": 2.0})

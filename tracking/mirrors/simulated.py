@@ -1,0 +1,85 @@
+"""A gaze mirror on simulated servos: what they are told, where they are, and where a driver believes them to be."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rigs import Rig
+from tracking.mirrors.belief import JOINTS, JointBelief, jointed_servos
+from tracking.protocols import FloatArray, MirrorReport
+from tracking.servos import ServoBehaviour, ServoPlant
+
+
+class SimulatedMirrors:
+    """Mirror driver over two servo plants, which it does not look at: hobby servos report nothing.
+
+    A frame goes like this: `true_q` at the times that its exposure needs, in order; `report`; `command`, not before
+    the last `true_q`, because no command can come before the picture that it answers to was exposed.
+
+    Parameters
+    ----------
+    plants : pair of ServoPlant
+        Pan and tilt.
+    belief : JointBelief
+    """
+
+    def __init__(self, plants: tuple[ServoPlant, ServoPlant], belief: JointBelief):
+        self._plants = plants
+        self._belief = belief
+
+    @classmethod
+    def from_rig(cls, rig: Rig, seed: int = 0, *, believed_latency_s: float = 0.0) -> Self:
+        """Servos as the rig file has them.
+
+        Where they stand at power-on, where the pulses fall on the loop's clock, and the pulses' jitter come from the
+        seed. Nobody knows them: the belief starts at q = 0.
+
+        Parameters
+        ----------
+        rig : Rig
+            With mirrors; `ValueError` otherwise.
+        seed : int
+        believed_latency_s : float
+            What the driver takes the servos' delay to be.
+        """
+        servos = jointed_servos(rig)
+        rng = np.random.default_rng(seed)
+        # Both channels of a controller are pulsed by one clock.
+        clock = rng.uniform()
+        plants = []
+        for servo, joint in servos:
+            phase_s = clock * servo.pulse_period_ms / 1000
+            behaviour = ServoBehaviour.of(servo, joint, pulse_phase_s=phase_s)
+            angle = float(rng.uniform(*behaviour.travel))
+            plants.append(ServoPlant(behaviour, angle=angle, seed=int(rng.integers(2**32))))
+        return cls((plants[0], plants[1]), JointBelief(rig, latency_s=believed_latency_s))
+
+    def command(self, q: ArrayLike, time_s: float) -> None:
+        """Ask for pan and tilt, radians, shape (2,); `ValueError` beyond the limits or before the last `true_q`."""
+        self._belief.command(q, time_s)
+        for plant, angle in zip(self._plants, np.asarray(q, dtype=np.float64), strict=True):
+            plant.command(float(angle), time_s)
+
+    def report(self, time_s: float) -> MirrorReport:
+        """Where the driver believes the joints to be: by their speed alone."""
+        return self._belief.report(time_s)
+
+    def true_q(self, time_s: float) -> FloatArray:
+        """Where the joints are, radians, shape (2,), at a time that is not before the last one asked for."""
+        for plant in self._plants:
+            plant.advance(time_s)
+        return np.array([plant.angle for plant in self._plants])
+
+    def snapshot(self) -> dict[str, Any]:
+        """Everything that `restore` needs to go on with the same bytes, for JSON."""
+        plants = {name: plant.snapshot() for name, plant in zip(JOINTS, self._plants, strict=True)}
+        return {"plants": plants, "belief": self._belief.snapshot()}
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go back to where `snapshot` was taken, by mirrors of the same rig and seed."""
+        for name, plant in zip(JOINTS, self._plants, strict=True):
+            plant.restore(snapshot["plants"][name])
+        self._belief.restore(snapshot["belief"])
