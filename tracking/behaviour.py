@@ -1,0 +1,94 @@
+"""The behaviour of figure 12 as a state machine: check, scan, track, predict, and scan again.
+
+    CHECK    --- its time is over ----------------------------> SCAN
+    SCAN     --- seen in `confirm_frames` pictures -----------> TRACK
+    TRACK    --- not seen ------------------------------------> PREDICT
+    PREDICT  --- seen ----------------------------------------> TRACK
+    PREDICT  --- not seen for more than `predict_frames` -----> SCAN
+
+While scanning, a target that was seen but not yet often enough is a candidate: it is already followed, and a picture
+without it takes one of its pictures away again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from tracking.records import Mode
+
+
+@dataclass(frozen=True, kw_only=True)
+class BehaviourSettings:
+    """When the mode changes.
+
+    Attributes
+    ----------
+    check_s : float
+        Duration of the functional check, seconds; 0 leaves it out. The paper's takes the first 30 s.
+    confirm_frames : int
+        Pictures that a target must be seen in before it is tracked; the paper's first is enough.
+    predict_frames : int
+        Pictures that a lost target is looked for where it is predicted; the paper's 30.
+    """
+
+    check_s: float = 30.0
+    confirm_frames: int = 1
+    predict_frames: int = 30
+
+    def __post_init__(self) -> None:
+        problems = []
+        if not (math.isfinite(self.check_s) and self.check_s >= 0):
+            problems.append(f"expected check_s of at least 0 s, got {self.check_s}")
+        if self.confirm_frames < 1:
+            problems.append(f"expected confirm_frames of at least 1, got {self.confirm_frames}")
+        if self.predict_frames < 0:
+            problems.append(f"expected predict_frames of at least 0, got {self.predict_frames}")
+        if problems:
+            raise ValueError("; ".join(problems))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BehaviourState:
+    """Mode and what decides the next one.
+
+    Attributes
+    ----------
+    mode : Mode
+    hits : int
+        While scanning: in how many pictures a candidate was seen, less those it was missed in.
+    missed : int
+        While predicting: pictures since the target was seen.
+    """
+
+    mode: Mode = Mode.CHECK
+    hits: int = 0
+    missed: int = 0
+
+
+def next_state(state: BehaviourState, settings: BehaviourSettings, *, elapsed_s: float, found: bool) -> BehaviourState:
+    """State in which the command after one more picture is decided.
+
+    Parameters
+    ----------
+    state : BehaviourState
+        After the picture before.
+    settings : BehaviourSettings
+    elapsed_s : float
+        Since the first picture.
+    found : bool
+        Whether the target is seen in this picture. The functional check does not look.
+    """
+    if state.mode is Mode.CHECK:
+        if elapsed_s < settings.check_s:
+            return state
+        state = BehaviourState(mode=Mode.SCAN)
+    if state.mode is Mode.SCAN:
+        hits = state.hits + 1 if found else max(state.hits - 1, 0)
+        return BehaviourState(mode=Mode.TRACK) if hits >= settings.confirm_frames else replace(state, hits=hits)
+    if found:
+        return BehaviourState(mode=Mode.TRACK)
+    missed = state.missed + 1
+    if missed > settings.predict_frames:
+        return BehaviourState(mode=Mode.SCAN)
+    return BehaviourState(mode=Mode.PREDICT, missed=missed)

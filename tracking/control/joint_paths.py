@@ -1,0 +1,113 @@
+"""Paths of the joints: the functional check, the scan of everything within reach, the search around a place."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from optics.gaze_motion import JointSpeeds, move_time
+from tracking.estimation.gimbal import Gimbal
+from tracking.protocols import FloatArray
+
+STEEPEST = 0.25
+"""Least |cos 2t| that a search widens its steps of pan for; nearer to the zenith tilt alone covers the view."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointPath:
+    """Straight lines in joint space, each as fast as the slower joint allows.
+
+    Attributes
+    ----------
+    q : array, shape (n, 2)
+        Radians.
+    time_s : array, shape (n,)
+        From the beginning; each later than the one before.
+    """
+
+    q: FloatArray
+    time_s: FloatArray
+
+    @classmethod
+    def through(cls, q: ArrayLike, speeds: JointSpeeds) -> JointPath:
+        """Path through joint values, shape (n, 2), at given speeds; those that repeat are dropped."""
+        points = np.asarray(q, dtype=np.float64)
+        times = move_time(speeds, points[:-1], points[1:])
+        moved = np.concatenate([[True], times > 0])
+        return cls(q=points[moved], time_s=np.concatenate([[0.0], np.cumsum(times[times > 0])]))
+
+    @property
+    def duration_s(self) -> float:
+        """From end to end."""
+        return float(self.time_s[-1])
+
+    def at(self, time_s: float) -> FloatArray:
+        """Joint values at a time from the beginning, shape (2,); the ends before and after."""
+        return np.array([np.interp(time_s, self.time_s, joint) for joint in self.q.T])
+
+    def nearest(self, speeds: JointSpeeds, q: FloatArray) -> float:
+        """Time of the corner of the path that is reached first from `q`."""
+        return float(self.time_s[int(np.argmin(move_time(speeds, q, self.q)))])
+
+
+def check_path(gimbal: Gimbal, duration_s: float) -> JointPath:
+    """Functional check: each joint from its middle over its whole range and back, in a given time above 0."""
+    steps = np.array([(0, 0), (-1, 0), (1, 0), (0, 0), (0, -1), (0, 1), (0, 0)])
+    half = (gimbal.highest - gimbal.lowest) / 2
+    path = JointPath.through(gimbal.middle + steps * half, JointSpeeds(pan=1.0, tilt=1.0))
+    return JointPath(q=path.q, time_s=path.time_s * duration_s / path.duration_s)
+
+
+def raster_path(gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray) -> JointPath:
+    """Scan of all that is within reach, in strips that are at most a step apart.
+
+    Strips run along one joint from end to end and back on the next one; which joint, is whichever is sooner done. Where
+    both servos are alike that is tilt, which turns the gaze twice as fast.
+
+    Parameters
+    ----------
+    gimbal : Gimbal
+    speeds : JointSpeeds
+    step : array, shape (2,)
+        Of the gaze across crop-right and crop-up, radians. A step of pan is largest at the horizon: it holds
+        everywhere.
+    """
+    rasters = [_strips(gimbal, across, float(step[across]) / (1, 2)[across]) for across in (0, 1)]
+    return min((JointPath.through(raster, speeds) for raster in rasters), key=lambda path: path.duration_s)
+
+
+def outward_path(gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray, centre: FloatArray, rings: int) -> JointPath:
+    """Search around joint values, in rectangles that grow by a step each time round, as far as the limits let it.
+
+    Parameters
+    ----------
+    gimbal, speeds, step
+        As for `raster_path`.
+    centre : array, shape (2,)
+        Where the search begins, radians.
+    rings : int
+        How many times round.
+    """
+    corners = [(0, 0)]
+    for ring in range(1, rings + 1):
+        corners += [(ring, 1 - ring), (ring, ring), (-ring, ring), (-ring, -ring)]
+    corners.append((rings, -rings))
+    _, tilt = gimbal.angles(centre)
+    in_joints = step / [max(abs(math.cos(2 * tilt)), STEEPEST), 2.0]
+    path = np.clip(centre + np.array(corners) * in_joints, gimbal.lowest, gimbal.highest)
+    return JointPath.through(path, speeds)
+
+
+def _strips(gimbal: Gimbal, across: int, step: float) -> FloatArray:
+    """Corners of strips that run along one joint and follow each other across the other, shape (n, 2)."""
+    span = float(gimbal.highest[across] - gimbal.lowest[across])
+    count = max(math.ceil(span / step), 1)
+    middles = gimbal.lowest[across] + (np.arange(count) + 0.5) * span / count
+    points = np.empty((count, 2, 2))
+    points[..., across] = middles[:, np.newaxis]
+    ends = np.array([gimbal.lowest[1 - across], gimbal.highest[1 - across]])
+    points[..., 1 - across] = [ends if index % 2 == 0 else ends[::-1] for index in range(count)]
+    return points.reshape(-1, 2)

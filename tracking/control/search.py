@@ -1,0 +1,67 @@
+"""Where to look while there is no target: around where one was lost, then everywhere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from optics.gaze_motion import JointSpeeds
+from tracking.control.joint_paths import JointPath, outward_path, raster_path
+from tracking.estimation.gimbal import Gimbal
+from tracking.protocols import FloatArray
+
+RINGS = 2
+"""Of a search around a place: what moves at 20 degrees/s leaves them in the time that they take."""
+
+
+class Search:
+    """A raster of everything within reach, to and fro, and before it a search around a place if there is one.
+
+    Parameters
+    ----------
+    gimbal : Gimbal
+    speeds : JointSpeeds
+        At which to search; the servos' or less.
+    step : array, shape (2,)
+        Of the gaze between strips across crop-right and crop-up, radians.
+    longest_s : float
+        Most that the search goes on from one picture to the next, so that lost pictures leave no gap.
+    """
+
+    def __init__(self, gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray, longest_s: float):
+        self._gimbal, self._speeds, self._step, self._longest_s = gimbal, speeds, step, longest_s
+        self._raster = raster_path(gimbal, speeds, step)
+        self._around: JointPath | None = None
+        self._centre: FloatArray | None = None
+        self._time_s = 0.0
+
+    def begin(self, q: FloatArray, centre: FloatArray | None = None) -> None:
+        """Search from joint values `q` on: the raster from its corner next to them, or outwards from `centre`."""
+        self._centre = centre
+        self._around = None if centre is None else self._around_path(centre)
+        self._time_s = self._raster.nearest(self._speeds, q) if centre is None else 0.0
+
+    def advance(self, seconds: float) -> FloatArray:
+        """Joint values to ask for, shape (2,), so much later."""
+        self._time_s += min(seconds, self._longest_s)
+        if self._around is not None:
+            if self._time_s <= self._around.duration_s:
+                return self._around.at(self._time_s)
+            self.begin(self._around.q[-1])
+        there_and_back = 2 * self._raster.duration_s
+        self._time_s %= there_and_back
+        return self._raster.at(min(self._time_s, there_and_back - self._time_s))
+
+    def snapshot(self) -> dict[str, Any]:
+        """State as plain numbers."""
+        return {"time_s": self._time_s, "centre": None if self._centre is None else self._centre.tolist()}
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from a snapshot."""
+        self._time_s = snapshot["time_s"]
+        self._centre = None if snapshot["centre"] is None else np.array(snapshot["centre"])
+        self._around = None if self._centre is None else self._around_path(self._centre)
+
+    def _around_path(self, centre: FloatArray) -> JointPath:
+        return outward_path(self._gimbal, self._speeds, self._step, centre, RINGS)

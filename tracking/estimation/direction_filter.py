@@ -1,0 +1,152 @@
+"""The target's direction in the body frame, at a constant rate: the default's filter.
+
+In the picture a target moves when the mirror turns. Among the directions of the body it does not: the mirror's own turn
+is taken out of each measurement, exactly, by `SightLines`, and what is left is the target's (and the vehicle's) motion.
+
+The state is the direction and its rate, three columns of eqs. 8 and 9 with one covariance, since noise has no preferred
+direction: the model ``A = [1 dt; 0 1]`` of a white acceleration (Bar-Shalom, Li & Kirubarajan, Estimation with
+Applications to Tracking and Navigation, 2001, section 6.2.2). Only what lies across the direction means anything; the
+prediction runs along the great circle, which is what a straight line of the columns would be on the sphere, and the
+correction is brought back to it. There is no pole anywhere, at the zenith neither.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tracking.estimation.kalman import Estimate, predict, update
+from tracking.protocols import FloatArray
+
+OBSERVED = np.array([[1.0, 0.0]])
+"""H: the direction is measured, the rate is not."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionNoise:
+    """What the filter expects of target and measurement.
+
+    Attributes
+    ----------
+    measurement_deg : float
+        Standard deviation of a measured direction on each axis: centroid, joint values and distance together.
+    acceleration_deg : float
+        Root of the spectral density of the target's angular acceleration, degrees/s^1.5: the rate changes by so much
+        within a second. 20 is a diver at 2 m who turns round at half a knot.
+    first_rate_deg_per_s : float
+        Standard deviation of the rate of a target just found.
+    """
+
+    measurement_deg: float = 0.5
+    acceleration_deg: float = 20.0
+    first_rate_deg_per_s: float = 20.0
+
+    def __post_init__(self) -> None:
+        for name in ("measurement_deg", "acceleration_deg", "first_rate_deg_per_s"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise ValueError(f"expected {name} above 0, got {getattr(self, name)}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bearing:
+    """Where the target is believed to be, seen from the centre of M2, and how it moves.
+
+    Attributes
+    ----------
+    direction : array, shape (3,)
+        Unit vector, body frame.
+    rate : array, shape (3,)
+        Of the direction, across it, rad/s.
+    """
+
+    direction: FloatArray
+    rate: FloatArray
+
+    def after(self, seconds: float) -> Bearing:
+        """The same target later, along its great circle."""
+        speed = math.sqrt(self.rate @ self.rate)
+        if speed == 0:
+            return self
+        turn, along = speed * seconds, self.rate / speed
+        cosine, sine = math.cos(turn), math.sin(turn)
+        return Bearing(
+            direction=cosine * self.direction + sine * along, rate=speed * (cosine * along - sine * self.direction)
+        )
+
+
+class DirectionFilter:
+    """Where the target is among directions; without a bearing before the first measurement."""
+
+    def __init__(self, noise: DirectionNoise):
+        self._measurement = np.array([[math.radians(noise.measurement_deg) ** 2]])
+        self._acceleration = math.radians(noise.acceleration_deg) ** 2
+        self._first = np.diag([math.radians(noise.measurement_deg), math.radians(noise.first_rate_deg_per_s)]) ** 2
+        self._estimate: Estimate | None = None
+        self._time_s = math.nan
+
+    @property
+    def bearing(self) -> Bearing | None:
+        """At the time of the last prediction or measurement; None before the first measurement."""
+        return (
+            None if self._estimate is None else Bearing(direction=self._estimate.mean[0], rate=self._estimate.mean[1])
+        )
+
+    def predict(self, time_s: float) -> None:
+        """Go on to a later time, seconds."""
+        if self._estimate is not None:
+            step = time_s - self._time_s
+            bearing = Bearing(direction=self._estimate.mean[0], rate=self._estimate.mean[1]).after(step)
+            process = self._acceleration * np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]])
+            predicted = predict(self._estimate, [[1.0, step], [0.0, 1.0]], process)
+            self._estimate = Estimate(mean=np.array([bearing.direction, bearing.rate]), covariance=predicted.covariance)
+        self._time_s = time_s
+
+    def update(self, direction: ArrayLike) -> float:
+        """Take in a measured direction, a unit vector of shape (3,), at the time of the last prediction.
+
+        Returns
+        -------
+        innovation_squared : float
+            Chi-square distributed with two degrees of freedom while the model holds; 0 for the first.
+        """
+        measured = np.asarray(direction, dtype=np.float64)
+        if self._estimate is None:
+            self._estimate = Estimate(mean=np.array([measured, np.zeros(3)]), covariance=self._first)
+            return 0.0
+        correction = update(self._estimate, measured[np.newaxis], OBSERVED, self._measurement)
+        self._estimate = Estimate(
+            mean=_on_the_sphere(correction.estimate.mean), covariance=correction.estimate.covariance
+        )
+        return correction.innovation_squared
+
+    def forget(self) -> None:
+        """Start again without a bearing."""
+        self._estimate = None
+
+    def snapshot(self) -> dict[str, Any]:
+        """State as plain numbers."""
+        known = self._estimate
+        return {
+            "time_s": None if math.isnan(self._time_s) else self._time_s,
+            "mean": None if known is None else known.mean.tolist(),
+            "covariance": None if known is None else known.covariance.tolist(),
+        }
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from a snapshot."""
+        self._time_s = math.nan if snapshot["time_s"] is None else snapshot["time_s"]
+        self._estimate = (
+            None
+            if snapshot["mean"] is None
+            else Estimate(mean=np.array(snapshot["mean"]), covariance=np.array(snapshot["covariance"]))
+        )
+
+
+def _on_the_sphere(mean: FloatArray) -> FloatArray:
+    """Unit direction, and the part of the rate across it."""
+    direction = mean[0] / math.sqrt(mean[0] @ mean[0])
+    return np.array([direction, mean[1] - (mean[1] @ direction) * direction])

@@ -1,0 +1,85 @@
+"""Gaze kinematics of one pose in plain numbers: what `optics.gaze` says of arrays, at a hundredth of the time.
+
+With pan P and tilt t in the gimbal's frame the normal of M2 is ``(cos E cos P, cos E sin P, sin E)`` with
+E = 45 degrees + t, and the gaze ``(cos 2t cos P, cos 2t sin P, sin 2t)`` (eq. 5 of the paper).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
+from tracking.protocols import FloatArray
+
+
+class Gimbal:
+    """The two joints of a rig.
+
+    Attributes
+    ----------
+    lowest, highest : array, shape (2,)
+        Limits of pan and tilt as joint values, radians.
+    """
+
+    def __init__(self, layout: Layout):
+        self._body_from_gimbal = layout.body_from_gimbal.rotation.as_matrix()
+        self._joints = (layout.pan, layout.tilt)
+        self._upright = float(layout.fold_direction[1])
+        self._offsets = tuple(math.radians(joint.offset_deg) for joint in self._joints)
+        self.lowest: FloatArray = np.radians([joint.min_deg for joint in self._joints])
+        self.highest: FloatArray = np.radians([joint.max_deg for joint in self._joints])
+
+    @property
+    def middle(self) -> FloatArray:
+        """Joint values in the middle of both ranges, radians, shape (2,)."""
+        return np.asarray((self.lowest + self.highest) / 2)
+
+    @property
+    def signs(self) -> FloatArray:
+        """1 where a growing joint value turns a gaze ahead to the body's left (pan) or upwards (tilt), else -1."""
+        # The gimbal of a fold up stands on its head.
+        return np.array([self._upright * joint.sign for joint in self._joints])
+
+    def angles(self, q: ArrayLike) -> tuple[float, float]:
+        """Pan and tilt in the gimbal's frame, radians."""
+        q1, q2 = np.asarray(q, dtype=np.float64).tolist()
+        return self._angle(0, q1), self._angle(1, q2)
+
+    def joint_values(self, pan: float, tilt: float) -> FloatArray:
+        """Joint values of pan and tilt, shape (2,), radians; limits are not asked."""
+        return np.array([self._value(0, pan), self._value(1, tilt)])
+
+    def limits(self, joint: int) -> tuple[float, float]:
+        """Lowest and highest angle of pan (0) or tilt (1) in the gimbal's frame, radians."""
+        ends = (self._angle(joint, float(self.lowest[joint])), self._angle(joint, float(self.highest[joint])))
+        return min(ends), max(ends)
+
+    def normal(self, q: ArrayLike) -> FloatArray:
+        """Normal of M2, body frame, shape (3,)."""
+        pan, tilt = self.angles(q)
+        return np.asarray(self._body_from_gimbal @ _spherical(pan, FACE_ELEVATION_AT_ZERO + tilt))
+
+    def gaze(self, q: ArrayLike) -> FloatArray:
+        """Direction of the optical axis, body frame, shape (3,)."""
+        pan, tilt = self.angles(q)
+        return np.asarray(self._body_from_gimbal @ _spherical(pan, 2 * tilt))
+
+    def in_gimbal(self, direction: ArrayLike) -> FloatArray:
+        """Components in the gimbal's frame of a direction of the body frame, shape (3,)."""
+        return np.asarray(np.asarray(direction, dtype=np.float64) @ self._body_from_gimbal)
+
+    def _angle(self, joint: int, value: float) -> float:
+        sign: float = self._joints[joint].sign
+        return sign * value + self._offsets[joint]
+
+    def _value(self, joint: int, angle: float) -> float:
+        sign: float = self._joints[joint].sign
+        return sign * (angle - self._offsets[joint])
+
+
+def _spherical(azimuth: float, elevation: float) -> FloatArray:
+    level = math.cos(elevation)
+    return np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
