@@ -76,8 +76,16 @@ def cause_of_loss(
         return Cause.NOT_IN_VIEW
     if full_px < smallest_px:
         return Cause.TOO_SMALL
-    if visible_px < smallest_px:
-        return _hider(full_px - hull_px - mount_px - visible_px, hull_px, mount_px, at_speed_limit=at_speed_limit)
+    if visible_px < max(smallest_px, 1.0):
+        outside = Cause.SLEWING if at_speed_limit else Cause.NOT_IN_VIEW
+        # Of equals the first on the light's way to the camera. One that is mostly seen nothing has taken.
+        parts = (
+            (hull_px, Cause.HIDDEN_BY_HULL),
+            (full_px - hull_px - mount_px - visible_px, outside),
+            (mount_px, Cause.HIDDEN_BY_MOUNT),
+            (visible_px, Cause.TOO_SMALL),
+        )
+        return max(parts, key=lambda part: part[0])[1]
     diameter_px = 2 * np.sqrt(full_px / np.pi)
     in_the_picture = (
         (smear_px > diameter_px, Cause.SLEWING),
@@ -109,10 +117,3 @@ def blown_and_dark(pixels: NDArray[np.uint8], *, value_min: float) -> tuple[floa
     saturated = (pixels >= CLIPPED).sum(axis=1) >= 2
     dark = pixels.max(axis=1) < value_min
     return float(saturated.mean()), float(dark.mean())
-
-
-def _hider(outside_px: float, hull_px: float, mount_px: float, *, at_speed_limit: bool) -> Cause:
-    """What took most of a target that is hardly seen; of equals, the first on the light's way to the camera."""
-    outside = Cause.SLEWING if at_speed_limit else Cause.NOT_IN_VIEW
-    taken = ((hull_px, Cause.HIDDEN_BY_HULL), (outside_px, outside), (mount_px, Cause.HIDDEN_BY_MOUNT))
-    return max(taken, key=lambda entry: entry[0])[1]
