@@ -1,0 +1,107 @@
+"""The journal of a dive that is being made: what is finished so far, and where everything stood when it was.
+
+A segment is finished when its snapshot is there, which is written last. A dive that was stopped anywhere goes on from
+its last finished segment, and whatever was left half-written behind it is written again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+SEGMENT_FRAMES = 60
+"""Fixed: the files must not depend on where a dive was stopped."""
+
+FOLDER = "journal"
+IDENTITY = "identity"
+
+
+class Journal:
+    """Journal in a dive's folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the dive.
+    identity : str
+        What the dive is made from: a journal of another dive is not gone on with.
+
+    Raises
+    ------
+    ValueError
+        When the folder holds the journal of another dive.
+    """
+
+    def __init__(self, folder: Path, identity: str):
+        self.folder = folder / FOLDER
+        self.folder.mkdir(parents=True, exist_ok=True)
+        marker = self.folder / IDENTITY
+        if not marker.is_file():
+            write_beside(marker, identity.encode())
+        elif marker.read_text(encoding="utf-8") != identity:
+            raise ValueError(f"{folder}: expected the same dive as before, to go on with it, or a new folder")
+        self.finished = 0
+        while self._snapshot_path(self.finished).is_file():
+            self.finished += 1
+
+    @property
+    def frames(self) -> int:
+        """Pictures in finished segments, if the dive is long enough to fill them."""
+        return self.finished * SEGMENT_FRAMES
+
+    def snapshot(self) -> dict[str, Any] | None:
+        """State behind the last finished segment; None before the first."""
+        if not self.finished:
+            return None
+        state: dict[str, Any] = json.loads(self._snapshot_path(self.finished - 1).read_text(encoding="utf-8"))
+        return state
+
+    def path(self, segment: int, name: str) -> Path:
+        """File of a segment."""
+        return self.folder / f"{segment:06d}.{name}"
+
+    def paths(self, name: str) -> list[Path]:
+        """Files of all finished segments, those that were asked for."""
+        return [path for path in (self.path(k, name) for k in range(self.finished)) if path.is_file()]
+
+    def finish(self, segment: int, snapshot: str, names: list[str]) -> None:
+        """Make a segment count: its files are on the disk, and its snapshot (JSON) is put beside them."""
+        for name in names:
+            flush_to_disk(self.path(segment, name))
+        write_beside(self._snapshot_path(segment), snapshot.encode())
+        self.finished = segment + 1
+
+    def remove(self) -> None:
+        """Take the journal away, when its dive is finished."""
+        shutil.rmtree(self.folder)
+
+    def _snapshot_path(self, segment: int) -> Path:
+        return self.path(segment, "snapshot.json")
+
+
+def write_beside(path: Path, content: bytes) -> None:
+    """Write a file beside its place, and put it there when it is whole and on the disk."""
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        partial.write_bytes(content)
+        put_in_place(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def put_in_place(partial: Path, path: Path) -> None:
+    """Rename a file that was written beside its place."""
+    flush_to_disk(partial)
+    partial.replace(path)
+
+
+def flush_to_disk(path: Path) -> None:
+    """Wait until a file's content is on the disk; a full one says so here at the latest."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
