@@ -7,7 +7,8 @@
     PREDICT  --- not seen for more than `predict_frames` -----> SCAN
 
 While scanning, a target that was seen but not yet often enough is a candidate: it is already followed, and a picture
-without it takes one of its pictures away again.
+without it takes one of its pictures away again. While predicting, a picture that does not show the place where the
+target is expected, because the mirror is still on its way there, says nothing; so many do not count.
 """
 
 from __future__ import annotations
@@ -30,11 +31,14 @@ class BehaviourSettings:
         Pictures that a target must be seen in before it is tracked; the paper's first is enough.
     predict_frames : int
         Pictures that a lost target is looked for where it is predicted; the paper's 30.
+    unseen_frames : int
+        Pictures that do not count, because the place where it is predicted is not in the crop. The paper counts all.
     """
 
     check_s: float = 30.0
     confirm_frames: int = 1
     predict_frames: int = 30
+    unseen_frames: int = 0
 
     def __post_init__(self) -> None:
         problems = []
@@ -42,8 +46,11 @@ class BehaviourSettings:
             problems.append(f"expected check_s of at least 0 s, got {self.check_s}")
         if self.confirm_frames < 1:
             problems.append(f"expected confirm_frames of at least 1, got {self.confirm_frames}")
-        if self.predict_frames < 0:
-            problems.append(f"expected predict_frames of at least 0, got {self.predict_frames}")
+        problems += [
+            f"expected {name} of at least 0, got {getattr(self, name)}"
+            for name in ("predict_frames", "unseen_frames")
+            if getattr(self, name) < 0
+        ]
         if problems:
             raise ValueError("; ".join(problems))
 
@@ -58,15 +65,20 @@ class BehaviourState:
     hits : int
         While scanning: in how many pictures a candidate was seen, less those it was missed in.
     missed : int
-        While predicting: pictures since the target was seen.
+        While predicting: pictures without the target that count.
+    unseen : int
+        While predicting: pictures that do not.
     """
 
     mode: Mode = Mode.CHECK
     hits: int = 0
     missed: int = 0
+    unseen: int = 0
 
 
-def next_state(state: BehaviourState, settings: BehaviourSettings, *, elapsed_s: float, found: bool) -> BehaviourState:
+def next_state(
+    state: BehaviourState, settings: BehaviourSettings, *, elapsed_s: float, found: bool, expected: bool
+) -> BehaviourState:
     """State in which the command after one more picture is decided.
 
     Parameters
@@ -78,6 +90,8 @@ def next_state(state: BehaviourState, settings: BehaviourSettings, *, elapsed_s:
         Since the first picture.
     found : bool
         Whether the target is seen in this picture. The functional check does not look.
+    expected : bool
+        Whether the place where it is predicted lies in the crop.
     """
     if state.mode is Mode.CHECK:
         if elapsed_s < settings.check_s:
@@ -88,7 +102,9 @@ def next_state(state: BehaviourState, settings: BehaviourSettings, *, elapsed_s:
         return BehaviourState(mode=Mode.TRACK) if hits >= settings.confirm_frames else replace(state, hits=hits)
     if found:
         return BehaviourState(mode=Mode.TRACK)
-    missed = state.missed + 1
-    if missed > settings.predict_frames:
-        return BehaviourState(mode=Mode.SCAN)
-    return BehaviourState(mode=Mode.PREDICT, missed=missed)
+    lost = replace(state, mode=Mode.PREDICT)
+    if not expected and state.unseen < settings.unseen_frames:
+        return replace(lost, unseen=state.unseen + 1)
+    if state.missed < settings.predict_frames:
+        return replace(lost, missed=state.missed + 1)
+    return BehaviourState(mode=Mode.SCAN)

@@ -85,10 +85,7 @@ class TrackingLoop:
             raise ValueError(f"expected a camera that sees the gaze mirror at a level gaze, got rig {rig.name!r}")
         self._pursuit = _pursuit(rig, variant, self._gimbal, sight_lines, scale)
         crop = self._crop_at(level_pose(self._gimbal))
-        step = variant.scan_step * scale * [crop.width_px, crop.height_px]
-        scan_speeds = JointSpeeds(pan=variant.scan_speed * speeds.pan, tilt=variant.scan_speed * speeds.tilt)
-        longest_s = float(step[1]) / 2 / scan_speeds.tilt
-        self._search = Search(self._gimbal, scan_speeds, step, longest_s)
+        self._search = Search(self._gimbal, speeds, scale * [crop.width_px, crop.height_px])
         self._check = check_path(self._gimbal, variant.behaviour.check_s) if variant.behaviour.check_s > 0 else None
         self._state = BehaviourState()
         self._q_command = self._gimbal.middle
@@ -130,7 +127,11 @@ class TrackingLoop:
         expected = self._pursuit.look(sight)
         before = self._state
         self._state = next_state(
-            before, self._variant.behaviour, elapsed_s=elapsed_s, found=sight.centroid_px is not None
+            before,
+            self._variant.behaviour,
+            elapsed_s=elapsed_s,
+            found=sight.centroid_px is not None,
+            expected=expected is not None and _within(expected, crop),
         )
         self._q_command = np.clip(self._decide(before, sight, elapsed_s), self._gimbal.lowest, self._gimbal.highest)
         target = detection.centroid_px if detection.centroid_px is not None else expected
@@ -153,6 +154,7 @@ class TrackingLoop:
             "mode": str(self._state.mode),
             "hits": self._state.hits,
             "missed": self._state.missed,
+            "unseen": self._state.unseen,
             "q_command": self._q_command.tolist(),
             "first_s": self._first_s,
             "last_s": None if math.isnan(self._last_s) else self._last_s,
@@ -228,6 +230,10 @@ def _pursuit(rig: Rig, variant: Variant, gimbal: Gimbal, sight_lines: SightLines
 def _latency_s(servo: Servo) -> float:
     """From a command to the motor's answer: on average it waits for half a period of the pulses."""
     return (servo.pulse_period_ms / 2 + servo.latency_ms) / 1000
+
+
+def _within(point_px: tuple[float, float], crop: Crop) -> bool:
+    return 0 <= point_px[0] < crop.width_px and 0 <= point_px[1] < crop.height_px
 
 
 def _pair(values: FloatArray) -> tuple[float, float]:

@@ -15,6 +15,11 @@ RINGS = 2
 """Of a search around a place: what moves at 20 degrees/s leaves them in the time that they take."""
 
 
+OVERLAP = 0.2
+"""Share of the crop's field of view that two strips have in common, so that a target is whole in one of them: 4.5
+degrees of the aqua2's 22, a ball of 0.2 m at 2.5 m."""
+
+
 class Search:
     """A raster of everything within reach, to and fro, and before it a search around a place if there is one.
 
@@ -22,16 +27,16 @@ class Search:
     ----------
     gimbal : Gimbal
     speeds : JointSpeeds
-        At which to search; the servos' or less.
-    step : array, shape (2,)
-        Of the gaze between strips across crop-right and crop-up, radians.
-    longest_s : float
-        Most that the search goes on from one picture to the next, so that lost pictures leave no gap.
+        The servos'.
+    view : array, shape (2,)
+        Field of view of the crop across and upwards, radians.
     """
 
-    def __init__(self, gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray, longest_s: float):
-        self._gimbal, self._speeds, self._step, self._longest_s = gimbal, speeds, step, longest_s
-        self._raster = raster_path(gimbal, speeds, step)
+    def __init__(self, gimbal: Gimbal, speeds: JointSpeeds, view: FloatArray):
+        self._gimbal, self._speeds, self._step = gimbal, speeds, (1 - OVERLAP) * view
+        # Lost pictures leave no gap: from one to the next the gaze goes on by no more than a step.
+        self._longest_s = min(float(self._step[0]) / speeds.pan, float(self._step[1]) / (2 * speeds.tilt))
+        self._raster = raster_path(gimbal, speeds, self._step)
         self._around: JointPath | None = None
         self._centre: FloatArray | None = None
         self._time_s = 0.0

@@ -17,8 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import to_columns, to_rows
-from optics.backend import Array3f64
+from optics.arrays import opaque, opaque_vector, to_rows
 from optics.layout import Layout
 from optics.status import Status
 from optics.train import OpticalTrain, compiled_project, compiled_trace
@@ -109,7 +108,7 @@ class SightLines:
             return None
         unfolded = self.centre_m + self.distance_m * (towards - 2 * ahead * normal)
         point = self._body_from_camera.T @ (unfolded - self._camera_m)
-        u, v, _ = self._project(self._parameters, Array3f64(*to_columns(point[np.newaxis])))
+        u, v, _ = self._project(self._parameters, opaque_vector(point))
         pixel = to_rows((u, v))[0]
         return pixel if np.isfinite(pixel).all() else None
 
