@@ -69,9 +69,9 @@ class SightLines:
 
         The edge of M2 is not asked: what lies in the crop lies on the mirror.
         """
-        origin, direction, status = self._trace(
-            self._parameters, *to_columns(np.asarray(pixel, dtype=np.float64).reshape(1, 2))
-        )
+        u, v = np.asarray(pixel, dtype=np.float64).tolist()
+        # Not an array of NumPy's: where that lies in memory, the kernel may have to be recorded anew.
+        origin, direction, status = self._trace(self._parameters, opaque(u), opaque(v))
         if status.numpy()[0] != Status.OK:
             return None
         start = self._body_from_camera @ to_rows(origin)[0] + self._camera_m
