@@ -14,6 +14,7 @@ from mirrorgaze.commands import (
     compare,
     coverage,
     design,
+    dive,
     doctor,
     gaze,
     loads,
@@ -46,6 +47,7 @@ COMMANDS = (
     tolerance.tolerance,
     search.search,
     loads.loads,
+    dive.dive,
     doctor.doctor,
 )
 """Every command, in the order in which `mirrorgaze --help` shows them."""

@@ -19,6 +19,7 @@ from scenes.stage import DEPTHS_M, WIND_M_S
 from scenes.waves import STRONGEST_WIND_M_S
 from tracking.dives.motions import RobotMotion, TargetPath
 from tracking.perception import RED_BALL, DetectorSettings
+from tracking.variants import VARIANTS
 
 PRESETS = Path(__file__).parent / "presets"
 
@@ -151,6 +152,17 @@ class Dive(Section):
     def as_toml(self) -> str:
         """The whole dive as a file, defaults included."""
         return tomlkit.dumps(self.model_dump(mode="json", exclude_none=True))
+
+
+def varied(dive: Dive, *, variant: str | None = None, frames: int | None = None) -> Dive:
+    """A dive with another variant of the loop, or cut after a number of frames; `ValueError` for an unknown variant."""
+    if variant is not None and variant not in VARIANTS:
+        raise ValueError(f"variant {variant!r}: expected one of {', '.join(sorted(VARIANTS))}")
+    changes = {
+        **({} if variant is None else {"variant": variant}),
+        **({} if frames is None else {"duration_s": min(dive.duration_s, frames / dive.frame_rate_hz)}),
+    }
+    return dive.model_copy(update=changes)
 
 
 def preset_names() -> list[str]:

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.arrays import FloatArray
-from optics.gaze import virtual_camera
+from optics.gaze import gaze_mirror_normal, virtual_camera
 from optics.layout import Layout, camera_pose
+from optics.mirror import PlaneMirror, Reflection
 from optics.train import OpticalTrain
 from rigs import Rig
 from scenes.frame import Label
@@ -57,6 +58,10 @@ class TruthColumns:
         self._rig, self._shape, self._detector = rig, shape, detector
         self._layout = Layout.from_rig(rig)
         self._camera_from_body = camera_pose(rig.camera).inv()
+        train = OpticalTrain.from_rig(rig)
+        # What is left of a train when points are unfolded over its mirrors beforehand, and the same for all poses.
+        self._bare_train = OpticalTrain(camera=train.camera, port=train.port)
+        self._m1 = PlaneMirror.from_pose(self._layout.body_from_m1).reflection
         self._corners = ExactCorners(rig)
         servos = rig.servos
         assert servos is not None  # Layout.from_rig has said so
@@ -80,8 +85,7 @@ class TruthColumns:
         body_from_target = state.world_from_body.inv() * state.world_from_target
         corners = self._corners.corners(q)
         row = self._directions(q, body_from_target)
-        train = OpticalTrain.from_rig(self._rig, q1=state.q1, q2=state.q2)
-        centre, full_px, outlines = self._silhouette(train, body_from_target)
+        centre, full_px, outlines = self._silhouette(q, body_from_target)
         crop = Crop.of(corners, *step.crop.shape[1::-1])
         row["true_x_px"], row["true_y_px"] = crop.from_image(centre[np.newaxis])[0].tolist()
         target = self._target_mask(exposure.label, corners)
@@ -89,7 +93,7 @@ class TruthColumns:
         row["target_full_px"] = full_px
         seen = _in_crop(target, step)
         row |= _agreement(seen, step.detection.mask)
-        row["saturated_fraction"] = float((step.crop == CLIPPED).any(axis=2).mean())
+        row["saturated_fraction"] = _clipped_share(step.crop)
         row["cause_of_loss"] = self._cause(
             exposure=exposure,
             step=step,
@@ -120,7 +124,7 @@ class TruthColumns:
         }
 
     def _silhouette(
-        self, train: OpticalTrain, body_from_target: RigidTransform
+        self, q: FloatArray, body_from_target: RigidTransform
     ) -> tuple[FloatArray, float, list[FloatArray]]:
         """The target over both mirrors with nothing in its way and the mirrors without edges.
 
@@ -129,29 +133,44 @@ class TruthColumns:
         centre_px : array, shape (2,)
             Picture of the target's origin.
         area_px : float
-            nan where part of it has no picture.
+            nan where part of it has no picture, or one more than the camera's width beside it: near the port's
+            critical angle pictures grow beyond all bounds.
         outlines_px : list of array, shape (k, 2)
             Convex polygons that together cover it.
         """
-        camera_from_target = self._camera_from_body * body_from_target
-        eye = camera_from_target.inv().apply(_unfolded_pinhole(train))
+        m2 = self._gaze_mirror(q)
         if isinstance(self._shape, Ball):
-            rim = camera_from_target.apply(_ball_outline(self._shape.radius_m, eye))
-            points = train.project(np.vstack([camera_from_target.translation, rim])).pixels
+            place = body_from_target.translation
+            eye = m2.apply(self._m1.apply(self._layout.body_from_camera.translation)) - place
+            points = self._projected(m2, np.vstack([place, place + _ball_outline(self._shape.radius_m, eye)]))
             outlines = [points[1:]]
             area = _polygon_area(points[1:]) * _circle_over_polygon(OUTLINE_POINTS)
         else:
             surface = self._shape.surface
-            vertices = camera_from_target.apply(surface.vertices_m)
-            points = train.project(np.vstack([camera_from_target.translation, vertices])).pixels
+            vertices = body_from_target.apply(surface.vertices_m)
+            points = self._projected(m2, np.vstack([body_from_target.translation, vertices]))
             outlines = list(points[1:][surface.faces])
             area = _covered_area(outlines)
-        return points[0], area if np.isfinite(points).all() else np.nan, outlines
+        camera = self._rig.camera
+        beside = np.abs(points[0] - [camera.cx_px, camera.cy_px]).max()
+        # nan compares as false.
+        return points[0], area if beside < 1.5 * camera.width_px else np.nan, outlines
+
+    def _gaze_mirror(self, q: FloatArray) -> Reflection:
+        """Reflection over M2 in the body frame."""
+        normal = gaze_mirror_normal(self._layout, *q)
+        return Reflection(normal=normal, offset_m=float(normal @ self._layout.body_from_gimbal.translation))
+
+    def _projected(self, m2: Reflection, points_m: FloatArray) -> FloatArray:
+        """Pixels of points of the body frame over both mirrors, edges or not; nan behind M2."""
+        image = self._camera_from_body.apply(self._m1.apply(m2.apply(points_m)))
+        pixels = self._bare_train.project(image).pixels
+        return np.where((points_m @ m2.normal > m2.offset_m)[:, np.newaxis], pixels, np.nan)
 
     def _target_mask(self, label: NDArray[np.uint8], corners_px: FloatArray) -> NDArray[np.uint8]:
         """Pixels, 255, that show the target over the gaze mirror."""
         inside = _filled([corners_px], label.shape[1::-1])
-        return np.where(label == Label.TARGET, inside, np.uint8(0))
+        return np.asarray(cv2.bitwise_and(inside, cv2.inRange(label, int(Label.TARGET), int(Label.TARGET))), np.uint8)
 
     def _cause(
         self,
@@ -193,8 +212,8 @@ class TruthColumns:
     ) -> dict[str, int]:
         """Pixels in which hull or mount stand where the gaze mirror would show the target."""
         size = label.shape[1::-1]
-        would = (_filled(outlines_px, size) > 0) & (_filled([corners_px], size) > 0)
-        there = label[would]
+        would = cv2.bitwise_and(_filled(outlines_px, size), _filled([corners_px], size))
+        there = label[would > 0]
         return {
             "hull": int((there == Label.HULL).sum()),
             "mount": int(np.isin(there, MOUNT_LABELS).sum()),
@@ -205,14 +224,6 @@ def angles_deg(vector: FloatArray) -> tuple[float, float]:
     """Azimuth and elevation of a vector of the body frame, degrees."""
     x, y, z = vector.tolist()
     return float(np.degrees(np.arctan2(y, x))), float(np.degrees(np.arctan2(z, np.hypot(x, y))))
-
-
-def _unfolded_pinhole(train: OpticalTrain) -> FloatArray:
-    """Centre of the virtual camera, camera frame, shape (3,)."""
-    place = np.zeros(3)
-    for mirror in train.mirrors:
-        place = mirror.reflection.apply(place)
-    return place
 
 
 def _ball_outline(radius_m: float, eye_m: FloatArray) -> FloatArray:
@@ -266,13 +277,23 @@ def _filled(outlines_px: list[FloatArray], size: tuple[int, ...]) -> NDArray[np.
 def _in_crop(target: NDArray[np.uint8], step: Step) -> NDArray[np.bool_]:
     """Which pixels of the loop's own crop show the target, shape (crop height, crop width)."""
     crop = Crop.of(step.corners_px, *step.crop.shape[1::-1])
-    return np.asarray(crop.take(np.repeat(target[..., np.newaxis], 3, axis=2))[..., 0] > 127)
+    if crop.empty:
+        return np.zeros(step.crop.shape[:2], dtype=np.bool_)
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpPerspective(target, crop.image_from_crop, step.crop.shape[1::-1], flags=flags) > 127)
+
+
+def _clipped_share(picture: NDArray[np.uint8]) -> float:
+    """Share of pixels with a channel at its end."""
+    red, green, blue = cv2.split(picture)
+    brightest = cv2.max(cv2.max(red, green), blue)
+    return float(np.count_nonzero(np.asarray(brightest) == CLIPPED) / brightest.size)
 
 
 def _agreement(seen: NDArray[np.bool_], mask: NDArray[np.uint8]) -> Row:
     found = mask > 0
     return {
-        "detector_true_px": int(seen.sum()),
-        "detector_found_px": int(found.sum()),
-        "detector_both_px": int((seen & found).sum()),
+        "detector_true_px": int(np.count_nonzero(seen)),
+        "detector_found_px": int(np.count_nonzero(found)),
+        "detector_both_px": int(np.count_nonzero(seen & found)),
     }
