@@ -99,40 +99,68 @@ def _ambient(mesh: GroupMesh, light: Light) -> FloatArray:
 def gathered(mesh: GroupMesh | None, origins: FloatArray, normals: FloatArray, light: Light) -> FloatArray:
     """Irradiance at points from some directions, by channel, shape (n, 3); without a mesh that of open water."""
     directions = int(np.clip(RAYS // len(origins), LEAST_DIRECTIONS, MOST_DIRECTIONS))
-    geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
-    tables = light.tables(without_peak=True)
     # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
-    numbers = light.numbers(float(np.median(-origins[:, 2])))
-    still = {
-        WORLD: np.concatenate([np.eye(3).ravel(), np.zeros(3)]),
-        "towards_sun": light.towards_sun,
-        "clearance_m": 0.0,
-        "ball": np.zeros(4),
-        "ball_material": 0.0,
-        "ball_instance": 0.0,
-    }
-    light_packing, state_packing = Packing.of(numbers), Packing.of(still)
-    light_row, state_row = light_packing.upload(numbers), state_packing.upload(still)
+    around = Surroundings(mesh, light, depth_m=float(np.median(-origins[:, 2])))
     parts = []
     at_once = max(1, RAYS_AT_ONCE // directions)
     for start in range(0, len(origins), at_once):
-        rays = _outward(origins[start : start + at_once], normals[start : start + at_once], directions, start)
-        shape = Shape(
+        origin, direction = _outward(
+            origins[start : start + at_once], normals[start : start + at_once], directions, start
+        )
+        seen = around.radiance(origin, direction)
+        # Directions are spread as the cosine: irradiance is pi times their mean radiance.
+        parts.append(
+            np.pi * np.stack([channel.numpy().reshape(-1, directions).mean(axis=1) for channel in seen], axis=-1)
+        )
+    return np.concatenate(parts)
+
+
+class Surroundings:
+    """What a lit mesh shows along any rays of the world frame; open water without a mesh. Its tables are kept."""
+
+    def __init__(self, mesh: GroupMesh | None, light: Light, *, depth_m: float):
+        self._geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
+        self.tables = light.tables(without_peak=True)
+        numbers = light.numbers(depth_m)
+        still = {
+            WORLD: np.concatenate([np.eye(3).ravel(), np.zeros(3)]),
+            "towards_sun": light.towards_sun,
+            "clearance_m": 0.0,
+            "ball": np.zeros(4),
+            "ball_material": 0.0,
+            "ball_instance": 0.0,
+        }
+        light_packing, state_packing = Packing.of(numbers), Packing.of(still)
+        self._rows = light_packing.upload(numbers), state_packing.upload(still)
+        self._shape = Shape(
             light=light_packing,
             state=state_packing,
             wavelengths=len(light.bands.wavelength_nm),
             states=1,
             truth=False,
         )
-        frame = compiled_frame(shape)(rays, geometry.arrays, tables, light_row, state_row)
-        # Directions are spread as the cosine: irradiance is pi times their mean radiance.
-        means = [channel.numpy().reshape(-1, directions).mean(axis=1) for channel in frame["rgb"]]
-        parts.append(np.pi * np.stack(means, axis=-1))
-    return np.concatenate(parts)
+        self.numbers = light_packing.unpack(self._rows[0], UInt32(0))
+
+    @property
+    def scene(self) -> Any:
+        """The mesh as Mitsuba traces it."""
+        return self._geometry.groups[WORLD]["scene"]
+
+    def radiance(self, origin: Any, direction: Any) -> list[Any]:
+        """Radiance by channel, without the direct sun and what surrounds it closely."""
+        rays = {
+            "origin": origin,
+            "direction": direction,
+            "gain": dr.full(Float32, 1.0, dr.width(origin)),
+            "prefix": [{"distance": dr.full(Float32, FAR_M, 1), "face": dr.zeros(UInt32, 1)}],
+        }
+        dr.eval(rays)
+        frame = compiled_frame(self._shape)(rays, self._geometry.arrays, self.tables, *self._rows)
+        return list(frame["rgb"])
 
 
-def _outward(origins: FloatArray, normals: FloatArray, count: int, first: int) -> dict[str, Any]:
-    """Rays from vertices into the half-space before them, spread as the cosine, turned anew at each vertex."""
+def _outward(origins: FloatArray, normals: FloatArray, count: int, first: int) -> tuple[Any, Any]:
+    """Rays (origins, directions) from vertices into the half-space before them, spread as the cosine, each turned."""
     lane = dr.arange(UInt32, len(origins) * count)
     vertex, sample = lane // count, lane % count
     # A spiral of equal shares of the disk (Vogel 1979); vertices turn it by the golden ratio's multiples.
@@ -148,14 +176,7 @@ def _outward(origins: FloatArray, normals: FloatArray, count: int, first: int) -
     across, along = _axes(normal)
     height = dr.safe_sqrt(1 - dr.square(radius))
     direction = across * (radius * cosine) + along * (radius * sine) + normal * height
-    rays = {
-        "origin": origin,
-        "direction": direction,
-        "gain": dr.full(Float32, 1.0, len(origins) * count),
-        "prefix": [{"distance": dr.full(Float32, FAR_M, 1), "face": dr.zeros(UInt32, 1)}],
-    }
-    dr.eval(rays)
-    return rays
+    return origin, direction
 
 
 def _axes(normal: Any) -> tuple[Any, Any]:

@@ -107,6 +107,8 @@ class Geometry:
         Where the world stands in its own light (`scenes.sun_map`); without it shadows are traced.
     volume : dict, optional
         What the world changes of the light around what moves (`scenes.ambient_volume`).
+    water : Float32, optional
+        What the robot keeps from the water around it (`scenes.water_shade`).
     """
 
     groups: dict[str, dict[str, Any]]
@@ -114,12 +116,13 @@ class Geometry:
     vertices: Any
     sun_map: dict[str, Any] | None
     volume: dict[str, Any] | None = None
+    water: Any = None
 
     @property
     def arrays(self) -> dict[str, Any]:
         """What the kernels take."""
         arrays = {"groups": self.groups, "faces": self.faces, "vertices": self.vertices}
-        some = {"sun_map": self.sun_map, "volume": self.volume}
+        some = {"sun_map": self.sun_map, "volume": self.volume, "water": self.water}
         return arrays | {name: value for name, value in some.items() if value is not None}
 
 

@@ -149,6 +149,7 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
                 active=in_water,
                 on_world=mi.Bool(False),
                 sunlit=mi.Float(1),
+                kept=[mi.Float(0)] * 3,
             ),
         )
         throughput = [dr.select(in_water, after, t) for after, t in zip(dimmed, path["throughput"], strict=True)]

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from optics.backend import Array3f32, Bool, Float32, UInt32, dr
-from optics.mesh import Group
 from optics.status import Region
 from scenes.geometry import WORLD
 from scenes.lamps import lamp_backscatter
-from scenes.packing import Numbers, vector
+from scenes.packing import Numbers
 from scenes.shading import (
     SHORT_M,
     Segment,
@@ -23,23 +22,19 @@ from scenes.shading import (
 )
 from scenes.sun_map import sunlit_way
 from scenes.tracing import (
-    FAR_M,
     FRONTS,
     START_OFFSET_M,
     Hit,
     Known,
     Thing,
-    is_free,
     mirror_normal,
     move,
     nearest,
     turn,
     turn_back,
 )
+from scenes.water_shade_table import kept_from_water
 from scenes.waves import surface_normal
-
-RIG_GROUPS = tuple(str(group) for group in Group)
-"""Names of the groups that are parts of the robot."""
 
 LARGEST_BOUNCE_COUNT = 6
 """Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
@@ -109,6 +104,7 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
         active=active,
         on_world=active & on_world,
         sunlit=_sunlit_way(inputs, origin, world_direction, hit, active),
+        kept=_kept_from_water(inputs, path, hit.distance),
     )
     added, throughput = scattered_in(light, tables, path["throughput"], through)
     if "lamp_exponent" in light:
@@ -214,8 +210,7 @@ def _known(path: dict[str, Any], rays: dict[str, Any]) -> Known:
 def _sunlit_way(inputs: Inputs, origin: Any, direction: Any, hit: Hit, active: Any) -> Any:
     """Share of a way, from the body frame's `origin` along the world frame's `direction`, that lies in the sun.
 
-    The world's shadow is followed along long ways. The robot's is looked for half way to its own parts, where it makes
-    the difference between a dark hull and one behind a veil of light.
+    The world's shadow is followed along long ways.
     """
     state = inputs.state
     share = Float32(1)
@@ -229,14 +224,15 @@ def _sunlit_way(inputs: Inputs, origin: Any, direction: Any, hit: Hit, active: A
             ),
             lambda origin, direction, length: Float32(1),
         )
-    groups = {name: group for name, group in inputs.geometry["groups"].items() if name in RIG_GROUPS}
-    if not groups:
-        return share
-    names = list(inputs.geometry["groups"])
-    on_robot = Bool(False)
-    for name in groups:
-        on_robot = on_robot | (hit.thing == Thing.FIRST_GROUP + names.index(name))
-    middle = origin + turn_back(state[WORLD], direction) * (hit.distance / 2)
-    towards_sun = vector(state, "towards_sun")
-    free = is_free(groups, state, middle, towards_sun, Float32(FAR_M), active & on_robot)
-    return dr.select(on_robot & ~free, 0, share)
+    return share
+
+
+def _kept_from_water(inputs: Inputs, path: dict[str, Any], length: Any) -> list[Any]:
+    """Share by channel of open water's light that the robot keeps from a line of sight.
+
+    The eye is the camera, or the mirror that the line comes from.
+    """
+    if "water" not in inputs.geometry:
+        return [Float32(0)] * 3
+    eye = dr.maximum(path["region"], 1) - 1
+    return kept_from_water(inputs.geometry["water"], eye, path["direction"], length)

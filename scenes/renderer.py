@@ -36,11 +36,12 @@ from scenes.kernel import Shape, compiled_frame, compiled_prefix
 from scenes.lamps import lamp_numbers
 from scenes.materials import Material
 from scenes.packing import Packing
-from scenes.shade import with_shade
+from scenes.shade import at_rest, with_shade
 from scenes.stage import Stage
 from scenes.state import State
 from scenes.targets import MeshShape
 from scenes.tracing import Thing
+from scenes.water_shade import water_shade
 from scenes.worlds.snow import snow_offset_m
 
 TILE_PX = 4
@@ -93,9 +94,12 @@ class FastRenderer:
         if self._layout is not None:
             self._m1 = _packed_mirror(self._layout.body_from_m1, rig.fold_mirror)
         meshes, names = rig_meshes_by_group(parts)
+        water = None
         body_from = self._body_from(State())
         if meshes:
-            meshes = with_shade(meshes, body_from, mirror_blockers(parts, body_from), stage.light)
+            hung = at_rest(stage.world_from_body)
+            meshes, robot = with_shade(meshes, body_from, mirror_blockers(parts, body_from), stage.light, hung=hung)
+            water = water_shade(robot, hung, self._eyes(), stage.light)
         self.instance_names = (*names, *stage.world.instance_names, TARGET)
         volume = None
         if len(stage.world.faces):
@@ -105,7 +109,7 @@ class FastRenderer:
             meshes[TARGET] = target_mesh(stage.target.shape, len(self.instance_names) - 1)
         if stage.snow is not None:
             meshes[SNOW] = snow_mesh(stage.snow)
-        self._geometry = replace(geometry_of(meshes, stage.light.towards_sun), volume=volume)
+        self._geometry = replace(geometry_of(meshes, stage.light.towards_sun), volume=volume, water=water)
         self._clearance = Clearance(stage.world)
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
@@ -233,6 +237,13 @@ class FastRenderer:
             str(Group.PAN): pan,
             str(Group.TILT): pan * pan_from_m2(self._layout.tilt_angle(state.q2)),
         }
+
+    def _eyes(self) -> NDArray[np.float64]:
+        """Where lines of sight begin, body frame: the camera, and the mirrors' centres; shape (1 or 3, 3)."""
+        eyes = [camera_pose(self.rig.camera).translation]
+        if self._layout is not None:
+            eyes += [self._layout.body_from_m1.translation, self._layout.body_from_gimbal.translation]
+        return np.array(eyes)
 
     def _numbers(self, state: State) -> dict[str, Any]:
         """Numbers of one state: poses of the groups seen from the body, mirrors, ball and sun in the body frame."""

@@ -1,6 +1,6 @@
 """How hull and mount keep light from each other: which share of the light around reaches each place of the robot.
 
-The shares are found once, for the robot level in open water with its joints at zero, by the gathering of
+The shares are found once, for the robot in open water as a stage hangs it, its joints at zero, by the gathering of
 `scenes.ambient`. They hold for the light from above that a hull keeps from what is below it; that they turn with the
 robot, and move with the joints, is an approximation.
 """
@@ -39,8 +39,12 @@ def with_shade(
     body_from: Mapping[str, RigidTransform],
     blockers: GroupMesh | None,
     light: Light,
-) -> dict[str, GroupMesh]:
+    *,
+    hung: RigidTransform,
+) -> tuple[dict[str, GroupMesh], GroupMesh]:
     """Meshes of the rig's groups, each in its own frame, with the share of light that reaches each vertex.
+
+    With them come all of them together as one lit mesh of the world frame.
 
     Parameters
     ----------
@@ -48,9 +52,10 @@ def with_shade(
         Pose of each group in the body frame.
     blockers : GroupMesh, optional
         What else is in the light's way, body frame: the mirrors.
+    hung : RigidTransform
+        Pose of the body in the world (`at_rest`).
     """
     fine = {name: _divided(mesh) for name, mesh in meshes.items()}
-    hung = RigidTransform.from_translation([0.0, 0.0, -DEPTH_M])
     placed = [_moved(mesh, hung * body_from[name]) for name, mesh in fine.items()]
     whole = joined_meshes([*placed, *([] if blockers is None else [_moved(blockers, hung)])])
     lit = with_ambient(whole, light)
@@ -64,7 +69,12 @@ def with_shade(
         share = lit.ambient[start : start + count] / np.maximum(open_water, 1e-30)
         result[name] = replace(mesh, shade=np.clip(share, 0, LARGEST_SHARE))
         start += count
-    return result
+    return result, lit
+
+
+def at_rest(world_from_body: RigidTransform) -> RigidTransform:
+    """Pose with the same attitude at the depth for which the shares are found."""
+    return RigidTransform.from_components([0.0, 0.0, -DEPTH_M], world_from_body.rotation)
 
 
 def _divided(mesh: GroupMesh) -> GroupMesh:

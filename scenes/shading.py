@@ -67,6 +67,8 @@ class Segment:
         Whether it is looked along at all, and whether it ends at a surface of the world.
     sunlit : Float32
         Share of it that the sun reaches past the world.
+    kept : list of Float32
+        Share by channel of the light of its near end that the robot keeps from it.
     """
 
     direction: Any
@@ -75,6 +77,7 @@ class Segment:
     active: Any
     on_world: Any
     sunlit: Any
+    kept: list[Any]
 
 
 def scattered_in(
@@ -97,6 +100,7 @@ def scattered_in(
         sunlit: Any,
         azimuth: Any,
         near: list[Any],
+        kept: list[Any],
     ) -> tuple[list[Any], Spectrum]:
         far_depth = depth - direction.z * length
         far = looked_up(light, tables["field"], far_depth, direction.z, azimuth)
@@ -113,7 +117,7 @@ def scattered_in(
             way = dr.exp(-k * depth) * _integral(x, length) * sunlit
             once.append(way - dr.select(on_world & visible, (through - beam) * behind, 0))
             passed.append(through)
-        return _added(light, tables["phase"], throughput, direction, passed=passed, once=once, ends=(near, far))
+        return _added(light, tables, throughput, direction, passed=passed, once=once, ends=(near, far), kept=kept)
 
     def short(  # noqa: PLR0917
         throughput: Spectrum,
@@ -124,6 +128,7 @@ def scattered_in(
         sunlit: Any,
         azimuth: Any,
         near: list[Any],
+        kept: list[Any],
     ) -> tuple[list[Any], Spectrum]:
         up, down = dr.maximum(direction.z, 0), dr.minimum(direction.z, 0)
         names = ("field_decay", "field_decay_rise", "field_decay_fall")
@@ -133,10 +138,20 @@ def scattered_in(
         sun = [dr.exp(-k * depth) for k in light["k_sun"]]
         xs = [c - k * direction.z for c, k in zip(light["c"], light["k_sun"], strict=True)]
         once = [s * length * sunlit * _short_mean(x * length) for s, x in zip(sun, xs, strict=True)]
-        return _added(light, tables["phase"], throughput, direction, passed=passed, once=once, ends=(near, far))
+        return _added(light, tables, throughput, direction, passed=passed, once=once, ends=(near, far), kept=kept)
 
     return dr.if_stmt(  # type: ignore[no-any-return]
-        (throughput, segment.direction, segment.depth, segment.length, segment.on_world, segment.sunlit, azimuth, near),
+        (
+            throughput,
+            segment.direction,
+            segment.depth,
+            segment.length,
+            segment.on_world,
+            segment.sunlit,
+            azimuth,
+            near,
+            segment.kept,
+        ),
         segment.active & (segment.length > SHORT_M),
         long,
         short,
@@ -145,18 +160,20 @@ def scattered_in(
 
 def _added(
     light: Numbers,
-    phase_table: Any,
+    tables: dict[str, Any],
     throughput: Spectrum,
     direction: Any,
     *,
     passed: Spectrum,
     once: Spectrum,
     ends: tuple[list[Any], list[Any]],
+    kept: list[Any],
 ) -> tuple[list[Any], Spectrum]:
     """Light by channel, and throughput, from what is passed, the sun's way, and the field at both ends."""
     near, far = ends
+    missing = [n * k for n, k in zip(near, kept, strict=True)]
     cosine = dr.dot(vector(light, "refracted_sun"), direction)
-    particles, molecules = phase(phase_table, cosine), molecular_phase(light, cosine)
+    particles, molecules = phase(tables["phase"], cosine), molecular_phase(light, cosine)
     nodes = len(throughput) // 3
     rise = dr.maximum(direction.z, 0)
     added, left = [Float32(0)] * 3, []
@@ -164,7 +181,7 @@ def _added(
         channel = k // nodes
         share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
         p = dr.lerp(particles, molecules, light["molecular"][k])
-        more = share * dr.fma(-passed[k], far[channel], near[channel])
+        more = share * dr.fma(-passed[k], far[channel], near[channel] - missing[channel])
         new = dr.fma(light["b_sun"][k] * p, once[k], more)
         added[channel] = dr.fma(light["weight"][k] * t, new, added[channel])
         left.append(t * passed[k])
