@@ -7,7 +7,6 @@ file and of the code that made it.
 from __future__ import annotations
 
 import hashlib
-import tempfile
 import zipfile
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -21,8 +20,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from cad import mesh_repair, mesh_simplification
 from cad.mesh_repair import check_that_it_stays_out_of_itself, repaired, welded
 from cad.mesh_simplification import simplified, surface_distance, thinned
-from cad.meshes import cache_folder
 from optics.arrays import FloatArray
+from optics.cache import cache_folder, load_arrays, save_arrays
 from rigs import FileHull, Rig
 from rigs.files import STEP_SUFFIXES
 
@@ -187,18 +186,15 @@ def _key(hull: FileHull) -> str:
 
 
 def _save(path: Path, mesh: HullMesh) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, suffix=".partial") as folder:
-        partial = Path(folder) / path.name
-        faces = np.asarray(mesh.surface.faces, dtype=np.int32)
-        np.savez(partial, vertices=mesh.surface.vertices, faces=faces, notes=np.array(mesh.notes, dtype=str))
-        partial.replace(path)
+    faces = np.asarray(mesh.surface.faces, dtype=np.int32)
+    notes = np.array(mesh.notes, dtype=str)
+    save_arrays(path, {"vertices": np.asarray(mesh.surface.vertices), "faces": faces, "notes": notes})
 
 
 def _load(path: Path) -> HullMesh:
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-        surface = trimesh.Trimesh(stored["vertices"], stored["faces"], process=False)
-        return HullMesh(surface=surface, notes=tuple(str(note) for note in stored["notes"]))
+    stored = load_arrays(path)
+    surface = trimesh.Trimesh(stored["vertices"], stored["faces"], process=False)
+    return HullMesh(surface=surface, notes=tuple(str(note) for note in stored["notes"]))
 
 
 def _length(length_mm: float) -> str:

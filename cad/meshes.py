@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
@@ -19,6 +17,7 @@ import numpy as np
 from pydantic.main import IncEx
 
 import optics.layout
+from optics.cache import cache_folder, load_arrays, save_arrays
 from optics.layout import check_stows
 from optics.mesh import Group, PartMesh, Role
 from rigs import FileHull, Rig
@@ -71,15 +70,6 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
     return meshes
 
 
-def cache_folder() -> Path:
-    """Where meshes are kept: $MIRRORGAZE_CACHE, or `mirrorgaze` in the user's cache folder."""
-    own = os.environ.get("MIRRORGAZE_CACHE")
-    if own:
-        return Path(own)
-    shared = os.environ.get("XDG_CACHE_HOME")
-    return (Path(shared) if shared else Path.home() / ".cache") / "mirrorgaze"
-
-
 def mesh_key(rig: Rig) -> str:
     """Hash of everything the shapes come from: the rig's numbers, the hull's file, and the code that makes solids."""
     digest = hashlib.sha256()
@@ -97,33 +87,28 @@ def mesh_key(rig: Rig) -> str:
 
 
 def save_meshes(path: Path, meshes: Sequence[PartMesh]) -> None:
-    """Write meshes beside their place, then rename: a reader never sees half a file."""
+    """Write meshes as arrays."""
     labels = np.array([(mesh.name, mesh.group.value, mesh.role.value) for mesh in meshes])
     arrays: dict[str, Any] = {"labels": labels}
     for position, mesh in enumerate(meshes):
         arrays[f"vertices_m_{position}"] = mesh.vertices_m
         arrays[f"faces_{position}"] = mesh.faces
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, suffix=".partial") as folder:
-        partial = Path(folder) / path.name
-        np.savez(partial, **arrays)
-        partial.replace(path)
+    save_arrays(path, arrays)
 
 
 def load_meshes(path: Path) -> list[PartMesh]:
     """Read what `save_meshes` wrote."""
-    # NumPy leaves a file that it opened itself and could not read unclosed.
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-        return [
-            PartMesh(
-                name=str(name),
-                group=Group(group),
-                role=Role(role),
-                vertices_m=stored[f"vertices_m_{position}"],
-                faces=stored[f"faces_{position}"],
-            )
-            for position, (name, group, role) in enumerate(stored["labels"])
-        ]
+    stored = load_arrays(path)
+    return [
+        PartMesh(
+            name=str(name),
+            group=Group(group),
+            role=Role(role),
+            vertices_m=stored[f"vertices_m_{position}"],
+            faces=stored[f"faces_{position}"],
+        )
+        for position, (name, group, role) in enumerate(stored["labels"])
+    ]
 
 
 def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:

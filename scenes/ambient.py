@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.backend import Array3f32, Float32, UInt32, dr
-from optics.radiative_transfer.cache import cache_folder, load_arrays, save_arrays
+from optics.cache import cache_folder, load_arrays, save_arrays
 from scenes.geometry import WORLD, GroupMesh, geometry_of, vertex_normals
 from scenes.kernel import Shape, compiled_frame
 from scenes.light import Light

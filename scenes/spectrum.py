@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, eigh_tridiagonal
-from scipy.special import expit
 
 from optics.tables import read_table
 from optics.user_tables import read_spectra
@@ -35,9 +34,6 @@ FINEST_STEP_NM = 0.25
 
 LARGEST_SHARE_OUTSIDE = 0.05
 """Of a channel's response outside of 400 to 700 nm, where there are no numbers of water: what is cut off."""
-
-RED_RISE_NM, BLUE_FALL_NM, COLOUR_EDGE_NM = 590.0, 490.0, 15.0
-"""Where the red basis spectrum has reached one half, the blue one has fallen to it, and how soft both edges are."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,21 +168,6 @@ def gauss_rule(points: FloatArray, weights: FloatArray, count: int) -> tuple[Flo
         before, here = here, after / beside[-1]
     nodes, vectors = eigh_tridiagonal(np.array(diagonal), np.array(beside[:-1]))
     return centre + spread * nodes, np.asarray(vectors[0] ** 2)
-
-
-def colour_basis(wavelength_nm: FloatArray) -> FloatArray:
-    """Three smooth spectra (red, green, blue) that sum to 1 at every wavelength, shape (3, w).
-
-    An RGB colour in [0, 1] times them is a reflectance in [0, 1], and white is 1 everywhere: so a texture's colours
-    become spectra. Red rises and blue falls as a logistic function, green is what is left. They are plain, not
-    measured: of the many spectra of one colour, a smooth one.
-    """
-    wavelength = np.asarray(wavelength_nm, dtype=np.float64)
-    red = expit((wavelength - RED_RISE_NM) / COLOUR_EDGE_NM)
-    blue = expit((BLUE_FALL_NM - wavelength) / COLOUR_EDGE_NM)
-    # Not 1 - red - blue, which rounding can take below zero where both edges are far.
-    green = expit((RED_RISE_NM - wavelength) / COLOUR_EDGE_NM) - blue
-    return np.stack([red, np.maximum(green, 0.0), blue])
 
 
 def reflectance(patch: str, wavelength_nm: FloatArray) -> FloatArray:

@@ -17,6 +17,7 @@ from optics.layout import Layout, check_stows
 from optics.mesh import PartMesh
 from optics.stowed_view import parts_in_body
 from rigs import Rig
+from scenes.forward_scatter import blurred
 from scenes.frame import Frame
 from scenes.image import check_image_path, display_image, write_picture
 from scenes.reference.limits import check_known_to_reference, without_lamps
@@ -56,6 +57,8 @@ class Shot:
     renderer : {"fast", "reference"}
     seed : int
         Of the reference's paths and of the sensor's noise.
+    blur : bool
+        With the blur of light scattered by less than a degree (`scenes.forward_scatter`).
     """
 
     q1_deg: float = 0.0
@@ -67,6 +70,7 @@ class Shot:
     samples: int = 1
     renderer: Literal["fast", "reference"] = "fast"
     seed: int = 0
+    blur: bool = False
 
     def __post_init__(self) -> None:
         problems = []
@@ -79,6 +83,8 @@ class Shot:
                 problems.append(f"expected at least 2 samples per pixel for the reference, got {self.samples}")
             if self.stowed:
                 problems.append("expected a fold mirror in use: the reference renderer knows no stowed one")
+            if self.blur:
+                problems.append("expected no blur: the reference renderer scatters light itself")
             if self.time_s:
                 problems.append(f"expected no time: nothing moves for the reference renderer, got {self.time_s:g} s")
         if problems:
@@ -215,6 +221,8 @@ def render_view(rig: Rig, stage: Stage, shot: Shot, output: Output, *, progress:
         frame = replace(exact, radiance=light.radiance.astype(np.float32))
     elif shot.samples > 1 and output.has_truth:
         exact = fast(1).render_states([state])[0]
+    if shot.blur:
+        frame = replace(frame, radiance=blurred(replace(exact, radiance=frame.radiance), stage.light, rig))
     files: list[Path] = []
     if output.has_truth:
         seen = replace(exact, radiance=frame.radiance, target_fraction=frame.target_fraction)

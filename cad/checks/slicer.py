@@ -16,7 +16,7 @@ import trimesh
 
 from cad.checks.finding import Finding, Sense
 from cad.checks.orientation import print_pose
-from cad.meshes import cache_folder
+from optics.cache import cache_folder
 from optics.layout import FloatArray
 from optics.mesh import PartMesh
 from rigs import Mount, Problem

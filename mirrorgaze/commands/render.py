@@ -51,6 +51,7 @@ def render(
     ] = None,
     world: WorldOption = "tank",
     target: TargetOption = "red ball",
+    blur: Annotated[bool, typer.Option("--blur", help="With the blur by light scattered forward.")] = False,
     snow: Annotated[bool, typer.Option("--snow", help="With marine snow.")] = False,
     seed: SeedOption = 0,
     depth: DepthOption = 5.0,
@@ -92,6 +93,7 @@ def render(
         samples=SAMPLES[renderer] if samples is None else samples,
         renderer=renderer,
         seed=seed,
+        blur=blur,
     )
     files = Output(path=output, sensor=sensor, truth=truth)
     scenery = Scenery(

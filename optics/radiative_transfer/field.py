@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.cache import cache_folder, load_arrays, save_arrays
 from optics.inherent_optics import InherentOptics
-from optics.radiative_transfer.cache import cache_folder, content_key, load_arrays, save_arrays
 from optics.radiative_transfer.column import WINDOW_STREAMS, Column, fourier, multiple_radiance, solve_columns
+from optics.radiative_transfer.content_key import content_key
 from optics.radiative_transfer.delta_scaling import DEGREES
 from optics.radiative_transfer.grids import SHALLOWEST_M, azimuths_rad, cosines, depths_m
 from optics.radiative_transfer.irradiance import irradiance_on_planes, irradiances

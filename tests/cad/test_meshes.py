@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cad import meshes as module
-from cad.meshes import cache_folder, load_meshes, mesh_key, rig_meshes, save_meshes
+from cad.meshes import load_meshes, mesh_key, rig_meshes, save_meshes
 from rigs import Rig, Water
 
 
@@ -62,15 +62,6 @@ def test_the_key_is_of_shapes_only(aqua2):
     thick = rig.mount.model_copy(update={"wall_mm": 5.0})
     for other in ({"servos": wide}, {"mount": thick}):
         assert mesh_key(rig.model_copy(update=other)) != key
-
-
-def test_the_cache_is_where_the_environment_says(monkeypatch, tmp_path):
-    monkeypatch.delenv("MIRRORGAZE_CACHE", raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / "mirrorgaze"
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / ".cache" / "mirrorgaze"
 
 
 def test_a_rig_without_mirrors_has_no_meshes(cache):

@@ -16,7 +16,6 @@ from scenes.spectrum import (
     CHANNEL_WIDTH_NM,
     CameraResponse,
     camera_bands,
-    colour_basis,
     gauss_rule,
     read_camera_response,
     reflectance,
@@ -218,19 +217,3 @@ def test_a_response_is_read_and_integrated(tmp_path):
 def test_a_bad_response_is_a_sentence(tmp_path, header, rows, words):
     with pytest.raises(ValueError, match=rf"(?s)camera\.csv: .*{words}"):
         read_camera_response(write(tmp_path / "camera.csv", rows, header))
-
-
-@given(wavelength=st.floats(400, 700))
-def test_colours_are_shares_of_white(wavelength):
-    basis = colour_basis(np.array([wavelength]))
-    assert basis.sum() == pytest.approx(1, rel=1e-15)
-    assert (basis >= 0).all()
-
-
-def test_each_channel_sees_its_own_colour_best():
-    seen = camera_bands().weight @ colour_basis(camera_bands().wavelength_nm).T
-    assert (seen.argmax(axis=1) == [0, 1, 2]).all()
-    assert (seen.argmax(axis=0) == [0, 1, 2]).all()
-    middle = colour_basis(np.array([490.0, 590.0]))
-    assert middle[2, 0] == pytest.approx(0.5, abs=1e-6)
-    assert middle[0, 1] == pytest.approx(0.5, abs=1e-6)

@@ -224,3 +224,13 @@ def test_the_numbers_beside_the_sun_are_told(aqua2, tmp_path):
     down = compare(aqua2, scene, q1_deg=0.0, q2_deg=-10.0, **options)
     assert BESIDE_SUN not in [each.name for each in down.agreements]
     assert Label.OPEN_WATER.name.lower().replace("_", " ") in [each.name for each in down.agreements]
+
+
+def test_blur_softens_and_loses_no_light(bench, tmp_path):
+    """A ball's edge in turbid water: the sums agree in single precision, the steepest step becomes smaller."""
+    turbid = stage(bench, world="blue", jerlov_type="III", wind=Wind(speed_m_s=0.0))
+    for name, blur in (("sharp", False), ("soft", True)):
+        render_view(bench, turbid, Shot(**SIZE, blur=blur), Output(path=tmp_path / f"{name}.exr"))
+    sharp, soft = (layers_of(tmp_path / f"{name}.exr")["G"] for name in ("sharp", "soft"))
+    assert soft.sum() == pytest.approx(sharp.sum(), rel=1e-3)
+    assert np.abs(np.diff(soft, axis=1)).max() < np.abs(np.diff(sharp, axis=1)).max()
