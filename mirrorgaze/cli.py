@@ -24,6 +24,7 @@ from mirrorgaze.commands import (
     search,
     sizing,
     tolerance,
+    track,
     water,
 )
 from mirrorgaze.errors import with_exit_status
@@ -48,6 +49,7 @@ COMMANDS = (
     search.search,
     loads.loads,
     dive.dive,
+    track.track,
     doctor.doctor,
 )
 """Every command, in the order in which `mirrorgaze --help` shows them."""

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from rigs import Rig
+from tracking.mirrors import open_mirrors
 from tracking.mirrors.maestro import Maestro, MaestroMirrors, crc7, maestro_mirrors, pulse_us
 from tracking.mirrors.serial_port import SerialPort
 
@@ -252,3 +253,27 @@ def test_a_controller_that_is_unplugged_is_named():
 def test_a_value_that_does_not_fit_is_named(maestro):
     with pytest.raises(ValueError, match="expected a value from 0 to 16383 for channel 0, got 20000"):
         maestro.set_target(0, 5000.0)
+
+
+def test_a_name_opens_the_driver(fake):
+    with open_mirrors(f"maestro:{fake.path}", RIG, joints=None, live=True) as mirrors:
+        mirrors.command(np.array([0.0, np.radians(45.0)]), 0.0)
+    assert fake.targets == {0: 6000, 1: 6000}
+
+
+def test_names_that_open_nothing_are_told(tmp_path):
+    for name, options, message in [
+        ("servo", {}, r"mirrors 'servo': expected none or maestro: and a serial port"),
+        ("maestro:", {}, r"mirrors 'maestro:': expected none or maestro: and a serial port"),
+        ("maestro:x", {"joints": tmp_path}, "expected no recorded joints beside a driver"),
+        ("maestro:x", {"live": False}, "expected a live camera; a recording shows no mirror that is turned now"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            open_mirrors(name, RIG, **({"joints": None, "live": True} | options))
+    with pytest.raises(FileNotFoundError), open_mirrors(f"maestro:{tmp_path / 'no'}", RIG, joints=None, live=True):
+        pass
+
+
+def test_without_a_driver_the_mirrors_stand_at_zero():
+    with open_mirrors("none", RIG, joints=None, live=False) as mirrors:
+        assert mirrors.report(1e4).q.tolist() == [0.0, 0.0]

@@ -1,0 +1,108 @@
+"""The loop on recorded or live pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mirrorgaze.output import JsonOption, print_json, print_table
+
+if TYPE_CHECKING:
+    from tracking.offline import Tracked
+
+PICTURES_A_LINE = 30
+
+
+def track(
+    pictures: Annotated[
+        str, typer.Argument(metavar="VIDEO|CAMERA", help="Video, folder of PNGs, or a camera: 0, /dev/video0.")
+    ],
+    rig: Annotated[str, typer.Option(metavar="RIG", help="Name of a preset, or a rig file: whose camera it is.")],
+    variant: Annotated[str, typer.Option(help="Of the loop: default, paper, paper-literal.")] = "default",
+    joints: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Joints of a recording: CSV with time_s, q1_deg, q2_deg, or a log.parquet."),
+    ] = None,
+    mirrors: Annotated[
+        str, typer.Option(metavar="DRIVER", help="Turns the mirror of a live camera: none, maestro:PORT.")
+    ] = "none",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Folder to write into; out/RIG-track by default."),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Track the target in a video or through a live camera.
+
+    Writes what the loop saw and thought as a video (overlay.mp4), one row a picture (log.parquet) and a summary
+    (track.json). Without --mirrors nothing is turned, and without --joints the mirror counts as standing at q1 = q2 =
+    0. Ctrl-C ends it; what there is by then is finished.
+
+    \b
+    Example:
+      mirrorgaze track dive.mkv --rig aqua2 --joints joints.csv -o out/track
+      mirrorgaze track /dev/video0 --rig my-auv.toml --mirrors maestro:/dev/ttyACM0
+    """
+    from mirrorgaze.loading import load_usable_rig
+    from tracking.cameras import LiveCamera, open_camera
+    from tracking.loop import TrackingLoop
+    from tracking.mirrors import NO_MIRRORS, open_mirrors
+    from tracking.offline import track as run
+    from tracking.offline import until_interrupted, variant_named
+
+    loaded = load_usable_rig(rig)
+    chosen = variant_named(variant, turning=mirrors != NO_MIRRORS)
+    folder = output or Path("out") / f"{loaded.name}-track"
+    with ExitStack() as stack:
+        camera = stack.enter_context(closing(open_camera(pictures, loaded)))
+        live = isinstance(camera, LiveCamera)
+        driver = stack.enter_context(open_mirrors(mirrors, loaded, joints=joints, live=live))
+        loop = TrackingLoop(loaded, chosen)
+        tracked = run(
+            camera,
+            driver,
+            loop,
+            folder,
+            rig=loaded,
+            about={
+                "source": pictures,
+                "rig": loaded.name,
+                "variant": variant,
+                "mirrors": mirrors,
+                "joints": None if joints is None else str(joints),
+            },
+            clock=camera.now_s if isinstance(camera, LiveCamera) else None,
+            progress=_progress(camera.expected_pictures),
+            stopped=stack.enter_context(until_interrupted()),
+        )
+    if json:
+        print_json(tracked.as_dict() | {"frames_per_s": tracked.frames_per_s, "folder": str(folder)})
+        return
+    ending = ", interrupted" if tracked.interrupted else ""
+    typer.echo(f"{folder}: overlay.mp4, log.parquet, track.json{ending}")
+    print_table(_rows(tracked))
+
+
+def _progress(expected: int | None) -> Callable[[int], None]:
+    of = "" if expected is None else f" of {expected}"
+
+    def tell(done: int) -> None:
+        if done % PICTURES_A_LINE == 0 or done == expected:
+            typer.echo(f"\rtrack: {done}{of} pictures", err=True, nl=done == expected)
+
+    return tell
+
+
+def _rows(tracked: Tracked) -> list[tuple[str, str]]:
+    modes = ", ".join(f"{mode} {count}" for mode, count in tracked.modes.items() if count)
+    return [
+        ("  pictures", f"{tracked.pictures}, from {tracked.first_s:.2f} to {tracked.last_s:.2f} s"),
+        ("  left out", f"{tracked.skipped}; {tracked.missing} missing by the time stamps"),
+        ("  detected", f"in {tracked.detected} ({tracked.detected / max(tracked.pictures, 1):.1%})"),
+        ("  modes", modes),
+        ("  speed", f"{tracked.frames_per_s:.1f} pictures/s, overlay and log included"),
+    ]
