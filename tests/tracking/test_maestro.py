@@ -171,6 +171,15 @@ def test_both_protocols_with_and_without_check_sum(crc, device_number):
         assert fake.accelerations == {1: 255}
 
 
+def test_the_pololu_protocol_names_the_device_and_strips_the_top_bit(fake):
+    """Section 5.e: 0xAA, device number, 0x04, channel, two data bytes; 12 unless it was changed."""
+    with SerialPort(fake.path) as port:
+        maestro = Maestro(port, device_number=12)
+        maestro.set_target(2, 1500.0)
+        assert maestro.errors() == ()
+    assert fake.received == bytes([0xAA, 0x0C, 0x04, 0x02, 0x70, 0x2E, 0xAA, 0x0C, 0x21])
+
+
 def test_a_missing_check_sum_is_an_error_of_the_controller():
     """The controller takes the next command's first byte for the check sum."""
     with FakeMaestro(crc=True) as fake, SerialPort(fake.path) as port:

@@ -55,6 +55,9 @@ def test_a_saved_record_is_replayed(recorded, tmp_path, name):
         np.testing.assert_allclose(report.q, plain.report(k / 30).q, atol=DEGREES_AND_BACK)
         assert not report.measured
         plain.command(np.array([0.3 * math.sin(k / 5), 0.2]), k / 30 + 0.01)
+    # Commands stand in the record between the reports, and are no samples.
+    halfway = (again.report(1 / 30).q + again.report(2 / 30).q) / 2
+    np.testing.assert_allclose(again.report(1.5 / 30).q, halfway, atol=DEGREES_AND_BACK)
 
 
 def test_between_two_samples_the_joints_run_straight():
