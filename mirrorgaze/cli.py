@@ -10,6 +10,7 @@ from __future__ import annotations
 import typer
 
 from mirrorgaze.commands import (
+    calibrate,
     calibration,
     compare,
     coverage,
@@ -44,6 +45,7 @@ COMMANDS = (
     gaze.virtual_camera,
     water.water,
     ports.port,
+    calibrate.calibrate,
     calibration.calibrate_study,
     tolerance.tolerance,
     search.search,

@@ -1,0 +1,210 @@
+"""Calibration of a built rig: joint offsets and signs, mirrors, axes and port, from pictures."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mirrorgaze.output import JsonOption, RigArgument, print_json, print_progress, print_table
+
+if TYPE_CHECKING:
+    from rigs import Rig
+    from tracking.calibration.estimate import Estimate
+    from tracking.calibration.session_study import SessionStudy
+
+
+def calibrate(
+    rig: RigArgument,
+    observations: Annotated[
+        Path | None, typer.Argument(metavar="OBSERVATIONS", help="CSV of a target's points in pictures.")
+    ] = None,
+    edges: Annotated[
+        Path | None, typer.Option(metavar="CORNERS", help="CSV of the gaze mirror's corners in pictures.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Calibration file to write (TOML).")
+    ] = None,
+    noise: Annotated[float, typer.Option("--noise-px", metavar="PX", help="Standard deviation of the pixels.")] = 0.3,
+    play: Annotated[
+        float, typer.Option("--play-deg", metavar="DEG", help="Standard deviation of the joints, anew in each pose.")
+    ] = 0.0,
+    prior: Annotated[
+        bool, typer.Option("--prior/--no-prior", help="Whether to believe in print tolerances of 1 mm and 1 degree.")
+    ] = True,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="Say what sessions in the tank would give for this rig.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Of the simulation.", min=0)] = 0,
+    json: JsonOption = False,
+) -> None:
+    """Find what is off in a built rig from pictures of a board, of the gaze mirror's corners, or both.
+
+    OBSERVATIONS has the columns q1_deg, q2_deg (empty: seen past the mirrors), u_px, v_px and body_x_mm, body_y_mm,
+    body_z_mm, or board_x_mm, board_y_mm and board where the boards' places are not known.
+
+    \b
+    Example:
+      mirrorgaze calibrate aqua2 --simulate --seed 1
+      mirrorgaze calibrate my-auv.toml observations.csv --edges corners.csv -o my-auv-calibration.toml
+    """
+    from mirrorgaze.loading import load_usable_rig
+
+    loaded = load_usable_rig(rig)
+    if not loaded.has_mirrors:
+        raise ValueError(f"{rig}: expected a rig with mirrors, got {loaded.name!r}, which has none")
+    if simulate:
+        if observations is not None or edges is not None or output is not None:
+            raise ValueError("expected --simulate alone: it makes its own observations and writes no calibration")
+        _simulate(loaded, seed=seed, noise=noise, play=play, json=json)
+        return
+    from tracking.calibration.estimate import calibrate as estimate
+
+    target, corners = _read(loaded, observations, edges)
+    found = estimate(
+        loaded, target=target, edges=corners, prior=prior, noise_px=noise, edge_noise_px=noise, play_deg=play
+    )
+    if output is not None:
+        found.calibrated.save(output)
+    if json:
+        print_json({**_summary(found), "file": None if output is None else str(output)})
+        return
+    _tell(found)
+    if output is not None:
+        typer.echo(str(output))
+
+
+def _read(rig: Rig, observations: Path | None, edges: Path | None) -> tuple[Any, Any]:
+    """Both files, or every problem of both."""
+    from tracking.calibration.observation_files import read_observations
+    from tracking.calibration.observations import edge_problems
+    from tracking.perception.corner_samples import CornerSamples
+
+    if observations is None and edges is None:
+        raise ValueError("expected OBSERVATIONS, --edges CORNERS, or --simulate, got none of them")
+    problems, target, corners = [], None, None
+    try:
+        target = None if observations is None else read_observations(observations, rig)
+    except ValueError as error:
+        problems.append(str(error))
+    try:
+        corners = None if edges is None else CornerSamples.from_csv(edges)
+    except ValueError as error:
+        problems.append(str(error))
+    if corners is not None:
+        problems += [f"{edges}: {problem}" for problem in edge_problems(rig, corners)]
+    if problems:
+        raise ValueError("\n".join(problems))
+    return target, corners
+
+
+def _summary(found: Estimate) -> dict[str, Any]:
+    from tracking.calibration.errors import shown_per_si, unit_of
+
+    calibrated = found.calibrated
+    known, joints = calibrated.knowledge, calibrated.rig.joints
+    corrected = calibrated.with_joint_offsets().joints
+    assert joints is not None and corrected is not None
+    rows = []
+    for index, name in enumerate(known.names):
+        factor = shown_per_si(name)
+        rows.append(
+            {
+                "error": name,
+                "unit": unit_of(name),
+                "value": calibrated.errors[name] * factor,
+                "standard_deviation": float(known.deviations()[index]) * factor,
+                "standard_deviation_from_data": float(known.data_deviation[index]) * factor,
+                "tolerance": float(known.scales[index]) * factor,
+            }
+        )
+    gaze = _gaze_deviation_deg(found)
+    return {
+        "rig": calibrated.rig.name,
+        "prior": known.has_prior,
+        "pan_sign": joints.pan.sign,
+        "tilt_sign": joints.tilt.sign,
+        "signs_decided": found.signs_decided,
+        "sign_costs": [[trial.pan_sign, trial.tilt_sign, trial.cost] for trial in found.trials],
+        "errors": rows,
+        "unobservable": list(known.combinations()),
+        "residual_px": found.residual_px,
+        "residual_width": found.residual_width,
+        "converged": found.converged,
+        "outliers": found.outlier_count,
+        "missing": found.missing_count,
+        "gaze_deviation_deg": gaze,
+        "pan_offset_deg": corrected.pan.offset_deg,
+        "tilt_offset_deg": corrected.tilt.offset_deg,
+    }
+
+
+def _gaze_deviation_deg(found: Estimate) -> float:
+    """Root mean square over the joints' range."""
+    import numpy as np
+
+    from tracking.calibration.calibrated_rig import joint_grid
+
+    deviation = found.calibrated.gaze_deviation(joint_grid(found.calibrated.rig, 5))
+    return float(np.degrees(np.sqrt((deviation**2).mean())))
+
+
+def _tell(found: Estimate) -> None:
+    summary = _summary(found)
+    doubt = "" if found.signs_decided else " (the pictures do not tell; as in the rig file)"
+    typer.echo(f"signs: pan {summary['pan_sign']:+d}, tilt {summary['tilt_sign']:+d}{doubt}")
+    rows = [["error", "found", "+-", "+- from the pictures alone", "tolerance", ""]]
+    for row in summary["errors"]:
+        numbers = (row["value"], row["standard_deviation"], row["standard_deviation_from_data"], row["tolerance"])
+        digits = 5 if row["unit"] == "" else 3
+        rows.append([row["error"], *(f"{number:.{digits}f}" for number in numbers), row["unit"]])
+    print_table(rows)
+    if summary["unobservable"]:
+        kept = "keep what the tolerances say" if summary["prior"] else "are not known"
+        typer.echo(f"the pictures say nothing of these combinations, which {kept}:")
+        for combination in summary["unobservable"]:
+            typer.echo(f"  {combination}")
+    typer.echo(
+        f"left over: {found.residual_px:.2f} px rms, {found.outlier_count} outliers, {found.missing_count} missing"
+    )
+    if found.residual_width > 1:
+        typer.echo(f"that is {found.residual_width:.2f} times the noise given; all +- are widened by it")
+    if not found.converged:
+        typer.echo("the solver did not come to rest: take these numbers as a start, not as a result")
+    typer.echo(f"gaze: +- {summary['gaze_deviation_deg']:.3f} deg over the joints' range")
+    typer.echo(
+        f"nearest rig file: joints.pan.offset_deg = {summary['pan_offset_deg']:.3f}, "
+        f"joints.tilt.offset_deg = {summary['tilt_offset_deg']:.3f}"
+    )
+
+
+def _simulate(rig: Rig, *, seed: int, noise: float, play: float, json: bool) -> None:
+    from tracking.calibration.session_study import session_study
+
+    study = session_study(
+        rig, seed=seed, noise_px=noise, play_deg=play, progress=partial(print_progress, "calibrate: session")
+    )
+    if json:
+        from dataclasses import asdict
+
+        print_json({"rig": rig.name, "seed": seed, **asdict(study)})
+        return
+    _tell_study(study)
+
+
+def _tell_study(study: SessionStudy) -> None:
+    rows = [["session", "poses", "gaze (deg)", "worst", "expected", "image (px)", "corners (px)"]]
+    sessions = [("as drawn, before", "-", study.before, "-")]
+    for outcome in study.outcomes:
+        expected = f"{outcome.gaze_expected_deg:.3f}"
+        sessions.append((outcome.session.name, str(outcome.pose_count), outcome.after, expected))
+    for name, count, off, expected in sessions:
+        gaze = [f"{off.gaze_deg:.3f}", f"{off.gaze_worst_deg:.3f}", expected]
+        rows.append([name, count, *gaze, f"{off.image_px:.2f}", f"{off.corners_px:.2f}"])
+    print_table(rows)
+    typer.echo(
+        "one rig built with errors of 1 mm and 1 degree; all numbers are root mean squares over the joints' range,\n"
+        "image: of points 3 m away, corners: of the gaze mirror; expected: what the covariance says of the gaze"
+    )

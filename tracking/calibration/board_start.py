@@ -1,0 +1,72 @@
+"""Where a board is, roughly: the pose from which its unknown six numbers are refined.
+
+Each picture of a point is a ray (o, d) behind the mirrors. With R = (r1, r2, r3) and t the board's pose, a point
+(x, y, 0) of the board is on it when d x (r1 x + r2 y + t - s o) = 0, which is linear in r1, r2, t and s. The rays come
+nearly from one point, so the scale s is free here and |r1| = |r2| = 1 fixes it; t follows once more with R known. That
+is the direct linear transform (Hartley & Zisserman, Multiple View Geometry, 2004, section 4.1) for rays from many
+points.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from optics.arrays import FloatArray
+from optics.mirror import PlaneMirror
+from optics.train import OpticalTrain
+from tracking.calibration.model import ErrorModel
+from tracking.calibration.observations import TargetObservations
+
+
+def board_poses(model: ErrorModel, observations: TargetObservations) -> list[RigidTransform]:
+    """`camera_from_board` of every board, as it would be if the rig were as drawn."""
+    origins, directions = observed_rays(model, observations.q, observations.pixels)
+    poses = []
+    for index in range(len(observations.boards)):
+        on = (observations.board == index) & np.isfinite(directions).all(axis=1)
+        poses.append(_pose(observations.points_m[on, :2], origins[on], directions[on]))
+    return poses
+
+
+def observed_rays(model: ErrorModel, q: FloatArray, pixels: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points on and directions of pixels' rays in the water, camera frame, of the rig as drawn.
+
+    Where q is nan, past the mirrors. Whether the mirrors are large enough is not asked: a wrong guess of the joints'
+    signs has rays, too.
+    """
+    rays = OpticalTrain(camera=model.camera, port=model.port({})).trace(pixels)
+    origins, directions = rays.origin_m.copy(), rays.direction.copy()
+    for pose in np.unique(q[np.isfinite(q).all(axis=1)], axis=0):
+        of_pose = (q == pose).all(axis=1)
+        for camera_from_mirror in (model.layout.camera_from_m1, model.layout.camera_from_m2(*pose)):
+            reflection = PlaneMirror.from_pose(camera_from_mirror).reflection
+            directions[of_pose] -= 2 * (directions[of_pose] @ reflection.normal)[:, np.newaxis] * reflection.normal
+            origins[of_pose] = reflection.apply(origins[of_pose])
+    return origins, directions
+
+
+def _pose(on_board: FloatArray, origins: FloatArray, directions: FloatArray) -> RigidTransform:
+    off_ray = _across(directions)
+    x, y = on_board[:, 0, np.newaxis, np.newaxis], on_board[:, 1, np.newaxis, np.newaxis]
+    aside = (off_ray @ origins[..., np.newaxis])[..., 0]
+    rows = np.concatenate([off_ray * x, off_ray * y, off_ray, -aside[..., np.newaxis]], axis=2).reshape(-1, 10)
+    # Columns of one size: metres on the board are not metres of the pool.
+    sizes = np.maximum(np.linalg.norm(rows, axis=0), np.finfo(np.float64).tiny)
+    found = np.linalg.svd(rows / sizes, full_matrices=False)[2][-1] / sizes
+    along = np.outer(on_board[:, 0], found[:3]) + np.outer(on_board[:, 1], found[3:6]) + found[6:9] - found[9] * origins
+    # The board is in front of the mirror.
+    found = found * (np.sign((directions * along).sum()) or 1.0)
+    first, second = found[:3] / np.linalg.norm(found[:3]), found[3:6] / np.linalg.norm(found[:3])
+    columns = np.column_stack([first, second, np.cross(first, second)])
+    left, _, right = np.linalg.svd(columns)
+    turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
+    in_place = on_board @ turn[:, :2].T - origins
+    offset = -(off_ray @ in_place[..., np.newaxis])[..., 0]
+    translation = np.linalg.lstsq(off_ray.reshape(-1, 3), offset.ravel())[0]
+    return RigidTransform.from_components(translation, Rotation.from_matrix(turn))
+
+
+def _across(directions: FloatArray) -> FloatArray:
+    """Two unit vectors across each direction, shape (n, 2, 3)."""
+    return np.asarray(np.linalg.svd(directions[:, np.newaxis, :])[2][:, 1:])

@@ -1,0 +1,212 @@
+"""A calibrated rig: the rig file with what was found to be off, how well it is known, and what follows for the loop."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import tomlkit
+from numpy.typing import ArrayLike
+
+from optics.arrays import FloatArray
+from optics.train import OpticalTrain
+from rigs import Joint, Rig
+from tracking.calibration.errors import check_errors, shown_per_si, unit_of
+from tracking.calibration.knowledge import Knowledge
+from tracking.calibration.model import ErrorModel
+from tracking.perception.crop import runs_clockwise
+
+GRID = 9
+"""Joint values a joint at which the offsets of `with_joint_offsets` are fitted."""
+
+ITERATIONS = 6
+"""Gauss-Newton steps of that fit: each shrinks what is missing by the error in radians."""
+
+VERSION = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibratedRig:
+    """A rig and what is off in it.
+
+    Attributes
+    ----------
+    rig : Rig
+        As drawn, but with the joints' signs as they were found.
+    errors : dict of str to float
+        Metres, radians, units of index (`errors.error_names`); what is not named is as drawn.
+    knowledge : Knowledge
+        How well the errors are known.
+    """
+
+    rig: Rig
+    errors: dict[str, float]
+    knowledge: Knowledge
+
+    def __post_init__(self) -> None:
+        check_errors(self.rig, self.errors)
+
+    @property
+    def model(self) -> ErrorModel:
+        """Kernels of the rig with its errors."""
+        return ErrorModel(self.rig)
+
+    def train(self, q1: float, q2: float) -> OpticalTrain:
+        """Exact train of the built rig: to trace pixels into the water and to project points; radians."""
+        return self.model.train(self.errors, q1, q2)
+
+    def corners(self, q: ArrayLike) -> FloatArray:
+        """Pixels of M2's corners, shape (..., 4, 2), in the crop's order for joint values of shape (..., 2), radians.
+
+        All four are nan where the camera does not see M2's face: as `tracking.perception.ExactCorners`.
+        """
+        q = np.asarray(q, dtype=np.float64)
+        pixels = self.model.corners(self.errors, q.reshape(-1, 2))[0].reshape(*q.shape[:-1], 4, 2)
+        return np.where(runs_clockwise(pixels)[..., np.newaxis, np.newaxis], pixels, np.nan)
+
+    def gaze(self, q: ArrayLike) -> FloatArray:
+        """Unit vectors of the principal ray behind M2 in the body frame, shape (n, 3), for joint values (n, 2)."""
+        return self.model.gaze(self.errors, np.asarray(q, dtype=np.float64))[0]
+
+    def gaze_deviation(self, q: ArrayLike) -> FloatArray:
+        """Standard deviation of the gaze, radians, shape (n,): root of the mean squared angle to the true one."""
+        slopes = self.model.gaze(self.errors, np.asarray(q, dtype=np.float64), self.knowledge.names)[1]
+        return np.asarray(np.linalg.norm(self.knowledge.deviation_of(slopes), axis=1))
+
+    def with_joint_offsets(self) -> Rig:
+        """Rig file with the signs found and the joint offsets under which it looks most nearly as the built one.
+
+        For who can use only a rig file: leaning axes and mirrors turned aside cannot be said there.
+        """
+        q = joint_grid(self.rig, GRID)
+        wanted, model = self.gaze(q), self.model
+        offsets = np.zeros(2)
+        for _ in range(ITERATIONS):
+            seen, slopes = model.gaze(dict(zip(("pan", "tilt"), offsets.tolist(), strict=True)), q, ("pan", "tilt"))
+            offsets = offsets + np.linalg.lstsq(slopes.reshape(-1, 2), (wanted - seen).ravel())[0]
+        assert self.rig.joints is not None and self.rig.fold_mirror is not None
+        # A fold up stands on its head: its optical angles are the negatives of the file's.
+        sense = -1.0 if self.rig.fold_mirror.direction == "up" else 1.0
+        pan, tilt = (
+            joint.model_copy(update={"offset_deg": joint.offset_deg + sense * float(np.degrees(offset))})
+            for joint, offset in zip((self.rig.joints.pan, self.rig.joints.tilt), offsets, strict=True)
+        )
+        return with_joints(self.rig, pan, tilt)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a calibration file (TOML) beside a rig file; it appears whole or not at all."""
+        path, known = Path(path), self.knowledge
+        assert self.rig.joints is not None
+        document = tomlkit.document()
+        document.add(tomlkit.comment("What is off in a built rig, found by mirrorgaze calibrate: docs/calibration.md."))
+        document.add("version", tomlkit.item(VERSION))
+        document.add("rig", tomlkit.item(self.rig.name))
+        document.add("pan_sign", tomlkit.item(self.rig.joints.pan.sign))
+        document.add("tilt_sign", tomlkit.item(self.rig.joints.tilt.sign))
+        document.add("has_prior", tomlkit.item(known.has_prior))
+        tables = {
+            "errors": [self.errors.get(name, 0.0) for name in known.names],
+            "standard_deviations": known.deviations().tolist(),
+            "data_standard_deviations": known.data_deviation.tolist(),
+            "tolerances": known.scales.tolist(),
+        }
+        for title, values in tables.items():
+            table = tomlkit.table()
+            for name, value in zip(known.names, values, strict=True):
+                table.add(_key(name), value * shown_per_si(name))
+            document.add(title, table)
+        document.add("correlated", _rows(known.covariance / np.outer(known.scales, known.scales)))
+        document.add("unobservable", _rows(known.unobservable))
+        partial = path.with_name(f".{path.name}.partial")
+        partial.write_text(tomlkit.dumps(document), encoding="utf-8")
+        partial.replace(path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], rig: Rig) -> Self:
+        """Read the calibration file of a rig.
+
+        Raises
+        ------
+        ValueError
+            For a file that is none, or that is another rig's.
+        """
+        path = Path(path)
+        try:
+            document = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path}: expected a calibration file (TOML), got {error}") from None
+        if document.get("version") != VERSION:
+            raise ValueError(f"{path}: expected a calibration file of version {VERSION}, got {document.get('version')}")
+        if document.get("rig") != rig.name:
+            raise ValueError(
+                f"{path}: expected the calibration of rig {rig.name!r}, got that of {document.get('rig')!r}"
+            )
+        try:
+            return cls._parsed(document, rig)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"{path}: expected a calibration as mirrorgaze calibrate writes it, got {error}") from None
+
+    @classmethod
+    def _parsed(cls, document: dict[str, Any], rig: Rig) -> Self:
+        keys = list(document["errors"])
+        names = tuple(key.removesuffix("_mm").removesuffix("_deg") for key in keys)
+        factors = np.array([shown_per_si(name) for name in names])
+
+        def values(title: str) -> FloatArray:
+            return np.asarray(np.array([document[title][key] for key in keys], dtype=np.float64) / factors)
+
+        scales = values("tolerances")
+        return cls(
+            rig=with_signs(rig, document["pan_sign"], document["tilt_sign"]),
+            errors=dict(zip(names, values("errors").tolist(), strict=True)),
+            knowledge=Knowledge(
+                names=names,
+                scales=scales,
+                covariance=np.array(document["correlated"]) * np.outer(scales, scales),
+                unobservable=np.array(document["unobservable"]).reshape(-1, len(names)),
+                data_deviation=values("data_standard_deviations"),
+                has_prior=bool(document["has_prior"]),
+            ),
+        )
+
+
+def with_signs(rig: Rig, pan_sign: int, tilt_sign: int) -> Rig:
+    """The rig with other signs of its joints."""
+    if rig.joints is None:
+        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    pan, tilt = (
+        joint.model_copy(update={"sign": sign})
+        for joint, sign in ((rig.joints.pan, pan_sign), (rig.joints.tilt, tilt_sign))
+    )
+    return with_joints(rig, pan, tilt)
+
+
+def with_joints(rig: Rig, pan: Joint, tilt: Joint) -> Rig:
+    """The rig with other joints."""
+    assert rig.joints is not None
+    return rig.model_copy(update={"joints": rig.joints.model_copy(update={"pan": pan, "tilt": tilt})})
+
+
+def joint_grid(rig: Rig, count: int) -> FloatArray:
+    """Even grid over both joints' ranges, shape (count^2, 2), radians."""
+    if rig.joints is None:
+        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    sides = [np.radians(np.linspace(j.min_deg, j.max_deg, count)) for j in (rig.joints.pan, rig.joints.tilt)]
+    return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _key(name: str) -> str:
+    return f"{name}_{unit_of(name)}".rstrip("_")
+
+
+def _rows(matrix: FloatArray) -> Any:
+    rows = tomlkit.array()
+    for row in matrix.tolist():
+        rows.add_line(row)
+    if len(matrix):
+        rows.add_line(indent="")
+    return rows

@@ -1,0 +1,155 @@
+"""What observations say of each error, and of which combinations they say nothing.
+
+With J the slopes of the residuals by the errors, each counted in its tolerance, and what nobody asks for projected out,
+J = U S V': the combination V_i is known from the data alone to 1 / s_i of a tolerance. One that is known no better than
+to `BLIND` tolerances counts as not observable: it keeps what was believed beforehand, or infinity when nothing was.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+from scipy.stats import norm
+
+from optics.arrays import FloatArray
+from tracking.calibration.errors import shown_per_si, unit_of
+from tracking.calibration.fit import TURNING_POINT, Fit
+
+BLIND = 10.0
+"""Tolerances to which a combination must be known to count as observable: beyond, the slopes mean nothing."""
+
+SHOWN = 0.05
+"""Share of a tolerance below which an error is left out of a combination's description."""
+
+NO_PART = 1e-3
+"""Part of a direction that counts as none: less than this of its length."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Knowledge:
+    """How well errors are known; arrays in metres, radians and units of index.
+
+    Attributes
+    ----------
+    names : tuple of str, length k
+    scales : array, shape (k,)
+        Tolerances in which they are counted.
+    covariance : array, shape (k, k)
+        With a prior, of all errors; without one, of the observable part, and infinite besides.
+    unobservable : array, shape (j, k)
+        Combinations that the data say nothing of, in scales, each with 1 at an error of its own.
+    data_deviation : array, shape (k,)
+        Standard deviation of each error from the data alone, all the others unknown; infinite where not observable.
+    has_prior : bool
+    """
+
+    names: tuple[str, ...]
+    scales: FloatArray
+    covariance: FloatArray
+    unobservable: FloatArray
+    data_deviation: FloatArray
+    has_prior: bool
+
+    def deviations(self) -> FloatArray:
+        """Standard deviation of each error, shape (k,)."""
+        return self.deviation_of(np.eye(len(self.names)))
+
+    def deviation_of(self, slopes: FloatArray) -> FloatArray:
+        """Standard deviation of quantities with slopes of shape (..., k) by the errors; infinite where not known."""
+        known = np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", slopes, self.covariance, slopes), 0.0))
+        if self.has_prior or not len(self.unobservable):
+            return np.asarray(known)
+        counted = slopes * self.scales
+        basis = np.linalg.qr(self.unobservable.T)[0]
+        blind = np.linalg.norm(counted @ basis, axis=-1) > NO_PART * np.linalg.norm(counted, axis=-1)
+        return np.where(blind, np.inf, known)
+
+    def combinations(self) -> tuple[str, ...]:
+        """Each combination that the data say nothing of, in words and units."""
+        return tuple(self._described(row) for row in self.unobservable)
+
+    def _described(self, row: FloatArray) -> str:
+        leader = int(np.argmax(np.abs(row)))
+        parts = [i for i in np.argsort(-np.abs(row)).tolist() if abs(row[i]) > SHOWN * abs(row[leader])]
+        if len(parts) == 1:
+            return self.names[leader]
+        units = np.array([shown_per_si(name) for name in self.names]) * self.scales * row
+        units = units / units[leader]
+        return ", ".join(f"{self.names[i]} {units[i]:+.3g} {unit_of(self.names[i])}".rstrip() for i in parts)
+
+
+def knowledge_of(fit: Fit, scales: dict[str, float], *, prior: bool) -> Knowledge:
+    """What a fit knows.
+
+    Notes
+    -----
+    The estimator is pseudo-Huber's, with psi(r) = r / sqrt(1 + (r / c)^2); its covariance is the sandwich
+    ``H^-1 G H^-1`` with H from psi' and G from psi^2 (Huber, Robust Statistics, 1981, section 7.6), to which a normal
+    prior adds the same. E[psi^2] / E[psi'] is that of normal noise, or larger where the residuals are wider than they
+    were said to be, by more than chance: then the noise that they show takes the place of the one that was given.
+    """
+    width = residual_width(fit.residuals)
+    weights = (1 + (np.nan_to_num(fit.residuals) / TURNING_POINT) ** 2) ** -0.75
+    reduced = _projected_out(weights[:, np.newaxis] * fit.slopes, fit.nuisance, weights)
+    singular, rows = np.linalg.svd(reduced)[1:]
+    singular = np.pad(singular, (0, len(rows) - len(singular)))
+    inflation = spread_factor() * width**2
+    blind = singular * BLIND < 1
+    count = rows.shape[1]
+    if prior:
+        precision = np.linalg.inv((rows.T * singular**2) @ rows + np.eye(count))
+        counted = precision @ ((rows.T * inflation * singular**2) @ rows + np.eye(count)) @ precision
+    else:
+        seen = ~blind
+        counted = (rows[seen].T * (inflation / singular[seen] ** 2)) @ rows[seen]
+    seen_rows = rows[~blind]
+    from_data = np.sqrt(inflation * (seen_rows**2 / singular[~blind, np.newaxis] ** 2).sum(axis=0))
+    touched = np.linalg.norm(rows[blind], axis=0) > NO_PART
+    sizes = np.array(list(scales.values()))
+    return Knowledge(
+        names=tuple(scales),
+        scales=sizes,
+        covariance=counted * np.outer(sizes, sizes),
+        unobservable=_sparse(rows[blind]),
+        data_deviation=np.where(touched, np.inf, from_data) * sizes,
+        has_prior=prior,
+    )
+
+
+def residual_width(residuals: FloatArray) -> float:
+    """Standard deviation of residuals by their median size, 1 unless it is larger by more than chance."""
+    seen = residuals[np.isfinite(residuals)]
+    # Efficiency of the median absolute deviation is 0.37 (Huber 1981): its own relative deviation is 1.17 / sqrt(m).
+    width = float(np.median(np.abs(seen)) / norm.ppf(0.75))
+    return width if width > 1 + 5 * 1.17 / np.sqrt(len(seen)) else 1.0
+
+
+def spread_factor() -> float:
+    """E[psi^2] / E[psi'] of pseudo-Huber for standard normal residuals."""
+    r = np.linspace(-10, 10, 4001)
+    density = norm.pdf(r)
+    stretched = 1 + (r / TURNING_POINT) ** 2
+    return float((density * r**2 / stretched).sum() / (density * stretched**-1.5).sum())
+
+
+def _projected_out(slopes: FloatArray, nuisance: FloatArray, weights: FloatArray) -> FloatArray:
+    """Part of the slopes that no change of the nuisances can imitate, square or smaller."""
+    below = len(nuisance) - len(slopes)
+    whole = np.concatenate([slopes, np.zeros((below, slopes.shape[1]))])
+    if nuisance.shape[1]:
+        weighted = nuisance * np.concatenate([weights, np.ones(below)])[:, np.newaxis]
+        basis, triangle, _ = qr(weighted, mode="economic", pivoting=True)
+        size = np.abs(np.diag(triangle))
+        basis = basis[:, size > size[0] * len(whole) * np.finfo(np.float64).eps]
+        whole = whole - basis @ (basis.T @ whole)
+    return np.asarray(np.linalg.qr(whole)[1])
+
+
+def _sparse(rows: FloatArray) -> FloatArray:
+    """Other combinations that span the same, each with an error of its own that the others lack."""
+    if not len(rows):
+        return rows
+    own = qr(rows, mode="r", pivoting=True)[1][: len(rows)]
+    return np.asarray(np.linalg.solve(rows[:, own], rows))

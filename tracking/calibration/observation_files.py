@@ -1,0 +1,142 @@
+"""CSV files of a target's observations: one row a point and picture."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rigs import Rig
+from tracking.calibration.observations import TargetObservations, observation_problems
+
+POSE_COLUMNS = ("q1_deg", "q2_deg")
+PIXEL_COLUMNS = ("u_px", "v_px")
+BODY_COLUMNS = ("body_x_mm", "body_y_mm", "body_z_mm")
+"""A point whose place is known."""
+
+BOARD_COLUMNS = ("board_x_mm", "board_y_mm")
+"""A point on a board whose pose is not known; the column `board` names it when there are several."""
+
+ONLY_BOARD = "board"
+
+
+def read_observations(path: str | os.PathLike[str], rig: Rig) -> TargetObservations:
+    """Read observations; # begins a comment, the first other line names the columns, in any order.
+
+    Columns: q1_deg, q2_deg (both empty where the camera looked at the point directly, past the mirrors), u_px, v_px,
+    and either body_x_mm, body_y_mm, body_z_mm or board_x_mm, board_y_mm and, with more than one board, board.
+
+    Raises
+    ------
+    ValueError
+        With everything that is wrong with the file, one problem a line.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: expected text in UTF-8, got something else at byte {error.start}") from None
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if not lines:
+        raise ValueError(f"{path}: expected a line of column names, got nothing")
+    names = [name.strip() for name in next(csv.reader([lines[0][1]]))]
+    problems = _name_problems(names)
+    if problems:
+        raise ValueError(_told(path, problems))
+    read = [(number, _row(number, line, names, problems)) for number, line in lines[1:]]
+    rows = [(number, row) for number, row in read if row is not None]
+    observations = _observations([row for _, row in rows], known=BODY_COLUMNS[0] in names)
+    problems += observation_problems(rig, observations, [f"line {number}" for number, _ in rows])
+    if problems:
+        raise ValueError(_told(path, problems))
+    return observations
+
+
+def write_observations(path: str | os.PathLike[str], observations: TargetObservations) -> None:
+    """Write observations so that `read_observations` reads them; the file appears whole or not at all."""
+    path = Path(path)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    place = ("board", *BOARD_COLUMNS) if observations.boards else BODY_COLUMNS
+    writer.writerow([*POSE_COLUMNS, *place, *PIXEL_COLUMNS])
+    columns = (observations.q, observations.points_m, observations.pixels, observations.board)
+    for q, point, pixel, board in zip(*columns, strict=True):
+        angles = ["" if math.isnan(angle) else repr(math.degrees(angle)) for angle in q.tolist()]
+        millimetres = [repr(1000 * x) for x in point.tolist()]
+        where = [observations.boards[board], *millimetres[:2]] if observations.boards else millimetres
+        writer.writerow([*angles, *where, *map(repr, pixel.tolist())])
+    partial = path.with_name(f".{path.name}.partial")
+    partial.write_text(text.getvalue(), encoding="utf-8")
+    partial.replace(path)
+
+
+def _observations(rows: Sequence[dict[str, float | str]], *, known: bool) -> TargetObservations:
+    def column(name: str) -> list[float]:
+        return [float(row[name]) for row in rows]
+
+    q = np.radians(np.array([column(name) for name in POSE_COLUMNS])).T.reshape(-1, 2)
+    place = np.array([column(name) for name in (BODY_COLUMNS if known else BOARD_COLUMNS)]).T / 1000
+    pixels = np.array([column(name) for name in PIXEL_COLUMNS]).T.reshape(-1, 2)
+    if known:
+        return TargetObservations.in_body(q, place.reshape(-1, 3), pixels)
+    named = [str(row.get("board", ONLY_BOARD)) for row in rows]
+    boards = tuple(dict.fromkeys(named))
+    points = np.zeros((len(rows), 3))
+    points[:, :2] = place.reshape(-1, 2)
+    index = np.array([boards.index(name) for name in named], dtype=np.intp)
+    return TargetObservations(q=q, points_m=points, pixels=pixels, boards=boards, board=index)
+
+
+def _name_problems(names: Sequence[str]) -> list[str]:
+    known = (*POSE_COLUMNS, *PIXEL_COLUMNS, *BODY_COLUMNS, *BOARD_COLUMNS, "board")
+    problems = [f"column {name!r}: expected one of {', '.join(known)}" for name in names if name not in known]
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    problems += [f"column {name}: expected once, got it again" for name in repeated]
+    places = [columns for columns in (BODY_COLUMNS, BOARD_COLUMNS) if set(columns) & set(names)]
+    if len(places) != 1:
+        problems.append(f"expected columns {', '.join(BODY_COLUMNS)} or {', '.join(BOARD_COLUMNS)}, either or")
+    needed = (*POSE_COLUMNS, *PIXEL_COLUMNS, *(places[0] if len(places) == 1 else ()))
+    problems += [f"expected a column {name}; the file has {', '.join(names)}" for name in needed if name not in names]
+    if "board" in names and BODY_COLUMNS[0] in names:
+        problems.append(f"expected no column board with {', '.join(BODY_COLUMNS)}, which say where a point is")
+    return problems
+
+
+def _row(number: int, line: str, names: Sequence[str], problems: list[str]) -> dict[str, float | str] | None:
+    """Numbers of a line, None when it has bad ones; what is wrong with it is added to the problems."""
+    fields = [field.strip() for field in next(csv.reader([line]))]
+    if len(fields) != len(names):
+        problems.append(f"line {number}: expected {len(names)} values, got {len(fields)}")
+        return None
+    texts = dict(zip(names, fields, strict=True))
+    directly = not any(texts[name] for name in POSE_COLUMNS)
+    row: dict[str, float | str] = {}
+    for name, text in texts.items():
+        if name == "board":
+            row[name] = text
+        elif directly and name in POSE_COLUMNS:
+            row[name] = math.nan
+        else:
+            value = _finite(text)
+            if value is None:
+                problems.append(f"line {number}, column {name}: expected a finite number, got {text!r}")
+                return None
+            row[name] = value
+    return row
+
+
+def _finite(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _told(path: Path, problems: Sequence[str]) -> str:
+    return "\n  ".join([f"{path}: {len(problems)} problem{'s' if len(problems) > 1 else ''}", *problems])
