@@ -10,6 +10,7 @@ from __future__ import annotations
 import typer
 
 from mirrorgaze.commands import (
+    bag,
     calibrate,
     calibration,
     compare,
@@ -51,6 +52,7 @@ COMMANDS = (
     search.search,
     loads.loads,
     dive.dive,
+    bag.bag,
     track.track,
     doctor.doctor,
 )

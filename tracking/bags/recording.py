@@ -57,12 +57,7 @@ class Recording:
     @classmethod
     def open(cls, folder: Path, rig: Rig) -> Recording:
         """Look at a dive's folder; `ValueError` with everything that is missing in it or of another kind."""
-        missing = [name for name in (DIVE_FILE, LOG) if not (folder / name).is_file()]
-        if _pictures_path(folder) is None:
-            missing.append(f"{VIDEO_FILE} or {FRAMES}/: a bag holds the pictures")
-        if missing:
-            without = ", without ".join(missing)
-            raise ValueError(f"{folder}: expected the folder of a finished dive, got one without {without}")
+        _check_files(folder)
         log = read_log(folder)
         wrong = [f"column {name}" for name in (*NUMBERS, "mode") if name not in log.column_names]
         if wrong or log.num_rows == 0:
@@ -118,6 +113,22 @@ class Recording:
         if count != expected:
             got = "more" if count > expected else f"{count}: it is cut short"
             raise ValueError(f"{path}: expected {expected} pictures, one for each row of the log, got {got}")
+
+
+def dive_rig(folder: Path) -> Rig:
+    """Rig of a finished dive, as its file tells it; raises what `Recording.open` and `Dive.load` raise."""
+    _check_files(folder)
+    return Dive.load(folder / DIVE_FILE).load_rig()
+
+
+def _check_files(folder: Path) -> None:
+    """Raise a `ValueError` that names every file that is missing."""
+    missing = [name for name in (DIVE_FILE, LOG) if not (folder / name).is_file()]
+    if _pictures_path(folder) is None:
+        missing.append(f"{VIDEO_FILE} or {FRAMES}/: a bag holds the pictures")
+    if missing:
+        without = ", without ".join(missing)
+        raise ValueError(f"{folder}: expected the folder of a finished dive, got one without {without}")
 
 
 def _pictures_path(folder: Path) -> Path | None:
