@@ -202,7 +202,8 @@ def test_joints_become_pulses():
 def test_the_driver_commands_and_believes(fake):
     with maestro_mirrors(RIG, fake.path) as mirrors:
         mirrors.command(np.radians([30.0, 45.0]), 1.0)
-        report = mirrors.report(1.25)
+        # 60 degrees/s from 20 / 2 + 5 ms after the command on.
+        report = mirrors.report(1.265)
         np.testing.assert_allclose(np.degrees(report.q), [15.0, 15.0])
         assert not report.measured
     # Pan 30 of 155 degrees beyond the middle; tilt in the middle of -32.5 to 122.5. Quarters of a microsecond.

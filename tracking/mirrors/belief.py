@@ -24,6 +24,11 @@ def jointed_servos(rig: Rig) -> tuple[tuple[Servo, Joint], tuple[Servo, Joint]]:
     return (rig.servos.pan, rig.joints.pan), (rig.servos.tilt, rig.joints.tilt)
 
 
+def expected_latency_s(rig: Rig) -> float:
+    """From a command to the motors' answer on average: half a period of the pulses, and the servos' own latency."""
+    return sum((servo.pulse_period_ms / 2 + servo.latency_ms) / 1000 for servo, _ in jointed_servos(rig)) / 2
+
+
 def checked_joints(rig: Rig, q: ArrayLike) -> FloatArray:
     """Pan and tilt, radians, shape (2,), if they are two finite numbers within the rig's limits.
 
@@ -58,7 +63,7 @@ class JointBelief:
     rig : Rig
         With mirrors.
     latency_s : float
-        From a command to the motor's answer, if known.
+        From a command to the motor's answer, if known: `expected_latency_s` by the rig file.
     """
 
     def __init__(self, rig: Rig, *, latency_s: float = 0.0):

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from rigs import Joint, Rig, Servo
-from tracking.mirrors.belief import JointBelief, jointed_servos
+from tracking.mirrors.belief import JointBelief, expected_latency_s, jointed_servos
 from tracking.mirrors.serial_port import SerialPort
 from tracking.protocols import FloatArray, MirrorReport
 
@@ -147,7 +147,7 @@ class MaestroMirrors:
     def __init__(self, rig: Rig, maestro: Maestro, *, channels: tuple[int, int] = (0, 1)):
         self._maestro = maestro
         self._joints = tuple(zip(channels, jointed_servos(rig), strict=True))
-        self._belief = JointBelief(rig)
+        self._belief = JointBelief(rig, latency_s=expected_latency_s(rig))
         maestro.errors()  # clears what happened before
         for channel, (servo, _) in self._joints:
             maestro.set_speed(channel, servo.speed_deg_per_s * _us_per_deg(servo))
@@ -171,7 +171,7 @@ class MaestroMirrors:
             raise OSError(f"the servo controller reports: {', '.join(errors)}; it has sent its servos home")
 
     def report(self, time_s: float) -> MirrorReport:
-        """Where the joints are believed to be: by their speed alone."""
+        """Where the joints are believed to be: by their speed and the latency that the rig file expects."""
         return self._belief.report(time_s)
 
 
