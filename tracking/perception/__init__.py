@@ -4,13 +4,25 @@ Section 3 of Cortes-Perez & Torres-Mendez 2021, one module a step.
 """
 
 from tracking.perception.clusters import detect, find_spots, weighted_centroid
-from tracking.perception.colour import RED_BALL, WIDE_HUE, ColourWindow, DetectorSettings, colour_mask
+from tracking.perception.colour import (
+    DETECTORS,
+    NARROW_HUE,
+    RED_BALL,
+    WIDE_HUE,
+    ColourWindow,
+    DetectorSettings,
+    colour_mask,
+)
+from tracking.perception.collection import collect_samples
+from tracking.perception.corner_error import corner_error, exact_samples, pose_grid
 from tracking.perception.corner_samples import CornerSamples
 from tracking.perception.corners import CornerModel, InverseDistanceCorners
 from tracking.perception.crop import Crop
 from tracking.perception.exact_corners import ExactCorners
 
 __all__ = [
+    "DETECTORS",
+    "NARROW_HUE",
     "RED_BALL",
     "WIDE_HUE",
     "ColourWindow",
@@ -20,8 +32,12 @@ __all__ = [
     "DetectorSettings",
     "ExactCorners",
     "InverseDistanceCorners",
+    "collect_samples",
     "colour_mask",
+    "corner_error",
     "detect",
+    "exact_samples",
     "find_spots",
+    "pose_grid",
     "weighted_centroid",
 ]

@@ -88,8 +88,8 @@ def _hues_between(window: ColourWindow) -> tuple[tuple[float, ...], tuple[float,
     return (last + 1, 0, 0), (first - 1, 255, 255)
 
 
-RED = ColourWindow(hue_from_deg=340, hue_to_deg=20, saturation_min=0.45, value_min=0.08)
-WIDE_RED = ColourWindow(hue_from_deg=320, hue_to_deg=40, saturation_min=0.3, value_min=0.06)
+RED_IN_WATER = ColourWindow(hue_from_deg=238, hue_to_deg=2, saturation_min=0.08, value_min=0.1, value_max=0.45)
+"""The chart's red 2 to 5 m away in clear ocean: what is left of its red leaves a dark violet (docs/perception.md)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,6 +99,8 @@ class DetectorSettings:
     Parameters
     ----------
     window : ColourWindow
+    smoothing_px : int
+        Odd side of the Gaussian that smooths the crop first; 1 does nothing. Hue is noisy where colours are pale.
     opening_px, closing_px : int
         Odd diameters of the elliptic elements; 1 does nothing. Opening removes specks, closing fills holes.
     area_min_px : float
@@ -109,17 +111,18 @@ class DetectorSettings:
         Longer over shorter side of a spot's upright box. The crop stretches a ball: its shape changes with tilt.
     """
 
-    window: ColourWindow = field(default=RED)
-    opening_px: int = 3
-    closing_px: int = 5
-    area_min_px: float = 12.0
-    circularity_min: float = 0.4
-    aspect_max: float = 3.0
+    window: ColourWindow = field(default=RED_IN_WATER)
+    smoothing_px: int = 3
+    opening_px: int = 9
+    closing_px: int = 9
+    area_min_px: float = 100.0
+    circularity_min: float = 0.3
+    aspect_max: float = 2.5
 
     def __post_init__(self) -> None:
         problems = [
             f"expected an odd {name} from 1 to 99, got {getattr(self, name)}"
-            for name in ("opening_px", "closing_px")
+            for name in ("smoothing_px", "opening_px", "closing_px")
             if getattr(self, name) not in range(1, 100, 2)
         ]
         if not self.area_min_px >= 0:
@@ -133,12 +136,27 @@ class DetectorSettings:
 
 
 RED_BALL = DetectorSettings()
-WIDE_HUE = DetectorSettings(window=WIDE_RED, aspect_max=4.0, circularity_min=0.3)
+NARROW_HUE = DetectorSettings(
+    window=ColourWindow(hue_from_deg=330, hue_to_deg=20, saturation_min=0.15, value_min=0.1),
+    opening_px=5,
+    closing_px=5,
+)
+"""Red as one would choose it before the dive: the ball's hue at arm's length."""
+WIDE_HUE = DetectorSettings(
+    window=ColourWindow(hue_from_deg=230, hue_to_deg=4, saturation_min=0.06, value_min=0.1, value_max=0.45),
+    aspect_max=3.0,
+)
 """The paper's video S5: a greater range of hues and of width-height ratios, chosen after the dive."""
+
+DETECTORS = {"red-ball": RED_BALL, "narrow-hue": NARROW_HUE, "wide-hue": WIDE_HUE}
+"""Settings by name."""
 
 
 def colour_mask(crop: Mask, settings: DetectorSettings) -> Mask:
     """Pixels of the target's colour after opening and closing: uint8, 255 or 0, shape (height, width)."""
+    check_picture("crop", crop)
+    if settings.smoothing_px > 1:
+        crop = np.asarray(cv2.GaussianBlur(crop, (settings.smoothing_px,) * 2, 0), dtype=np.uint8)
     mask = settings.window.mask(crop)
     for operation, diameter in ((cv2.MORPH_OPEN, settings.opening_px), (cv2.MORPH_CLOSE, settings.closing_px)):
         if diameter > 1:
