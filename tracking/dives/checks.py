@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,8 +174,12 @@ def _rig(dive: Dive, problems: list[Problem]) -> Rig | None:
 
 
 def _check_world(name: str) -> None:
-    if name not in BUILT_IN and not name.lower().endswith((*MESH_SUFFIXES, MITSUBA_SUFFIX)):
-        raise ValueError(f"{', '.join(sorted(BUILT_IN))}, a mesh or a Mitsuba scene")
+    if name in BUILT_IN:
+        return
+    if not name.lower().endswith((*MESH_SUFFIXES, MITSUBA_SUFFIX)):
+        raise ValueError(f"expected {', '.join(sorted(BUILT_IN))}, a mesh or a Mitsuba scene")
+    if not Path(name).is_file():
+        raise ValueError("expected a file that is there")
 
 
 @contextmanager
