@@ -73,7 +73,7 @@ def draw_errors(table: pa.Table, path: Path) -> None:
     frames = Frames.of(table)
     centre = crop_centre_px(frames)
     measured = [frames.numbers[f"error_{axis}_px"] for axis in "xy"]
-    true = [frames.numbers[f"true_{axis}_px"] - centre[k] for k, axis in enumerate("xy")]
+    true = _inside(np.stack([frames.numbers[f"true_{axis}_px"] - centre[k] for k, axis in enumerate("xy")]), centre)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.5, 4.6), layout="constrained")
         axes = figure.subplots(2, 2, sharex=True, sharey="row")
@@ -81,6 +81,7 @@ def draw_errors(table: pa.Table, path: Path) -> None:
             _draw_by_state(axes[row, 0], frames, measured[row])
             _draw_truth(axes[row, 1], frames, true[row])
             axes[row, 0].set_ylabel(f"error in {name} (px)")
+            _limit_to_crop(axes[row, 0], [measured[row], true[row]], centre[row])
         axes[0, 0].set_title("As the loop has it (figure 13)")
         axes[0, 1].set_title("True: where the target's centre is in the crop")
         _finish(figure, axes, frames, path)
@@ -125,6 +126,19 @@ def draw_gaze_error(table: pa.Table, path: Path) -> None:
         modes.set_xlabel("time (s)")
         modes.set_xlim(*_span(frames))
         save_figure(figure, path)
+
+
+def _inside(from_centre_px: FloatArray, centre_px: FloatArray) -> FloatArray:
+    """Places in the crop, shape (2, n), nan where they are outside of it."""
+    return np.where((np.abs(from_centre_px) <= centre_px[:, np.newaxis] + 0.5).all(axis=0), from_centre_px, np.nan)
+
+
+def _limit_to_crop(axes: Axes, signals: list[FloatArray], half_px: float) -> None:
+    """Show what is in the crop: a prediction far outside of it would flatten all the rest."""
+    largest = max((float(np.nanmax(np.abs(signal))) for signal in signals if np.isfinite(signal).any()), default=0.0)
+    limit = float(np.nanmin([largest * 1.05, half_px + 0.5]))
+    if limit > 0:
+        axes.set_ylim(-limit, limit)
 
 
 def _draw_by_state(axes: Axes, frames: Frames, signal: FloatArray) -> None:

@@ -68,6 +68,18 @@ def test_the_true_error_counts_from_the_crops_centre(drawn, dive_log):
         np.testing.assert_allclose(true[150:], expected[150:], atol=1e-12)  # rounding of sums
 
 
+def test_what_is_far_outside_the_crop_does_not_flatten_the_rest(drawn, dive_log):
+    far, predicted = (dive_log[f"{name}_x_px"].to_numpy().copy() for name in ("true", "error"))
+    far[200], predicted[310] = -1e7, 1e7
+    axes = drawn(draw_errors, changed(dive_log, true_x_px=far, error_x_px=predicted)).axes
+    # The crop reaches 160 px to each side of its centre; in y all errors are below 10 px.
+    assert axes[0].get_ylim() == axes[1].get_ylim() == (-160.0, 160.0)
+    assert axes[2].get_ylim()[1] < 10
+    # What is beside the crop in x has no place in it in y either.
+    for right in (axes[1], axes[3]):
+        assert np.isnan(line(right, TRUTH).get_ydata()[200])
+
+
 def test_joints_are_drawn_less_their_commands(drawn, dive_log):
     axes = drawn(draw_commands, dive_log).axes
     for row, expected in ((0, -0.6), (1, 0.1)):
