@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 from rigs import Rig
 from tracking.loop import TrackingLoop
+from tracking.perception import DETECTORS, DetectorSettings
 from tracking.protocols import MirrorDriver, Shot
 from tracking.records import Mode
 from tracking.track_files import TrackFiles
@@ -172,6 +173,13 @@ def variant_named(name: str, *, turning: bool) -> Variant:
         raise ValueError(f"variant {name!r}: expected one of {', '.join(VARIANTS)}")
     variant = VARIANTS[name]
     return variant if turning else replace(variant, behaviour=replace(variant.behaviour, check_s=0.0))
+
+
+def detector_named(name: str) -> DetectorSettings:
+    """What a target of a name looks like; `ValueError` when there is none of that name."""
+    if name not in DETECTORS:
+        raise ValueError(f"detector {name!r}: expected one of {', '.join(DETECTORS)}")
+    return DETECTORS[name]
 
 
 @contextmanager

@@ -23,6 +23,9 @@ def track(
     ],
     rig: Annotated[str, typer.Option(metavar="RIG", help="Name of a preset, or a rig file: whose camera it is.")],
     variant: Annotated[str, typer.Option(help="Of the loop: default, paper, paper-literal.")] = "default",
+    detector: Annotated[
+        str, typer.Option(help="What the target looks like: red-ball (in water), narrow-hue (near), wide-hue.")
+    ] = "red-ball",
     joints: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Joints of a recording: CSV with time_s, q1_deg, q2_deg, or a log.parquet."),
@@ -51,17 +54,18 @@ def track(
     from tracking.cameras import LiveCamera, open_camera
     from tracking.loop import TrackingLoop
     from tracking.mirrors import NO_MIRRORS, open_mirrors
+    from tracking.offline import detector_named, until_interrupted, variant_named
     from tracking.offline import track as run
-    from tracking.offline import until_interrupted, variant_named
 
     loaded = load_usable_rig(rig)
     chosen = variant_named(variant, turning=mirrors != NO_MIRRORS)
+    looks = detector_named(detector)
     folder = output or Path("out") / f"{loaded.name}-track"
     with ExitStack() as stack:
         camera = stack.enter_context(closing(open_camera(pictures, loaded)))
         live = isinstance(camera, LiveCamera)
         driver = stack.enter_context(open_mirrors(mirrors, loaded, joints=joints, live=live))
-        loop = TrackingLoop(loaded, chosen)
+        loop = TrackingLoop(loaded, chosen, detector=looks)
         tracked = run(
             camera,
             driver,
@@ -72,6 +76,7 @@ def track(
                 "source": pictures,
                 "rig": loaded.name,
                 "variant": variant,
+                "detector": detector,
                 "mirrors": mirrors,
                 "joints": None if joints is None else str(joints),
             },

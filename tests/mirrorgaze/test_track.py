@@ -54,7 +54,8 @@ def test_help_has_an_example():
 
 
 def test_words_json_and_files_say_the_same(recording, tmp_path):
-    common = ("track", recording / "dive.mkv", "--rig", "aqua2", "--joints", recording / "joints.csv")
+    video, joints = recording / "dive.mkv", recording / "joints.csv"
+    common = ("track", video, "--rig", "aqua2", "--joints", joints, "--detector", "narrow-hue")
     words = mirrorgaze(*common, "-o", tmp_path / "a")
     assert words.exit_code == 0, words.output
     assert "overlay.mp4, log.parquet, track.json" in words.stdout
@@ -76,10 +77,11 @@ def test_words_json_and_files_say_the_same(recording, tmp_path):
 def test_a_log_serves_as_joints(recording, tmp_path):
     """What was tracked can be tracked again from what was written: the same joints, to a rounding in degrees."""
     first, again = tmp_path / "first", tmp_path / "again"
-    video = ("track", recording / "dive.mkv", "--rig", "aqua2", "--joints")
+    video = ("track", recording / "dive.mkv", "--rig", "aqua2", "--detector", "narrow-hue", "--joints")
     assert mirrorgaze(*video, recording / "joints.csv", "-o", first).exit_code == 0
     assert mirrorgaze(*video, first / "log.parquet", "-o", again).exit_code == 0
     logs = [pq.read_table(folder / "log.parquet") for folder in (first, again)]
+    assert logs[0]["detected"].to_pylist() == [True] * PICTURES
     np.testing.assert_allclose(*(np.array(log["centroid_x_px"]) for log in logs), atol=1e-9)
 
 
@@ -131,6 +133,7 @@ def test_bad_input_ends_with_2_and_a_sentence(recording, tmp_path):
             (video, "--rig", "aqua2", "--variant", "best"),
             "variant 'best': expected one of paper-literal, paper, default",
         ),
+        ((video, "--rig", "aqua2", "--detector", "blue"), "detector 'blue': expected one of red-ball, narrow-hue"),
         ((video, "--rig", "aqua2", "--joints", tmp_path / "no.csv"), "no.csv: No such file"),
         ((video, "--rig", "aqua2", "--joints", tmp_path / "nan.csv"), "row 1, q1_deg: expected a finite number, got"),
         (

@@ -17,7 +17,7 @@ from rigs import Rig
 from tracking import track_files
 from tracking.loop import TrackingLoop
 from tracking.mirrors.recording import RecordingMirrors, ReplayedMirrors
-from tracking.offline import track, until_interrupted, variant_named
+from tracking.offline import detector_named, track, until_interrupted, variant_named
 from tracking.perception import Crop, ExactCorners
 from tracking.protocols import Shot
 from tracking.records import Detection, Mode, Step
@@ -100,7 +100,7 @@ def ball_run(tmp_path_factory):
         shots.append(Shot(image=image, time_s=number / 30))
     folder = tmp_path_factory.mktemp("ball") / "track"
     mirrors = RecordingMirrors(ReplayedMirrors(frames / 30, q))
-    loop = TrackingLoop(RIG, variant_named("default", turning=False))
+    loop = TrackingLoop(RIG, variant_named("default", turning=False), detector=detector_named("narrow-hue"))
     result = run(folder, shots, mirrors=mirrors, loop=loop)
     return folder, result, q, places, mirrors.table()
 
@@ -266,3 +266,5 @@ def test_without_mirrors_to_turn_there_is_nothing_to_check():
     assert variant_named("paper", turning=False).behaviour.check_s == 0
     with pytest.raises(ValueError, match="variant 'best': expected one of paper-literal, paper, default"):
         variant_named("best", turning=True)
+    with pytest.raises(ValueError, match="detector 'blue': expected one of red-ball, narrow-hue, wide-hue"):
+        detector_named("blue")
