@@ -182,7 +182,8 @@ def _added(
         share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
         p = dr.lerp(particles, molecules, light["molecular"][k])
         more = share * dr.fma(-passed[k], far[channel], near[channel] - missing[channel])
-        new = dr.fma(light["b_sun"][k] * p, once[k], more)
+        # What the robot keeps is known between nodes only: it cannot be more than there is.
+        new = dr.maximum(dr.fma(light["b_sun"][k] * p, once[k], more), 0)
         added[channel] = dr.fma(light["weight"][k] * t, new, added[channel])
         left.append(t * passed[k])
     return added, left
