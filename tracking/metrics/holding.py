@@ -114,7 +114,7 @@ def holding_metrics(frames: Frames) -> dict[str, object]:
         "reacquisition_times_s": times,
         "reacquisition_time_mean_s": float(np.mean(times)) if times else None,
         "reacquisition_time_max_s": max(times, default=None),
-        "lost_time_s": sum(loss.duration_s for loss in lost),
+        "lost_time_s": float(sum(loss.duration_s for loss in lost)),
         "loss_causes": _counted([loss.cause for loss in lost]),
         "not_found_causes_frames": _counted([cause or UNNAMED for cause in frames.cause[after & ~frames.found]]),
     }
