@@ -81,6 +81,15 @@ class Servo(Section):
             )
         return self
 
+    @model_validator(mode="after")
+    def _rests_in_spite_of_jitter(self) -> Self:
+        # Two pulses of one command may differ by twice the jitter.
+        if 2 * self.jitter_us > self.deadband_us:
+            raise ValueError(
+                f"expected jitter_us of at most half of deadband_us = {self.deadband_us:g}, got {self.jitter_us:g}"
+            )
+        return self
+
 
 def _look_up_servo(value: Any) -> Any:
     """A servo may be named: its numbers then come from the catalogue."""

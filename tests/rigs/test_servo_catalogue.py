@@ -52,3 +52,8 @@ def test_pulses_must_fit_their_period():
         ValueError, match="expected a pulse_period_ms longer than the longest pulse of 2250 us, got 2 ms"
     ):
         Servo.model_validate(servo_numbers("hs5086wp") | {"pulse_period_ms": 2.0})
+
+
+def test_a_servo_must_rest_in_spite_of_its_pulses_jitter():
+    with pytest.raises(ValueError, match=r"expected jitter_us of at most half of deadband_us = 2, got 1\.5"):
+        Servo.model_validate(servo_numbers("hs5086wp") | {"jitter_us": 1.5})
