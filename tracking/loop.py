@@ -10,7 +10,7 @@ import numpy as np
 
 from optics.gaze_motion import JointSpeeds
 from optics.layout import Layout
-from rigs import Rig, Servo
+from rigs import Rig
 from tracking.behaviour import BehaviourState, next_state
 from tracking.control.crop_pursuit import CropPursuit
 from tracking.control.crop_scale import crop_scale, level_pose
@@ -83,9 +83,17 @@ class TrackingLoop:
         scale = crop_scale(sight_lines, self._crop_at, level_pose(self._gimbal))
         if not np.isfinite(scale).all():
             raise ValueError(f"expected a camera that sees the gaze mirror at a level gaze, got rig {rig.name!r}")
-        self._pursuit = _pursuit(rig, variant, self._gimbal, sight_lines, scale)
         crop = self._crop_at(level_pose(self._gimbal))
-        self._search = Search(self._gimbal, speeds, scale * [crop.width_px, crop.height_px])
+        view = scale * [crop.width_px, crop.height_px]
+        self._pursuit: Pursuit
+        if variant.law == "gaze":
+            pointing = Pointing(self._gimbal, speeds, float(view.min()) / 2)
+            latency_s = variant.control_latency_s + _servo_latency_s(rig)
+            self._pursuit = GazePursuit(sight_lines, pointing, variant.direction_noise, latency_s)
+        else:
+            literal = variant.law == "paper-literal"
+            self._pursuit = CropPursuit(self._gimbal, scale, variant.centroid_noise, literal=literal)
+        self._search = Search(self._gimbal, speeds, view)
         self._check = check_path(self._gimbal, variant.behaviour.check_s) if variant.behaviour.check_s > 0 else None
         self._state = BehaviourState()
         self._q_command = self._gimbal.middle
@@ -219,17 +227,10 @@ def _corner_model(rig: Rig, variant: Variant, samples: CornerSamples | None, gim
     return InverseDistanceCorners(samples=samples)
 
 
-def _pursuit(rig: Rig, variant: Variant, gimbal: Gimbal, sight_lines: SightLines, scale: FloatArray) -> Pursuit:
-    if variant.law != "gaze":
-        return CropPursuit(gimbal, scale, variant.centroid_noise, literal=variant.law == "paper-literal")
+def _servo_latency_s(rig: Rig) -> float:
+    """From a command to the slower motor's answer: on average it waits for half a period of the pulses."""
     assert rig.servos is not None  # JointSpeeds.from_rig has said so
-    latency_s = variant.control_latency_s + max(_latency_s(servo) for servo in (rig.servos.pan, rig.servos.tilt))
-    return GazePursuit(sight_lines, Pointing(gimbal, JointSpeeds.from_rig(rig)), variant.direction_noise, latency_s)
-
-
-def _latency_s(servo: Servo) -> float:
-    """From a command to the motor's answer: on average it waits for half a period of the pulses."""
-    return (servo.pulse_period_ms / 2 + servo.latency_ms) / 1000
+    return max(servo.pulse_period_ms / 2 + servo.latency_ms for servo in (rig.servos.pan, rig.servos.tilt)) / 1000
 
 
 def _within(point_px: tuple[float, float], crop: Crop) -> bool:

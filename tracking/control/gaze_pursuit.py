@@ -66,16 +66,14 @@ class GazePursuit:
     def forget(self) -> None:
         """Drop the estimate."""
         self._filter.forget()
-        self._pointing.forget()
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
-        return {"filter": self._filter.snapshot(), "over": self._pointing.over}
+        return {"filter": self._filter.snapshot()}
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
         self._filter.restore(snapshot["filter"])
-        self._pointing.over = snapshot["over"]
 
     def _expected_px(self, sight: Sight) -> tuple[float, float] | None:
         if self.direction is None or sight.crop.empty:

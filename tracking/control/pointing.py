@@ -1,17 +1,23 @@
 """Which joint values to ask for, so that the gaze is on a moving direction when the servos get there.
 
-There are two ways to look anywhere, over the front and over the zenith, half a turn of pan apart, and often the limits
-leave only one. The target is followed along the way on which the gaze is closer to it over the next seconds, each joint
-turning at its servo's speed; the other way must be better by a margin before the pan is turned round. Directions out of
-reach are followed by the nearest gaze within the limits.
+Tilt turns the gaze twice as fast as pan does, and without a singularity: at any pan angle it can be left to follow the
+direction as closely as its half circle allows. What has to be planned is pan. There are two pan angles from which the
+gaze is exact, over the front and over the zenith, half a turn apart; near the zenith both run faster than any servo,
+and where the limits leave only one of them pan must be turned round, which takes seconds.
 
-Near the zenith pan turns the picture rather than the gaze, and may be far from where it should be: the tilt is that of
-the pan that will be reached, the nearest gaze on that half circle.
+So pan is planned by dynamic programming (Bellman 1957) over the time that a servo needs for its whole range, with the
+direction extrapolated: on a grid of pan angles, what will be lost of the view from there on when pan moves as well as
+it can. While an exact angle is as good as the best plan, to within a margin that keeps the mirror from changing its
+mind, it is taken. Else the plan is: to let a target pass beside the zenith without following it round, to turn round in
+time, to wait at a limit. A direction out of reach is followed by the nearest gaze within the limits.
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
+from scipy.ndimage import minimum_filter1d
 
 from optics.gaze_jacobian import NO_AZIMUTH
 from optics.gaze_motion import JointSpeeds
@@ -19,14 +25,23 @@ from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
 from tracking.protocols import FloatArray
 
-LOOK_AHEAD_S = (0.2, 0.5, 1.0, 1.5, 2.0, 3.0)
-"""When two ways are compared: over the time that a servo of 60 degrees/s needs for half a turn."""
+PAN_NODES = 32
+"""Of the plan: 5 degrees apart for the paper's servos, half of what a crop sees to one side."""
 
-MARGIN = math.radians(3.0)
-"""By which the mean error over that time must be smaller on the other way: some of a crop's half width."""
+NODES_PER_STEP = 3
+"""That pan moves in one step of the plan."""
+
+STEPS = 12
+"""Of the plan: 36 nodes, more than the whole range."""
+
+MARGIN = 0.2
+"""By which a plan must be better than an exact angle, in steps with the target out of view. The grid alone makes up to
+0.05 of difference: half the distance of its nodes is a quarter of the half view, squared."""
+
+OUT_OF_VIEW_SLOPE = 1e-3
+"""Of the loss beyond the view, where it is 1: of two ways to lose the target the nearer one is better."""
 
 TURN = 2 * math.pi
-Triple = tuple[float, float, float]
 
 
 class Pointing:
@@ -36,14 +51,19 @@ class Pointing:
     ----------
     gimbal : Gimbal
     speeds : JointSpeeds
+        The servos'.
+    half_view : float
+        Angle from the axis at which a target leaves the view, radians.
     """
 
-    def __init__(self, gimbal: Gimbal, speeds: JointSpeeds):
-        self._gimbal = gimbal
-        self._speeds = (speeds.pan, speeds.tilt)
-        self._pan, self._twice_tilt = gimbal.limits(0), tuple(2 * end for end in gimbal.limits(1))
-        self.over: bool | None = None
-        """Whether the gaze goes over the zenith; None before the first command."""
+    def __init__(self, gimbal: Gimbal, speeds: JointSpeeds, half_view: float):
+        self._gimbal, self._half_view = gimbal, half_view
+        self._pan_limits, tilt_limits = gimbal.limits(0), gimbal.limits(1)
+        self._elevations = (2 * tilt_limits[0], 2 * tilt_limits[1])
+        self._nodes = np.linspace(*self._pan_limits, PAN_NODES)
+        self._most = NODES_PER_STEP * float(self._nodes[1] - self._nodes[0])
+        self._times_s = self._most / speeds.pan * np.arange(1, STEPS + 1)
+        self._axes = np.array([np.cos(self._nodes), np.sin(self._nodes)])
 
     def command(self, bearing: Bearing, ahead_s: float, q: FloatArray) -> FloatArray:
         """Joint values to ask for, shape (2,), radians.
@@ -57,48 +77,55 @@ class Pointing:
         q : array, shape (2,)
             Joint values now.
         """
-        pan, tilt = self._gimbal.angles(q)
-        start = (pan, 2 * tilt)
-        directions = [self._ahead(bearing, seconds) for seconds in LOOK_AHEAD_S]
-        errors = [self._mean_error(directions, start, over) for over in (False, True)]
-        if self.over is None:
-            self.over = errors[True] < errors[False]
-        elif errors[not self.over] < errors[self.over] - MARGIN:
-            self.over = not self.over
-        direction = self._ahead(bearing, ahead_s)
-        goal = self._pan_towards(direction, self.over, pan)
-        reached = _limited(goal, pan, self._speeds[0] * ahead_s)
-        return self._gimbal.joint_values(goal, self._twice_tilt_towards(direction, reached) / 2)
+        pan_now = min(max(self._gimbal.angles(q)[0], self._pan_limits[0]), self._pan_limits[1])
+        x, y, z = self._gimbal.in_gimbal(bearing.after(ahead_s).direction).tolist()
+        later = self._gimbal.in_gimbal([bearing.after(seconds).direction for seconds in self._times_s.tolist()])
+        pan = self._pan((x, y), later, pan_now)
+        # Tilt follows from the pan that will be reached, which may still be on its way.
+        most = self._most * ahead_s / float(self._times_s[0])
+        reached = min(max(pan, pan_now - most), pan_now + most)
+        elevation = math.atan2(z, x * math.cos(reached) + y * math.sin(reached))
+        middle = (self._elevations[0] + self._elevations[1]) / 2
+        return self._gimbal.joint_values(pan, _within(elevation, self._elevations, middle) / 2)
 
-    def forget(self) -> None:
-        """Choose the way anew for the next target."""
-        self.over = None
+    def _pan(self, level: tuple[float, float], later: FloatArray, pan_now: float) -> float:
+        """Pan angle to ask for, radians."""
+        losses = self._losses(later)
+        least = losses[-1]
+        for loss in losses[-2::-1]:
+            least = loss + minimum_filter1d(least, 2 * NODES_PER_STEP + 1, mode="nearest")
+        in_reach = np.abs(self._nodes - pan_now) <= self._most
+        best = int(np.argmin(np.where(in_reach, least, np.inf)))
+        for turned in (0.0, math.pi):
+            exact = self._exact_pan(level, turned, pan_now)
+            soon = self._exact_pan((later[0, 0], later[0, 1]), turned, pan_now)
+            reachable = abs(soon - pan_now) <= self._most
+            if reachable and np.interp(soon, self._nodes, least) <= least[best] + MARGIN:
+                return exact
+        return float(self._nodes[best])
 
-    def _ahead(self, bearing: Bearing, seconds: float) -> Triple:
-        x, y, z = self._gimbal.in_gimbal(bearing.after(seconds).direction).tolist()
-        return x, y, z
+    def _losses(self, directions: FloatArray) -> FloatArray:
+        """What is lost of the view, shape (n, nodes), for directions in the gimbal's frame, shape (n, 3).
 
-    def _mean_error(self, directions: list[Triple], start: tuple[float, float], over: bool) -> float:
-        """Mean angle between gaze and target at the look-ahead times, on one of the ways."""
-        total = 0.0
-        for direction, seconds in zip(directions, LOOK_AHEAD_S, strict=True):
-            pan = _limited(self._pan_towards(direction, over, start[0]), start[0], self._speeds[0] * seconds)
-            goal = self._twice_tilt_towards(direction, pan)
-            total += _angle(direction, pan, _limited(goal, start[1], 2 * self._speeds[1] * seconds))
-        return total / len(directions)
+        The square of the angle from the direction to the nearest gaze, 1 at the view's edge and hardly more beyond.
+        """
+        forward = directions[:, :2] @ self._axes
+        aside = directions[:, 1:2] * self._axes[0] - directions[:, :1] * self._axes[1]
+        lowest, highest = self._elevations
+        off_middle = np.arctan2(directions[:, 2:], forward) - (lowest + highest) / 2
+        off_middle = np.abs(off_middle - TURN * np.round(off_middle / TURN))
+        beyond = np.maximum(off_middle - (highest - lowest) / 2, 0)
+        # Right spherical triangle: aside of the half circle, and beyond its end.
+        angle = np.arccos(np.sqrt(np.maximum(1 - aside**2, 0)) * np.cos(beyond))
+        lost = (angle / self._half_view) ** 2
+        return np.asarray(np.minimum(lost, 1 + OUT_OF_VIEW_SLOPE * lost))
 
-    def _pan_towards(self, direction: Triple, over: bool, pan: float) -> float:
-        x, y, _ = direction
+    def _exact_pan(self, level: tuple[float, float], turned: float, near: float) -> float:
+        """Pan angle over the front (`turned` 0) or over the zenith (half a turn), within the limits."""
+        x, y = level
         if math.hypot(x, y) < NO_AZIMUTH:
-            return pan
-        return _within(math.atan2(y, x) + (math.pi if over else 0.0), self._pan, pan)
-
-    def _twice_tilt_towards(self, direction: Triple, pan: float) -> float:
-        """Elevation, counted on over the zenith, of the nearest gaze at a pan angle."""
-        x, y, z = direction
-        lowest, highest = self._twice_tilt
-        elevation = math.atan2(z, x * math.cos(pan) + y * math.sin(pan))
-        return _within(elevation, (lowest, highest), (lowest + highest) / 2)
+            return near
+        return _within(math.atan2(y, x) + turned, self._pan_limits, near)
 
 
 def _within(angle: float, limits: tuple[float, float], near: float) -> float:
@@ -110,15 +137,3 @@ def _within(angle: float, limits: tuple[float, float], near: float) -> float:
             return candidate
     beyond = [abs(math.remainder(angle - limit, TURN)) for limit in limits]
     return lowest if beyond[0] < beyond[1] else highest
-
-
-def _limited(goal: float, start: float, most: float) -> float:
-    return min(max(goal, start - most), start + most)
-
-
-def _angle(direction: Triple, pan: float, twice_tilt: float) -> float:
-    """Between a direction and the gaze, radians."""
-    x, y, z = direction
-    level = math.cos(twice_tilt)
-    cosine = x * level * math.cos(pan) + y * level * math.sin(pan) + z * math.sin(twice_tilt)
-    return math.acos(min(max(cosine, -1.0), 1.0))
