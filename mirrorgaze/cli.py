@@ -10,6 +10,7 @@ from __future__ import annotations
 import typer
 
 from mirrorgaze.commands import (
+    angular_speed,
     bag,
     calibrate,
     calibration,
@@ -18,9 +19,11 @@ from mirrorgaze.commands import (
     design,
     dive,
     doctor,
+    ensemble,
     gaze,
     loads,
     ports,
+    redetect,
     render,
     rig_files,
     search,
@@ -52,6 +55,9 @@ COMMANDS = (
     search.search,
     loads.loads,
     dive.dive,
+    ensemble.ensemble,
+    redetect.redetect,
+    angular_speed.angular_speed,
     bag.bag,
     track.track,
     doctor.doctor,

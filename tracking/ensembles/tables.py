@@ -172,28 +172,21 @@ def differences_csv(rows: Iterable[Difference]) -> str:
     )
 
 
-def summary_markdown(rows: Sequence[Row]) -> str:
-    """Metrics down, settings across."""
+def summary_table(rows: Sequence[Row]) -> list[list[str]]:
+    """Metrics down, settings across, the head first."""
     settings = list(dict.fromkeys(row.settings for row in rows))
     cells = {(row.metric, row.settings): interval_text(row.interval) for row in rows}
-    return markdown(
-        ["metric", *settings],
-        [
-            [metric, *(cells[metric, setting] for setting in settings)]
-            for metric in dict.fromkeys(row.metric for row in rows)
-        ],
-    )
+    metrics = dict.fromkeys(row.metric for row in rows)
+    return [["metric", *settings], *([metric, *(cells[metric, each] for each in settings)] for metric in metrics)]
 
 
-def differences_markdown(rows: Sequence[Difference]) -> str:
-    """Metrics down, values across, each minus the baseline; what does not cover zero is bold."""
+def differences_table(rows: Sequence[Difference]) -> list[list[str]]:
+    """Metrics down, values across, each minus the baseline, the head first; what does not cover zero has a star."""
     values = list(dict.fromkeys(row.value for row in rows))
     cells = {(row.metric, row.value): _difference_text(row.interval) for row in rows}
+    metrics = dict.fromkeys(row.metric for row in rows)
     head = ["metric", *(f"{value} minus {rows[0].baseline}" for value in values)]
-    return markdown(
-        head,
-        [[metric, *(cells[metric, value] for value in values)] for metric in dict.fromkeys(row.metric for row in rows)],
-    )
+    return [head, *([metric, *(cells[metric, value] for value in values)] for metric in metrics)]
 
 
 def interval_text(interval: Interval) -> str:
@@ -205,16 +198,16 @@ def interval_text(interval: Interval) -> str:
     return f"{interval.estimate:.3g} ({interval.low:.3g} to {interval.high:.3g})"
 
 
-def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Table in Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
+def markdown(table: Sequence[Sequence[str]]) -> str:
+    """Table in Markdown; its first row is the head."""
+    lines = [table[0], ["---"] * len(table[0]), *table[1:]]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def _difference_text(interval: Interval) -> str:
     text = interval_text(interval)
     apart = interval.low is not None and interval.high is not None and not interval.low <= 0 <= interval.high
-    return f"**{text}**" if apart else text
+    return f"{text} *" if apart else text
 
 
 def _pooled(metrics: Sequence[dict[str, Any]], part: str, whole: str | None) -> Interval:

@@ -139,6 +139,14 @@ class LargestSpeed:
     interval: Interval
     trials: tuple[tuple[Trial, ...], ...]
 
+    @property
+    def errors_deg(self) -> list[float | None]:
+        """RMS error of the gaze at the largest speed, by seed; None where there is none."""
+        followed = [[trial for trial in tried if trial.followed] for tried in self.trials]
+        return [
+            max(tried, key=lambda trial: trial.speed_deg_s).gaze_error_rms_deg if tried else None for tried in followed
+        ]
+
 
 def largest_angular_speed(
     rig: Rig,

@@ -15,12 +15,13 @@ from tracking.ensembles.tables import (
     AS_IT_IS,
     differences,
     differences_csv,
-    differences_markdown,
+    differences_table,
     dives_csv,
     interval_text,
+    markdown,
     summary_csv,
-    summary_markdown,
     summary_rows,
+    summary_table,
 )
 from tracking.metrics import DEFINITIONS
 from tracking.metrics.intervals import Interval
@@ -106,20 +107,21 @@ def test_one_line_a_dive(outcomes):
 
 def test_tables_in_markdown_and_csv(outcomes):
     rows, pairs = summary_rows(outcomes), differences(outcomes, "variant")
-    table = summary_markdown(rows).splitlines()
-    assert table[0] == "| metric | variant = default | variant = paper |"
+    table = markdown(summary_table(rows)).splitlines()
+    assert table[:2] == ["| metric | variant = default | variant = paper |", "| --- | --- | --- |"]
     assert len(list(csv.reader(io.StringIO(summary_csv(rows))))) == 1 + len(rows)
     assert len(list(csv.reader(io.StringIO(differences_csv(pairs))))) == 1 + len(pairs)
-    compared = differences_markdown(pairs)
-    assert compared.startswith("| metric | paper minus default |")
+    compared = dict(differences_table(pairs))
+    assert compared["metric"] == "paper minus default"
     # The interval of the errors' difference does not hold zero, that of the losses' does.
-    assert "| gaze_error_rms_deg | **2 (" in compared
-    assert "| losses | 0 (0 to 0) |" in compared
+    assert compared["gaze_error_rms_deg"].startswith("2 (")
+    assert compared["gaze_error_rms_deg"].endswith(" *")
+    assert compared["losses"] == "0 (0 to 0)"
 
 
 def test_an_ensemble_of_seeds_has_one_column():
     found = [outcome(member) for member in members([], seeds=[0, 1])]
-    assert summary_markdown(summary_rows(found)).startswith(f"| metric | {AS_IT_IS} |")
+    assert summary_table(summary_rows(found))[0] == ["metric", AS_IT_IS]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,96 @@
+"""A recorded dive, detected again with other settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mirrorgaze.output import JsonOption, print_json, print_progress, print_table
+
+TOLD_EVERY_FRAMES = 10
+
+PRINTED = (
+    "frames_with_target",
+    "frames_detected",
+    "frames_found",
+    "frame_precision",
+    "frame_recall",
+    "frame_f1",
+    "pixel_precision",
+    "pixel_recall",
+    "pixel_f1",
+    "detected_error_rms_px",
+)
+
+
+def redetect(
+    recorded: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a finished dive with a lossless video.")],
+    detector: Annotated[
+        str | None,
+        typer.Option(help="To start from: red-ball, narrow-hue, wide-hue; that of the dive by default."),
+    ] = None,
+    hue_from: Annotated[float | None, typer.Option(help="First hue taken for the target's, degrees.")] = None,
+    hue_to: Annotated[float | None, typer.Option(help="Last hue, degrees; below the first it goes over red.")] = None,
+    saturation_min: Annotated[float | None, typer.Option(help="Least saturation, 0 to 1.")] = None,
+    value_min: Annotated[float | None, typer.Option(help="Least brightness, 0 to 1.")] = None,
+    value_max: Annotated[float | None, typer.Option(help="Largest brightness, 0 to 1.")] = None,
+    aspect_max: Annotated[float | None, typer.Option(help="Largest ratio of a spot's width and height.")] = None,
+    circularity_min: Annotated[float | None, typer.Option(help="Least circularity of a spot, 0 to 1.")] = None,
+    area_min: Annotated[float | None, typer.Option(help="Least area of a spot, pixels of the crop.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="DIR", help="Folder to write into; 'redetected' in the dive's by default."
+        ),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Detect the target in a recorded dive again, with other settings, and tell the gain against ground truth.
+
+    Writes the log with the new detections (log.parquet), what the detector sees (overlay.mp4) and comparison.json.
+    Without an option the settings are the dive's [offline_detector]. What the loop did stays as it was recorded.
+
+    \b
+    Example:
+      mirrorgaze dive wide-hue -o out/wide-hue
+      mirrorgaze redetect out/wide-hue
+      mirrorgaze redetect out/wide-hue --hue-from 220 --hue-to 10 --aspect-max 4 -o out/wider
+    """
+    from tracking.offline_detection import Recording, changed_settings
+    from tracking.offline_detection import redetect as detect_dive
+
+    changes = {
+        "hue_from_deg": hue_from,
+        "hue_to_deg": hue_to,
+        "saturation_min": saturation_min,
+        "value_min": value_min,
+        "value_max": value_max,
+        "aspect_max": aspect_max,
+        "circularity_min": circularity_min,
+        "area_min_px": area_min,
+    }
+    said = {name: value for name, value in changes.items() if value is not None}
+    settings = changed_settings(Recording(recorded).dive, detector, said)
+    folder = output or recorded / "redetected"
+    found = detect_dive(recorded, folder, settings, progress=_progress)
+    if json:
+        print_json(found | {"folder": str(folder)})
+        return
+    print_table([("", "recorded", "again", "gain"), *(_row(name, found) for name in PRINTED)])
+    typer.echo(f"{folder}: log.parquet, overlay.mp4, comparison.json")
+
+
+def _progress(done: int, total: int) -> None:
+    if done % TOLD_EVERY_FRAMES == 0 or done == total:
+        print_progress("redetect", done, total)
+
+
+def _row(name: str, found: dict[str, dict[str, Any]]) -> tuple[str, ...]:
+    recorded, again, gain = (found[kind][name] for kind in ("recorded", "again", "gain"))
+    return (name, *("-" if value is None else f"{value:.4g}" for value in (recorded, again)), _signed(gain))
+
+
+def _signed(value: float | None) -> str:
+    return "-" if value is None else f"{value:+.4g}"
