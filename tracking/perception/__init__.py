@@ -4,6 +4,7 @@ Section 3 of Cortes-Perez & Torres-Mendez 2021, one module a step.
 """
 
 from tracking.perception.clusters import detect, find_spots, weighted_centroid
+from tracking.perception.collection import collect_samples
 from tracking.perception.colour import (
     DETECTORS,
     NARROW_HUE,
@@ -13,7 +14,6 @@ from tracking.perception.colour import (
     DetectorSettings,
     colour_mask,
 )
-from tracking.perception.collection import collect_samples
 from tracking.perception.corner_error import corner_error, exact_samples, pose_grid
 from tracking.perception.corner_samples import CornerSamples
 from tracking.perception.corners import CornerModel, InverseDistanceCorners

@@ -13,6 +13,12 @@ from numpy.typing import NDArray
 from tracking.perception.colour import RED_BALL, DetectorSettings, Mask, colour_mask
 from tracking.records import Detection, Spot
 
+CHAIN_TO_CURVE = math.pi / 8 * (1 + math.sqrt(2))
+"""Length of a curve over that of the chain of pixels that follows it, 0.948 in the mean over all directions.
+
+Kulpa 1977, Computer Graphics and Image Processing 6, 434-451.
+"""
+
 
 def detect(crop: NDArray[np.uint8], settings: DetectorSettings = RED_BALL) -> Detection:
     """Find the target in a crop (uint8 sRGB, shape (height, width, 3)); a black crop holds nothing.
@@ -62,12 +68,12 @@ def find_spots(mask: Mask, settings: DetectorSettings = RED_BALL) -> tuple[Spot,
 
 
 def circularity(contour: MatLike) -> float:
-    """4 pi area / perimeter^2 of an outer contour as OpenCV finds it, shape (n, 1, 2).
+    """4 pi area / perimeter^2 of an outer contour as OpenCV finds it, shape (n, 1, 2); 1 for a disc.
 
     It runs through the middles of the outermost pixels, so it is grown by half a pixel to go around them (Steiner: the
     area by half the perimeter and pi / 4, the perimeter by pi); small clusters would else be lines and points.
     """
-    perimeter = cv2.arcLength(contour, closed=True)
+    perimeter = CHAIN_TO_CURVE * cv2.arcLength(contour, closed=True)
     area = cv2.contourArea(contour) + perimeter / 2 + math.pi / 4
     return float(4 * math.pi * area / (perimeter + math.pi) ** 2)
 

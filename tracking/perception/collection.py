@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -15,16 +16,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from optics.arrays import FloatArray
 from optics.status import Region
-from scenes.renderer import FastRenderer
 from tracking.perception.corner_samples import CornerSamples
 from tracking.perception.crop import CORNER_COUNT
 from tracking.perception.exact_corners import ExactCorners
 
-BAND_PX = (12.0, 4.0, 1.5, 1.0)
+if TYPE_CHECKING:
+    # The loop runs without rendering, and the renderer takes seconds to load.
+    from scenes.renderer import FastRenderer
+
+BAND_PX = (12.0,) * 6 + (6.0,) * 4 + (3.0,) * 4 + (1.5,) * 4
 """Half width of the band around a side in which its points are looked for, from one fit to the next.
 
-The first forgives that much of the nominal corners; the last is what rounding to pixels leaves.
+The first forgives that much of the nominal corners; the last is what rounding to pixels and some bend leave.
 """
+
+DEGREES = (1,) * 6 + (2,) * 12
+"""Of the side's curve, from one fit to the next: first straight, then bent."""
+
+ROUNDED_PX = 0.5
+"""What a point may be off because the picture is made of pixels."""
 
 ENDS = 0.03
 """Part of a side next to each corner that is left out: the neighbouring side's points are there too."""
@@ -119,12 +129,15 @@ class _Side:
         between = (x > ENDS * length) & (x < (1 - ENDS) * length)
         x, y = x[between], y[between]
         bend = Polynomial([0.0])
-        for band in BAND_PX:
-            near = np.abs(y - bend(x)) < band
+        for band, degree in zip(BAND_PX, DEGREES, strict=True):
+            off = np.abs(y - bend(x))
+            near = off < band
             places = np.unique((x[near] * PLACES / length).astype(np.int64))
             if len(places) < LEAST_VISIBLE * PLACES:
                 return None
-            bend = Polynomial.fit(x[near], y[near], 2, domain=[0, length]).convert()
+            # Least distances, not least squares: what hides a part of the side crosses the band as well.
+            weight = 1 / np.sqrt(np.maximum(off[near], ROUNDED_PX))
+            bend = Polynomial.fit(x[near], y[near], degree, domain=[0, length], w=weight).convert()
         return cls(start=start, along=along, bend=bend)
 
     def tangent(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:

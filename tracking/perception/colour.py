@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -58,34 +59,32 @@ class ColourWindow:
         if problems:
             raise ValueError("; ".join(problems))
 
-    @property
-    def wraps(self) -> bool:
-        """Whether the window goes over red, from a large hue to a small one."""
-        return self.hue_from_deg > self.hue_to_deg
-
     def mask(self, picture: Mask) -> Mask:
         """255 where a picture (uint8 sRGB, shape (height, width, 3)) has a colour of the window, else 0."""
         check_picture("picture", picture)
         hsv = cv2.cvtColor(picture, cv2.COLOR_RGB2HSV)
-        lowest, highest = _bounds(self)
-        if not self.wraps:
-            return np.asarray(cv2.inRange(hsv, lowest, highest), dtype=np.uint8)
-        # Outside the hues that are not wanted, and within the rest.
-        unwanted = cv2.inRange(hsv, *_hues_between(self))
-        bright = cv2.inRange(hsv, (0, *lowest[1:]), (255, *highest[1:]))
-        return np.asarray(cv2.bitwise_and(bright, cv2.bitwise_not(unwanted)), dtype=np.uint8)
+        first, last = self._hue_steps()
+        weak, dark = math.ceil(255 * self.saturation_min), math.ceil(255 * self.value_min)
+        bright = math.floor(255 * self.value_max)
+        if not self.over_red:
+            return np.asarray(cv2.inRange(hsv, (first, weak, dark), (last, 255, bright)), dtype=np.uint8)
+        strong = cv2.inRange(hsv, (0, weak, dark), (255, 255, bright))
+        unwanted = cv2.inRange(hsv, (last + 1, 0, 0), (first - 1, 255, 255))
+        return np.asarray(cv2.bitwise_and(strong, cv2.bitwise_not(unwanted)), dtype=np.uint8)
 
+    @property
+    def over_red(self) -> bool:
+        """Whether the window goes over red, from a large hue to a small one; 360 degrees are red as well."""
+        return self.hue_to_deg - self.hue_from_deg < FULL_TURN_DEG and (
+            self.hue_from_deg % FULL_TURN_DEG > self.hue_to_deg % FULL_TURN_DEG
+        )
 
-def _bounds(window: ColourWindow) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    lowest = (np.ceil(window.hue_from_deg / DEG_PER_STEP), np.ceil(255 * window.saturation_min))
-    highest = (np.floor(window.hue_to_deg / DEG_PER_STEP), 255.0)
-    return (*lowest, np.ceil(255 * window.value_min)), (*highest, np.floor(255 * window.value_max))
-
-
-def _hues_between(window: ColourWindow) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Bounds of the hues that a window over red leaves out."""
-    (first, *_), (last, *_) = _bounds(window)
-    return (last + 1, 0, 0), (first - 1, 255, 255)
+    def _hue_steps(self) -> tuple[int, int]:
+        """First and last of OpenCV's steps of hue."""
+        if self.hue_to_deg - self.hue_from_deg >= FULL_TURN_DEG:
+            return 0, 255
+        first, last = self.hue_from_deg % FULL_TURN_DEG, self.hue_to_deg % FULL_TURN_DEG
+        return math.ceil(first / DEG_PER_STEP), math.floor(last / DEG_PER_STEP)
 
 
 RED_IN_WATER = ColourWindow(hue_from_deg=238, hue_to_deg=2, saturation_min=0.08, value_min=0.1, value_max=0.45)

@@ -87,23 +87,18 @@ class CornerSamples:
         return cls(q=q, corners_px=corners)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the samples so that reading them gives the same numbers; the file appears whole or not at all."""
+        """Write the samples, pixels exactly, angles to their last bit; the file appears whole or not at all."""
         path = Path(path)
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(COLUMNS)
         for q, corners in zip(self.q, self.corners_px, strict=True):
-            writer.writerow([*(repr(_degrees(angle)) for angle in q.tolist()), *map(repr, corners.ravel().tolist())])
+            writer.writerow(
+                [*(repr(math.degrees(angle)) for angle in q.tolist()), *map(repr, corners.ravel().tolist())]
+            )
         partial = path.with_name(f".{path.name}.partial")
         partial.write_text(text.getvalue(), encoding="utf-8")
         partial.replace(path)
-
-
-def _degrees(angle: float) -> float:
-    """Degrees that become exactly this angle again: rounding may need the neighbour of the plain conversion."""
-    degrees = math.degrees(angle)
-    candidates = (degrees, math.nextafter(degrees, math.inf), math.nextafter(degrees, -math.inf))
-    return next((each for each in candidates if np.radians(each) == angle), degrees)
 
 
 def _told(place: str, problems: Sequence[str]) -> str:
