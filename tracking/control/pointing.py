@@ -96,10 +96,10 @@ class Pointing:
             least = loss + minimum_filter1d(least, 2 * NODES_PER_STEP + 1, mode="nearest")
         in_reach = np.abs(self._nodes - pan_now) <= self._most
         best = int(np.argmin(np.where(in_reach, least, np.inf)))
-        for turned in (0.0, math.pi):
-            exact = self._exact_pan(level, turned, pan_now)
-            soon = self._exact_pan((later[0, 0], later[0, 1]), turned, pan_now)
-            reachable = abs(soon - pan_now) <= self._most
+        soon_pans = self._exact_pans((later[0, 0], later[0, 1]), pan_now)
+        for exact in self._exact_pans(level, pan_now):
+            soon = min((abs(pan - exact), pan) for pan in soon_pans)[1]
+            reachable = max(abs(exact - pan_now), abs(soon - pan_now)) <= self._most
             if reachable and np.interp(soon, self._nodes, least) <= least[best] + MARGIN:
                 return exact
         return float(self._nodes[best])
@@ -120,12 +120,13 @@ class Pointing:
         lost = (angle / self._half_view) ** 2
         return np.asarray(np.minimum(lost, 1 + OUT_OF_VIEW_SLOPE * lost))
 
-    def _exact_pan(self, level: tuple[float, float], turned: float, near: float) -> float:
-        """Pan angle over the front (`turned` 0) or over the zenith (half a turn), within the limits."""
+    def _exact_pans(self, level: tuple[float, float], near: float) -> tuple[float, float]:
+        """Pan angles within the limits that look along a direction, over the front and over the zenith."""
         x, y = level
         if math.hypot(x, y) < NO_AZIMUTH:
-            return near
-        return _within(math.atan2(y, x) + turned, self._pan_limits, near)
+            return near, near
+        azimuth = math.atan2(y, x)
+        return _within(azimuth, self._pan_limits, near), _within(azimuth + math.pi, self._pan_limits, near)
 
 
 def _within(angle: float, limits: tuple[float, float], near: float) -> float:

@@ -1,0 +1,108 @@
+"""Paths of the joints: what they cover, and that the servos can follow them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from optics.gaze_motion import JointSpeeds
+from optics.layout import Layout
+from rigs import Rig
+from tracking.control.joint_paths import JointPath, check_path, outward_path, raster_path
+from tracking.control.search import OVERLAP, RINGS, Search
+from tracking.estimation.gimbal import Gimbal
+
+RIG = Rig.load("aqua2")
+GIMBAL = Gimbal(Layout.from_rig(RIG))
+SPEEDS = JointSpeeds.from_rig(RIG)
+VIEW = np.radians([22.0, 20.0])
+STEP = (1 - OVERLAP) * VIEW
+
+
+def test_a_path_is_as_fast_as_the_slower_joint_allows():
+    """30 degrees of pan and 60 of tilt at 60 degrees/s take 1 s, 30 degrees of pan alone half."""
+    path = JointPath.through(np.radians([[0, 0], [30, 60], [30, 60], [0, 60]]), SPEEDS)
+    np.testing.assert_allclose(path.time_s, [0, 1, 1.5], rtol=1e-12)
+    np.testing.assert_allclose(np.degrees(path.at(0.5)), [15, 30], rtol=1e-12)
+    np.testing.assert_allclose(np.degrees([path.at(-1), path.at(9)]), [[0, 0], [0, 60]], atol=1e-12)
+    assert path.nearest(SPEEDS, np.radians([20, 60])) == pytest.approx(1.0)
+
+
+def test_the_check_drives_both_joints_over_their_range_in_the_time_it_is_given():
+    path = check_path(GIMBAL, 30.0)
+    assert path.duration_s == pytest.approx(30.0)
+    np.testing.assert_allclose([path.at(0.0), path.at(30.0)], [GIMBAL.middle] * 2)
+    np.testing.assert_allclose(path.q.min(axis=0), GIMBAL.lowest)
+    np.testing.assert_allclose(path.q.max(axis=0), GIMBAL.highest)
+    # Twice the range a joint, one after the other: 620 degrees in 30 s, a third of what the paper's servos can.
+    assert (np.abs(np.diff(path.q, axis=0)).max(axis=1) / np.diff(path.time_s)).max() < SPEEDS.pan / 2
+
+
+def test_the_raster_leaves_no_gap():
+    """Every gaze within reach lies within half a view of the path, across the strip in the crop's own axes.
+
+    On the horizon, where strips of pan are farthest apart, to the front and over the zenith to the back.
+    """
+    path = raster_path(GIMBAL, SPEEDS, STEP)
+    tried = np.array([path.at(time_s) for time_s in np.arange(0, path.duration_s, 1 / 60)])
+    for tilt in (0.0, math.radians(90)):
+        for pan in np.radians(np.linspace(-77.5, 77.5, 63)):
+            near = np.abs(tried - GIMBAL.joint_values(pan, tilt)) * [1, 2] <= VIEW / 2
+            assert near.all(axis=1).any(), f"pan {math.degrees(pan)}, tilt {math.degrees(tilt)}"
+
+
+def test_the_raster_takes_the_cheaper_way():
+    """Along tilt, which turns the gaze twice as fast: ceil(155 / 17.6) = 9 strips of 155 degrees, eight steps."""
+    path = raster_path(GIMBAL, SPEEDS, STEP)
+    expected_s = (9 * 155 + 8 * 155 / 9) / 60
+    assert path.duration_s == pytest.approx(expected_s, rel=1e-12)
+    slow_tilt = JointSpeeds(pan=SPEEDS.pan, tilt=SPEEDS.tilt / 20)
+    along_pan = raster_path(GIMBAL, slow_tilt, STEP)
+    assert np.abs(np.diff(along_pan.q[:, 0])).max() == pytest.approx(math.radians(155))
+
+
+def test_a_search_around_a_place_grows_by_a_step_each_time_round():
+    centre = np.radians([10.0, 5.0])
+    path = outward_path(GIMBAL, SPEEDS, STEP, centre, RINGS)
+    np.testing.assert_allclose(path.q[0], centre)
+    away = np.abs(path.q - centre) / (STEP / [math.cos(math.radians(10)), 2])
+    np.testing.assert_allclose(away.max(axis=0), [RINGS, RINGS])
+    assert (np.diff(np.maximum.accumulate(away.max(axis=1))) <= 1 + 1e-9).all()
+    cornered = outward_path(GIMBAL, SPEEDS, STEP, GIMBAL.highest, RINGS)
+    assert (cornered.q <= GIMBAL.highest).all()
+    assert (cornered.q >= GIMBAL.lowest).all()
+
+
+def test_a_search_goes_outwards_then_everywhere_and_back_again():
+    search = Search(GIMBAL, SPEEDS, VIEW)
+    lost = np.radians([20.0, 10.0])
+    search.begin(lost, lost)
+    np.testing.assert_allclose(search.advance(0.0), lost)
+    seen = np.array([search.advance(1 / 30) for _ in range(30 * 70)])
+    # The outermost strips run half a step inside; a picture may miss the corner by 2 degrees.
+    inside = np.array([math.radians(155 / 18), 0.0])
+    np.testing.assert_allclose(seen.min(axis=0), GIMBAL.lowest + inside, atol=0.04)
+    np.testing.assert_allclose(seen.max(axis=0), GIMBAL.highest - inside, atol=0.04)
+    # The command is never faster than the servos, but where the raster is gone over to.
+    jumps = np.abs(np.diff(seen, axis=0)).max(axis=1) > SPEEDS.pan / 30 + 1e-9
+    assert jumps.sum() <= 1
+
+
+def test_a_search_does_not_run_ahead_of_lost_pictures():
+    search = Search(GIMBAL, SPEEDS, VIEW)
+    search.begin(GIMBAL.middle)
+    before = search.advance(0.0)
+    after = search.advance(60.0)
+    assert (np.abs(after - before) * [1, 2] <= VIEW).all()
+
+
+def test_a_search_goes_on_from_a_snapshot():
+    whole = Search(GIMBAL, SPEEDS, VIEW)
+    whole.begin(np.zeros(2), np.array([0.1, 0.2]))
+    whole.advance(0.7)
+    resumed = Search(GIMBAL, SPEEDS, VIEW)
+    resumed.restore(whole.snapshot())
+    for _ in range(400):
+        np.testing.assert_array_equal(whole.advance(1 / 30), resumed.advance(1 / 30))
