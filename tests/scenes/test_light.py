@@ -66,6 +66,7 @@ def piece(direction, depth, length, *, on_world=False):
         active=Bool(True),
         on_world=Bool(on_world),
         sunlit=Float32(1),
+        kept=[Float32(0)] * 3,
     )
 
 
