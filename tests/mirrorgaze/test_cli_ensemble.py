@@ -1,0 +1,118 @@
+"""`mirrorgaze ensemble`: what it writes and prints, and how it ends. Diving itself is tested with the dives."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from mirrorgaze.cli import app
+from tracking.ensembles import run
+from tracking.ensembles.processes import Failure
+from tracking.ensembles.run import Outcome
+from tracking.metrics import DEFINITIONS
+
+
+def mirrorgaze(*arguments: str):
+    return CliRunner().invoke(app, ["ensemble", *arguments])
+
+
+@pytest.fixture
+def dived(monkeypatch):
+    """Dives whose error is 1 + seed degrees for the first variant and 3 more for the second; `dived` names failures."""
+    failing: set[str] = set()
+
+    def dive_all(dive, members, folder, *, workers, announce):
+        announce(f"{dive}: {len(members)} dives, {workers} at a time")
+        found = []
+        for member in members:
+            error = 1.0 + member.seed + 3 * (member.settings.get("variant") == "paper")
+            metrics = dict.fromkeys(DEFINITIONS) | {
+                "losses": 0,
+                "losses_reacquired": 0,
+                "acquired": True,
+                "gaze_error_rms_deg": error,
+            }
+            failure = Failure(sentence="OSError: no disk", trace="") if member.name in failing else None
+            found.append(
+                Outcome(
+                    member=member,
+                    folder=folder / member.name,
+                    metrics=None if failure else metrics,
+                    failure=failure,
+                )
+            )
+        return found
+
+    monkeypatch.setattr(run, "run_ensemble", dive_all)
+    return failing
+
+
+def test_it_writes_and_prints_tables(dived, here):
+    result = mirrorgaze("spiral", "--seeds", "4", "--vary", "variant=default,paper", "--workers", "2")
+    assert result.exit_code == 0, result.stderr
+    assert "spiral: 8 dives, 2 at a time" in result.stderr
+    lines = result.stdout.splitlines()
+    assert lines[0].split("  ")[0] == "metric"
+    (error,) = [line for line in lines if line.startswith("gaze_error_rms_deg") and "*" not in line]
+    assert "2.5 (" in error
+    assert "5.5 (" in error
+    # Every pair differs by exactly three degrees.
+    (difference,) = [line for line in lines if line.startswith("gaze_error_rms_deg") and "*" in line]
+    assert difference.split(maxsplit=1)[1] == "3 (3 to 3) *"
+    folder = here / "out/spiral-ensemble"
+    names = "differences.csv differences.md dives.csv ensemble.json summary.csv summary.md"
+    assert sorted(path.name for path in folder.iterdir()) == names.split()
+    with (folder / "dives.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 8
+
+
+def test_json_is_for_machines(dived, here):
+    result = mirrorgaze("spiral", "--seeds", "2", "--json", "-o", "there")
+    found = json.loads(result.stdout)
+    assert [dive["seed"] for dive in found["dives"]] == [0, 1]
+    assert found["differences"] == []
+    assert json.loads(Path("there/ensemble.json").read_text()) == found
+
+
+def test_a_dive_that_fails_is_told_and_1(dived, here):
+    dived.add("seed=1")
+    result = mirrorgaze("spiral", "--seeds", "2")
+    assert result.exit_code == 1
+    assert "seed=1: OSError: no disk" in result.stderr
+    assert (here / "out/spiral-ensemble/summary.md").exists()
+
+
+def test_ctrl_c_says_how_to_go_on(here, monkeypatch):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run, "run_ensemble", stopped)
+    result = mirrorgaze("spiral")
+    assert result.exit_code == 130
+    assert "the same command goes on from there" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("spiral", "--vary", "variant"), "expected KEY=VALUE,VALUE or KEY=LOW..HIGH, got 'variant'"),
+        (("spiral", "--vary", "depth_m=3..9"), "got 1 ranges and 0 points"),
+        (("spiral", "--vary", "seed=1,2"), "seed: expected the seeds by their own option"),
+        (("spiral", "--vary", "variant=default,paper", "--compare", "depth_m"), "two values or more (variant)"),
+        (("nosuch",), "expected a preset"),
+        (("spiral", "--vary", "variant=nosuch"), "nosuch"),
+    ],
+)
+def test_bad_input_is_a_sentence_and_2(here, arguments, message):
+    result = mirrorgaze(*arguments, "--seeds", "1")
+    assert result.exit_code == 2, result.output
+    assert message in result.stderr
+    assert list(here.iterdir()) == []
+
+
+def test_help_has_an_example():
+    assert "mirrorgaze ensemble spiral" in mirrorgaze("--help").stdout
