@@ -14,7 +14,7 @@ from tracking.calibration.board_start import board_poses
 from tracking.calibration.calibrated_rig import CalibratedRig, with_signs
 from tracking.calibration.errors import M2_IN_PLANE, PRIOR_TOLERANCES, standard_deviations
 from tracking.calibration.fit import Evidence, Fit, Residuals, fit
-from tracking.calibration.knowledge import knowledge_of, residual_width
+from tracking.calibration.knowledge import blind_directions, knowledge_of, residual_width
 from tracking.calibration.model import ErrorModel
 from tracking.calibration.observations import TargetObservations, edge_problems, observation_problems
 from tracking.perception.corner_samples import CornerSamples
@@ -24,12 +24,8 @@ NOISE_PX = 0.3
 
 LARGEST_EVALUATIONS = 100
 
-TRIAL_EVALUATIONS = 15
+TRIAL_EVALUATIONS = 10
 """For signs that are only tried."""
-
-FAR_AWAY = 100.0
-"""Without a prior, errors are still held within about so many tolerances, so that nothing unobservable runs away: ten
-times `knowledge.BLIND`, so that it changes what counts as observable by 1 % at most."""
 
 DECIDED = 25.0
 """Difference of chi-square above which signs count as decided: e^(-25 / 2) to one against the others."""
@@ -100,7 +96,7 @@ def calibrate(
         How far each thing may be off. What has a tolerance of 0 is not looked for.
     prior : bool
         Whether the tolerances are believed: the estimate is then the maximum a posteriori under normal errors of these
-        standard deviations. Otherwise they are units only, and what the data do not say stays near zero and is
+        standard deviations. Otherwise they hold only those combinations that the data say nothing of, which are
         reported with an infinite standard deviation.
     noise_px, edge_noise_px : float
         Standard deviations of the observed pixels of target and corners.
@@ -128,7 +124,7 @@ def calibrate(
         if sigma > 0 and (in_plane or name not in M2_IN_PLANE)
     }
     fits = {
-        signs: _fitted(with_signs(rig, *signs), evidence, scales, 1.0, TRIAL_EVALUATIONS)
+        signs: _fitted(with_signs(rig, *signs), evidence, scales, TRIAL_EVALUATIONS)
         for signs in product((1, -1), repeat=2)
     }
     ordered = sorted(fits, key=lambda signs: fits[signs].cost)
@@ -138,9 +134,11 @@ def calibrate(
     drawn = (rig.joints.pan.sign, rig.joints.tilt.sign)
     signs = (best.pan_sign, best.tilt_sign) if decided else drawn
     signed = with_signs(rig, *signs)
-    found = _fitted(signed, evidence, scales, 1.0, LARGEST_EVALUATIONS, start=fits[signs].unknowns)
+    found = _fitted(signed, evidence, scales, LARGEST_EVALUATIONS, start=fits[signs].unknowns)
     if not prior:
-        found = _fitted(signed, evidence, scales, FAR_AWAY, LARGEST_EVALUATIONS, start=found.unknowns)
+        found = _fitted(
+            signed, evidence, scales, LARGEST_EVALUATIONS, held=blind_directions(found), start=found.unknowns
+        )
     seen = found.residuals[np.isfinite(found.residuals)]
     width = residual_width(found.residuals)
     return Estimate(
@@ -159,14 +157,14 @@ def _fitted(
     rig: Rig,
     evidence: Evidence,
     scales: dict[str, float],
-    belief: float,
     evaluations: int,
     *,
+    held: FloatArray | None = None,
     start: FloatArray | None = None,
 ) -> Fit:
     model = ErrorModel(rig)
     boards = board_poses(model, evidence.target) if evidence.target is not None else []
-    return fit(Residuals(model, evidence, scales, boards), belief, largest_evaluations=evaluations, start=start)
+    return fit(Residuals(model, evidence, scales, boards), largest_evaluations=evaluations, held=held, start=start)
 
 
 def _rms_px(found: Fit, evidence: Evidence) -> float:

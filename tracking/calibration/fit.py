@@ -183,26 +183,32 @@ class Residuals:
         return (off / noise).ravel(), (whole / noise).reshape(-1, self.count)
 
 
-def fit(residuals: Residuals, belief: float, *, largest_evaluations: int, start: FloatArray | None = None) -> Fit:
+def fit(
+    residuals: Residuals,
+    *,
+    largest_evaluations: int,
+    held: FloatArray | None = None,
+    start: FloatArray | None = None,
+) -> Fit:
     """Minimise by Levenberg and Marquardt's method (MINPACK).
 
     Parameters
     ----------
     residuals : Residuals
-    belief : float
-        Standard deviation of each error beforehand, in its scale.
     largest_evaluations : int
         Of the solver.
+    held : array, shape (h, k), optional
+        Combinations of the errors, each counted in its scale, that are believed to be 0 +- 1; every error by default.
     start : array, shape (count,), optional
         Unknowns to begin with; zero by default.
     """
     error_count, count = len(residuals.names), residuals.count
-    play_start = len(residuals.scales)
+    combinations = np.eye(error_count) if held is None else held
     # Boards may be anywhere; play is counted in its standard deviation.
-    held = np.array([*range(error_count), *range(play_start, count)])
-    weights = np.array([1 / belief] * error_count + [1.0] * (count - play_start))
-    holding = np.zeros((len(held), count))
-    holding[np.arange(len(held)), held] = weights
+    play_count = 2 * len(residuals.poses)
+    holding = np.zeros((len(combinations) + play_count, count))
+    holding[: len(combinations), :error_count] = combinations
+    holding[len(combinations) :, count - play_count :] = np.eye(play_count)
     known: dict[bytes, tuple[FloatArray, FloatArray]] = {}
 
     def evaluated(unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -238,7 +244,7 @@ def fit(residuals: Residuals, belief: float, *, largest_evaluations: int, start:
         cost=float(2 * found.cost),
         residuals=off,
         slopes=slopes[:, :error_count],
-        nuisance=np.concatenate([slopes[:, error_count:], holding[error_count:, error_count:]]),
+        nuisance=np.concatenate([slopes[:, error_count:], holding[len(combinations) :, error_count:]]),
         converged=bool(found.success),
     )
 

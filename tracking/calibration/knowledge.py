@@ -90,12 +90,8 @@ def knowledge_of(fit: Fit, scales: dict[str, float], *, prior: bool) -> Knowledg
     prior adds the same. E[psi^2] / E[psi'] is that of normal noise, or larger where the residuals are wider than they
     were said to be, by more than chance: then the noise that they show takes the place of the one that was given.
     """
-    width = residual_width(fit.residuals)
-    weights = (1 + (np.nan_to_num(fit.residuals) / TURNING_POINT) ** 2) ** -0.75
-    reduced = _projected_out(weights[:, np.newaxis] * fit.slopes, fit.nuisance, weights)
-    singular, rows = np.linalg.svd(reduced)[1:]
-    singular = np.pad(singular, (0, len(rows) - len(singular)))
-    inflation = spread_factor() * width**2
+    inflation = spread_factor(residual_width(fit.residuals))
+    singular, rows = _spectrum(fit)
     blind = singular * BLIND < 1
     count = rows.shape[1]
     if prior:
@@ -118,6 +114,20 @@ def knowledge_of(fit: Fit, scales: dict[str, float], *, prior: bool) -> Knowledg
     )
 
 
+def blind_directions(fit: Fit) -> FloatArray:
+    """Orthonormal combinations of the errors, in their scales, that the data say nothing of, shape (j, k)."""
+    singular, rows = _spectrum(fit)
+    return rows[singular * BLIND < 1]
+
+
+def _spectrum(fit: Fit) -> tuple[FloatArray, FloatArray]:
+    """Singular values, shape (k,), and combinations, shape (k, k), of what the data say."""
+    weights = (1 + (np.nan_to_num(fit.residuals) / TURNING_POINT) ** 2) ** -0.75
+    reduced = _projected_out(weights[:, np.newaxis] * fit.slopes, fit.nuisance, weights)
+    singular, rows = np.linalg.svd(reduced)[1:]
+    return np.pad(singular, (0, len(rows) - len(singular))), rows
+
+
 def residual_width(residuals: FloatArray) -> float:
     """Standard deviation of residuals by their median size, 1 unless it is larger by more than chance."""
     seen = residuals[np.isfinite(residuals)]
@@ -126,12 +136,12 @@ def residual_width(residuals: FloatArray) -> float:
     return width if width > 1 + 5 * 1.17 / np.sqrt(len(seen)) else 1.0
 
 
-def spread_factor() -> float:
-    """E[psi^2] / E[psi'] of pseudo-Huber for standard normal residuals."""
+def spread_factor(width: float) -> float:
+    """E[psi^2] / E[psi'] of pseudo-Huber for normal residuals of a standard deviation."""
     r = np.linspace(-10, 10, 4001)
     density = norm.pdf(r)
-    stretched = 1 + (r / TURNING_POINT) ** 2
-    return float((density * r**2 / stretched).sum() / (density * stretched**-1.5).sum())
+    stretched = 1 + (width * r / TURNING_POINT) ** 2
+    return float((density * (width * r) ** 2 / stretched).sum() / (density * stretched**-1.5).sum())
 
 
 def _projected_out(slopes: FloatArray, nuisance: FloatArray, weights: FloatArray) -> FloatArray:

@@ -118,9 +118,11 @@ def session_study(
     """
     errors = draw_errors(rig, PRINT_TOLERANCES, seed=seed)
     judged = joint_grid(rig, 5)
+    # Each is chosen as far as possible from those before: the first few of many are the poses of a short session.
+    poses = useful_poses(rig, max(pose_counts))
     outcomes: list[Outcome] = []
     for count in pose_counts:
-        q = useful_poses(rig, count)
+        q = poses[:count]
         over_the_range = joint_grid(rig, max(2, round(np.sqrt(count))))
         for session in sessions:
             progress(len(outcomes), len(pose_counts) * len(sessions))
