@@ -95,7 +95,7 @@ def test_holes_belong_to_the_outline_but_not_to_the_area():
 
 @pytest.mark.parametrize(("width", "height"), [(1, 1), (16, 16), (30, 10), (7, 1)])
 def test_circularity_of_rectangles(width, height):
-    """Closed form: the contour through the pixels' middles, as long as Kulpa has it, grown by half a pixel (Steiner)."""
+    """Closed form: the contour through the pixels' middles, as long as Kulpa has it, half a pixel out (Steiner)."""
     a, b = width - 1, height - 1
     perimeter = math.pi / 8 * (1 + math.sqrt(2)) * 2 * (a + b)
     area = a * b + perimeter / 2 + math.pi / 4

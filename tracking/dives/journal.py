@@ -52,6 +52,10 @@ class Journal:
         """Pictures in finished segments, if the dive is long enough to fill them."""
         return self.finished * SEGMENT_FRAMES
 
+    def ends_segment(self, frames: int) -> bool:
+        """Whether a segment is full after a number of pictures."""
+        return frames % SEGMENT_FRAMES == 0
+
     def snapshot(self) -> dict[str, Any] | None:
         """State behind the last finished segment; None before the first."""
         if not self.finished:

@@ -171,7 +171,9 @@ class RenderedCamera:
             labels.append(arrays["label"].numpy()[self._place].astype(np.uint8).reshape(shape[:2]))
             radiance = np.empty((len(self._place), 3), dtype=np.float32)
             for channel, values in enumerate(arrays["rgb"]):
-                radiance[:, channel] = values.numpy()[self._place]
+                # Scattered light is a difference of two fields, and may come out below nothing where it is dark. What
+                # is not a number stays one, and is told by the sensor.
+                radiance[:, channel] = np.maximum(values.numpy()[self._place], 0)
             yield radiance.reshape(shape)
 
     def _smear_px(self, time_s: float) -> float:

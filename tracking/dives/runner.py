@@ -21,7 +21,7 @@ from cad.meshes import rig_meshes
 from optics.mesh import PartMesh
 from rigs import Rig
 from tracking.dives.files import finish_dive, is_finished
-from tracking.dives.journal import SEGMENT_FRAMES, Journal
+from tracking.dives.journal import Journal
 from tracking.dives.log import Row, loop_columns
 from tracking.dives.recorder import Recorder
 from tracking.dives.rendered_camera import RenderedCamera
@@ -191,7 +191,7 @@ def _record(dive: Dive, rig: Rig, folder: Path, journal: Journal, *, announce: A
             moment = closed.next()
             assert moment is not None  # the dive has that many pictures
             recorder.add(moment.shot, moment.step, moment.row)
-            if done % SEGMENT_FRAMES == 0 or done == dive.frames:
+            if journal.ends_segment(done) or done == dive.frames:
                 recorder.finish_segment(json.dumps(closed.snapshot(), allow_nan=True))
             progress(done, dive.frames)
     except BaseException:

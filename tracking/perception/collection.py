@@ -27,11 +27,8 @@ if TYPE_CHECKING:
 BAND_PX = (12.0,) * 6 + (6.0,) * 4 + (3.0,) * 4 + (1.5,) * 4
 """Half width of the band around a side in which its points are looked for, from one fit to the next.
 
-The first forgives that much of the nominal corners; the last is what rounding to pixels and some bend leave.
+The first forgives that much of the nominal corners; the last is what rounding to pixels leaves.
 """
-
-DEGREES = (1,) * 6 + (2,) * 12
-"""Of the side's curve, from one fit to the next: first straight, then bent."""
 
 ROUNDED_PX = 0.5
 """What a point may be off because the picture is made of pixels."""
@@ -129,7 +126,7 @@ class _Side:
         between = (x > ENDS * length) & (x < (1 - ENDS) * length)
         x, y = x[between], y[between]
         bend = Polynomial([0.0])
-        for band, degree in zip(BAND_PX, DEGREES, strict=True):
+        for band in BAND_PX:
             off = np.abs(y - bend(x))
             near = off < band
             places = np.unique((x[near] * PLACES / length).astype(np.int64))
@@ -137,7 +134,7 @@ class _Side:
                 return None
             # Least distances, not least squares: what hides a part of the side crosses the band as well.
             weight = 1 / np.sqrt(np.maximum(off[near], ROUNDED_PX))
-            bend = Polynomial.fit(x[near], y[near], degree, domain=[0, length], w=weight).convert()
+            bend = Polynomial.fit(x[near], y[near], 2, domain=[0, length], w=weight).convert()
         return cls(start=start, along=along, bend=bend)
 
     def tangent(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
