@@ -79,7 +79,7 @@ def test_no_other_arrows(pictures, confirm, predict, unseen):
 
 def test_settings_that_cannot_be_are_refused_all_at_once():
     with pytest.raises(
-        ValueError, match="check_s of at least 0 s, got -1.*confirm_frames.*predict_frames.*unseen"
+        ValueError, match=r"check_s of at least 0 s, got -1.*confirm_frames.*predict_frames.*unseen"
     ) as said:
         BehaviourSettings(check_s=-1.0, confirm_frames=0, predict_frames=-1, unseen_frames=-2)
     assert str(said.value).count(";") == 3

@@ -115,8 +115,10 @@ def test_a_target_on_the_axis_is_seen_whole_and_without_error(rig, renderer):
 @pytest.mark.parametrize("q_deg", [ON_AXIS, (-50.0, 15.0), (5.0, 30.0)])
 @pytest.mark.parametrize("distance_m", [1.0, 4.0])
 def test_full_size_is_that_of_the_exact_silhouette(rig, renderer, q_deg, distance_m):
-    """Beside every pixel's ray against the unfolded ball: a count of n pixels is known to about the square root of its
-    border, 3.5 sqrt(n) pixels long, so to 2 sqrt(3.5 sqrt(n)) with certainty.
+    """Beside every pixel's ray against the unfolded ball.
+
+    A count of n pixels is known to about the square root of its border, 3.5 sqrt(n) pixels long, so to
+    2 sqrt(3.5 sqrt(n)) with certainty.
     """
     q1, q2 = np.radians(q_deg)
     place = on_gaze(rig, q1=q1, q2=q2, distance_m=distance_m)
@@ -196,7 +198,7 @@ def test_causes_by_what_the_picture_shows(rig, renderer):
 
 
 def test_slewing_is_told_by_the_servos_speed(rig, renderer):
-    """Out of view while the servo runs at its rate and the loop follows: the target outran it. A scan does not count."""
+    """Out of view while the servo runs at its rate and the loop follows: outrun. A scan does not count."""
     now = state(BESIDE, np.array([2.0, 2.0, 0.0]))
     fast = np.radians([rig.servos.pan.speed_deg_per_s, 0.0])
     assert row_of(rig, renderer, now, speed=fast)[1]["cause_of_loss"] == "slewing"

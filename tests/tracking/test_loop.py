@@ -320,6 +320,6 @@ def test_variants_differ_as_they_say():
     assert [variant.law for variant in (literal, paper, default)] == ["paper-literal", "paper", "gaze"]
     assert literal.behaviour == paper.behaviour
     assert (paper.behaviour.check_s, paper.behaviour.confirm_frames, paper.behaviour.predict_frames) == (30.0, 1, 30)
-    with pytest.raises(ValueError, match="target_distance_m above 0, got 0.*control_latency_s"):
+    with pytest.raises(ValueError, match=r"target_distance_m above 0, got 0.*control_latency_s"):
         replace(default, target_distance_m=0.0, control_latency_s=-1.0)
     assert isinstance(SightLines(RIG).gimbal, Gimbal)
