@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from statistics import median
 from typing import Any
 
@@ -31,6 +32,7 @@ from tracking.perception import (
     ExactCorners,
     InverseDistanceCorners,
     detect,
+    weighted_centroid,
 )
 from tracking.protocols import FloatArray, MirrorReport, Shot
 from tracking.records import Mode, Step
@@ -89,7 +91,7 @@ class TrackingLoop:
         if variant.law == "gaze":
             pointing = Pointing(self._gimbal, speeds, float(view.min()) / 2)
             latency_s = variant.control_latency_s + _servo_latency_s(rig)
-            self._pursuit = GazePursuit(sight_lines, pointing, variant.direction_noise, latency_s)
+            self._pursuit = GazePursuit(sight_lines, pointing, scale, variant.direction_noise, latency_s)
         else:
             literal = variant.law == "paper-literal"
             self._pursuit = CropPursuit(self._gimbal, scale, variant.centroid_noise, literal=literal)
@@ -117,11 +119,14 @@ class TrackingLoop:
         ValueError
             For a time that is not later than the last picture's, or no picture of uint8 colours.
         """
-        elapsed_s = self._tell_time(shot.time_s)
+        if not math.isfinite(shot.time_s) or shot.time_s <= self._last_s:
+            raise ValueError(f"expected a picture later than the last, at {self._last_s} s, got one at {shot.time_s} s")
         q = np.array(report.q if np.isfinite(report.q).all() else self._q_command, dtype=np.float64)
         corners = self._corners.corners(q)
         crop = Crop.of(corners)
         picture = crop.take(shot.image)
+        # Nothing is refused from here on: a picture that is leaves no trace.
+        elapsed_s = self._note_time(shot.time_s)
         detection = detect(picture, self._detector)
         looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
         sight = Sight(
@@ -130,15 +135,18 @@ class TrackingLoop:
             q=q,
             q_command=self._q_command,
             crop=crop,
-            centroid_px=detection.centroid_px if looking else None,
+            spots=detection.spots if looking else (),
         )
-        expected = self._pursuit.look(sight)
+        look = self._pursuit.look(sight)
+        expected = look.expected_px
+        if looking:
+            detection = replace(detection, spots=look.spots, centroid_px=weighted_centroid(look.spots))
         before = self._state
         self._state = next_state(
             before,
             self._variant.behaviour,
             elapsed_s=elapsed_s,
-            found=sight.centroid_px is not None,
+            found=bool(look.spots),
             expected=expected is not None and _within(expected, crop),
         )
         self._q_command = np.clip(self._decide(before, sight, elapsed_s), self._gimbal.lowest, self._gimbal.highest)
@@ -173,7 +181,9 @@ class TrackingLoop:
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot of a loop made with the same arguments, to the same bytes."""
-        self._state = BehaviourState(mode=Mode(snapshot["mode"]), hits=snapshot["hits"], missed=snapshot["missed"])
+        self._state = BehaviourState(
+            mode=Mode(snapshot["mode"]), hits=snapshot["hits"], missed=snapshot["missed"], unseen=snapshot["unseen"]
+        )
         self._q_command = np.array(snapshot["q_command"])
         self._first_s = snapshot["first_s"]
         self._last_s = math.nan if snapshot["last_s"] is None else snapshot["last_s"]
@@ -188,10 +198,8 @@ class TrackingLoop:
     def _crop_at(self, q: FloatArray) -> Crop:
         return Crop.of(self._corners.corners(q))
 
-    def _tell_time(self, time_s: float) -> float:
+    def _note_time(self, time_s: float) -> float:
         """Note the time of a picture; seconds since the first."""
-        if not math.isfinite(time_s) or time_s <= self._last_s:
-            raise ValueError(f"expected a picture later than the last, at {self._last_s} s, got one at {time_s} s")
         if self._first_s is None:
             self._first_s = time_s
         else:
@@ -209,7 +217,7 @@ class TrackingLoop:
         lost = before.mode in (Mode.TRACK, Mode.PREDICT)
         if before.mode is not Mode.SCAN:
             outwards = lost and self._variant.rescan == "outwards"
-            self._search.begin(sight.q_command, sight.q_command if outwards else None)
+            self._search.begin(sight.q, sight.q_command if outwards else None)
         self._pursuit.forget()
         return self._search.advance(self._intervals[-1] if self._intervals else 0.0)
 

@@ -31,7 +31,13 @@ LATENCY_S = 0.02
 START_DEG = -69.75
 """Azimuth of the raster's first strip: a target that waits there is found at once."""
 
-WAIT_S = 5.0
+WAIT_S = 3.0
+"""It is found in less: half the range of tilt to the strip's lower end, 1.3 s, 0.5 s up to the horizon, three pictures,
+and the servos' delays."""
+
+SETTLED_S = 4.0
+"""Before the first picture the mirrors are sent to q = 0, from wherever they stood when power came on. The functional
+check does that in a dive; these leave it out, for time."""
 
 Path = Callable[[float], FloatArray]
 """Target's centre from the centre of M2, body frame, metres, at a time."""
@@ -61,11 +67,15 @@ def without_check(name: str) -> Variant:
 
 
 class Dive:
-    """A loop on its servos; `errors_deg` is the angle from the true gaze to the target, frame by frame."""
+    """A loop on its servos; `errors_deg` is the angle from the true gaze to the target, frame by frame.
+
+    `bias`: what nobody knows to lie between the servos' horns and the joints, radians.
+    """
 
     def __init__(self, variant: Variant, *, rate_hz: float = RATE_HZ, seed: int = 1, bias: FloatArray | None = None):
         self.loop = TrackingLoop(RIG, variant, detector=DRAWN_BALL)
         self.mirrors = SimulatedMirrors.from_rig(RIG, seed=seed)
+        self.mirrors.command(np.zeros(2), 0.0)
         self.rate_hz, self.bias = rate_hz, np.zeros(2) if bias is None else bias
         self.steps: list[Step] = []
         self.errors_deg: list[float] = []
@@ -73,13 +83,12 @@ class Dive:
     def run(self, path: Path, until_s: float, hidden: tuple[float, float] = (0.0, 0.0)) -> Dive:
         gimbal = SightLines(RIG).gimbal
         while (time_s := len(self.steps) / self.rate_hz) < until_s:
-            q, target = self.mirrors.true_q(time_s), path(time_s)
+            q, target = self.mirrors.true_q(SETTLED_S + time_s) + self.bias, path(time_s)
             image = camera().picture(q, target)
             if hidden[0] <= time_s < hidden[1]:
                 image = np.zeros_like(image)
-            report = self.mirrors.report(time_s)
-            step = self.loop.step(Shot(image=image, time_s=time_s), replace(report, q=report.q + self.bias))
-            self.mirrors.command(step.q_command, time_s + LATENCY_S)
+            step = self.loop.step(Shot(image=image, time_s=time_s), self.mirrors.report(SETTLED_S + time_s))
+            self.mirrors.command(step.q_command, SETTLED_S + time_s + LATENCY_S)
             gaze = gimbal.gaze(q)
             self.steps.append(step)
             self.errors_deg.append(math.degrees(math.atan2(np.linalg.norm(np.cross(gaze, target)), gaze @ target)))
@@ -97,17 +106,17 @@ class Dive:
 
 @cache
 def on_the_spiral(name: str) -> Dive:
-    return Dive(without_check(name)).run(open_spiral, 25.0)
+    return Dive(without_check(name)).run(open_spiral, WAIT_S + 12.0)
 
 
 def test_the_default_holds_the_open_spiral():
     """Rationale: the issue's numbers for clear water, 97 % of the time and 1.5 degrees RMS, less light and water.
 
-    A target at 2 m turns 120 degrees around the robot at 6 degrees/s, rising. Expected: never out of view from
+    A target at 2 m turns 72 degrees around the robot at 6 degrees/s, rising. Expected: never out of view from
     acquisition on, and an error of the order of the servos' play (0.5 degrees, which tilt doubles): 0.36 degrees RMS.
     """
     dive = on_the_spiral("default")
-    assert dive.modes(WAIT_S) == "t" * 600
+    assert dive.modes(WAIT_S) == "t" * 360
     held, rms_deg = dive.since(WAIT_S)
     assert held == 1.0
     assert rms_deg < 0.5
@@ -130,7 +139,7 @@ def test_the_papers_loop_lags_by_its_gain():
     direction, 0.25 degrees, and for the corners of eq. 6.
     """
     path = lambda time_s: place(START_DEG + 12.0 * max(time_s - WAIT_S, 0.0), 0.0)  # noqa: E731
-    dive = Dive(without_check("paper")).run(path, 14.0)
+    dive = Dive(without_check("paper")).run(path, WAIT_S + 8.0)
     expected = 12.0 / RATE_HZ / GAIN * 2.226 / 2.0
     assert np.median(dive.errors_deg[-150:]) == pytest.approx(expected, abs=0.25 + 0.1 * expected)
 
@@ -141,7 +150,7 @@ def test_a_constant_error_of_the_joints_cancels(bias_deg):
 
     But for the crop, which is cut at the wrong place: 2 degrees of tilt move the corners by some pixels, no more.
     """
-    dive = Dive(without_check("default"), bias=np.radians(bias_deg)).run(open_spiral, 12.0)
+    dive = Dive(without_check("default"), bias=np.radians(bias_deg)).run(open_spiral, WAIT_S + 6.0)
     held, rms_deg = dive.since(WAIT_S + 1)
     assert held == 1.0
     assert rms_deg < on_the_spiral("default").since(WAIT_S)[1] + 0.3
@@ -178,22 +187,31 @@ def test_servos_bound_the_speed_of_a_target():
 
 
 def test_a_hidden_target_is_predicted_and_found_again():
-    """25 pictures without it, while it moves on: the 30 of the prediction are enough."""
-    dive = Dive(without_check("default")).run(open_spiral, 12.0, hidden=(8.0, 8.0 + 25 / RATE_HZ))
-    assert dive.modes(8.0)[:25] == "p" * 25
-    assert dive.modes(8.0 + 26 / RATE_HZ) == "t" * (120 - 26)
-    hidden = dive.steps[240:265]
+    """25 pictures without it, while it moves on: the 30 of the prediction are enough.
+
+    The filter knows the rate to 1.19 q^(3/8) (r T)^(1/8) = 6 degrees/s (square root of the steady state's variance, for
+    acceleration q = (20 degrees)^2/s^3 and measurements of r = (0.5 degrees)^2 every T = 1/30 s): within 25 / 30 s the
+    direction is off by 5 degrees, one standard deviation, and what the crop sees is 9 to each side.
+    """
+    dive = Dive(without_check("default")).run(open_spiral, 8.0, hidden=(6.0, 6.0 + 25 / RATE_HZ))
+    assert dive.modes(6.0)[:25] == "p" * 25
+    assert dive.modes(6.0 + 26 / RATE_HZ) == "t" * (60 - 26)
+    hidden = dive.steps[180:205]
     assert all(step.predicted_px is not None and step.error_px is not None for step in hidden)
-    assert max(dive.errors_deg[240:265]) < 2.0
+    assert max(dive.errors_deg[180:205]) < 9.0
 
 
 def test_a_lost_target_is_searched_where_it_was_lost():
-    """Hidden for 4 s, while it goes on: found again within the rings around the place, 10 s, and not by the raster."""
-    dive = Dive(without_check("default")).run(open_spiral, 20.0, hidden=(8.0, 12.0))
-    modes = dive.modes(8.0)
+    """Hidden for 4 s, while it goes on by 8 degrees: found again within the rings around the place.
+
+    They take 10 s. The raster begins elsewhere and takes 28 s.
+    """
+    path = lambda time_s: open_spiral(time_s, turning_deg_per_s=2.0)  # noqa: E731
+    dive = Dive(without_check("default")).run(path, 17.0, hidden=(5.0, 9.0))
+    modes = dive.modes(5.0)
     assert modes[:31] == "p" * 30 + "s"
-    assert modes[-60:] == "t" * 60
-    searched = [np.degrees(step.q_command) for step in dive.steps[270:300]]
+    assert modes[-30:] == "t" * 30
+    searched = [np.degrees(step.q_command) for step in dive.steps[180:270]]
     assert np.ptp(searched, axis=0).max() < 60
 
 
@@ -211,7 +229,7 @@ def test_the_first_seconds_check_the_joints():
 
 @pytest.mark.parametrize("rate_hz", [10.0, 60.0])
 def test_other_rates(rate_hz):
-    dive = Dive(without_check("default"), rate_hz=rate_hz).run(open_spiral, 10.0)
+    dive = Dive(without_check("default"), rate_hz=rate_hz).run(open_spiral, WAIT_S + 4.0)
     assert set(dive.modes(WAIT_S)) == {"t"}
     assert dive.since(WAIT_S)[1] < 0.7
 
@@ -222,14 +240,14 @@ def test_a_loop_goes_on_from_a_snapshot_to_the_same_bytes(name):
     settings = replace(VARIANTS[name].behaviour, check_s=0.5)
     variant = replace(VARIANTS[name], behaviour=settings)
     whole, passed_on = Dive(variant), Dive(variant)
-    whole.run(open_spiral, 11.0, hidden=(6.5, 8.5))
-    for frame in range(0, 331, 17):
+    whole.run(open_spiral, 6.0, hidden=(4.0, 6.0))
+    for frame in range(0, 180, 17):
         state = json.loads(json.dumps(passed_on.loop.snapshot()))
         passed_on.loop = TrackingLoop(RIG, variant, detector=DRAWN_BALL)
         assert not passed_on.loop.started
         passed_on.loop.restore(state)
         assert passed_on.loop.started == (frame > 0)
-        passed_on.run(open_spiral, min((frame + 17) / RATE_HZ, 11.0) - 1e-9, hidden=(6.5, 8.5))
+        passed_on.run(open_spiral, min((frame + 17) / RATE_HZ, 6.0) - 1e-9, hidden=(4.0, 6.0))
     assert set(whole.modes()) == set("cstp")
     assert len(whole.steps) == len(passed_on.steps)
     for ours, theirs in zip(whole.steps, passed_on.steps, strict=True):
@@ -271,13 +289,13 @@ def test_a_target_survives_lost_pictures(name):
     """Every third picture missing, and once half a second."""
     dive = Dive(without_check(name)).run(open_spiral, WAIT_S + 1)
     loop, mirrors, modes = dive.loop, dive.mirrors, []
-    for frame in range(180, 400):
-        if frame % 3 == 0 or 250 <= frame < 265:
+    for frame in range(120, 270):
+        if frame % 3 == 0 or 190 <= frame < 205:
             continue
         time_s = frame / RATE_HZ
-        image = camera().picture(mirrors.true_q(time_s), open_spiral(time_s))
-        step = loop.step(Shot(image=image, time_s=time_s), mirrors.report(time_s))
-        mirrors.command(step.q_command, time_s + LATENCY_S)
+        image = camera().picture(mirrors.true_q(SETTLED_S + time_s), open_spiral(time_s))
+        step = loop.step(Shot(image=image, time_s=time_s), mirrors.report(SETTLED_S + time_s))
+        mirrors.command(step.q_command, SETTLED_S + time_s + LATENCY_S)
         modes.append(step.mode)
     assert set(modes) == {Mode.TRACK}
 

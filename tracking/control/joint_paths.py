@@ -48,10 +48,6 @@ class JointPath:
         """Joint values at a time from the beginning, shape (2,); the ends before and after."""
         return np.array([np.interp(time_s, self.time_s, joint) for joint in self.q.T])
 
-    def nearest(self, speeds: JointSpeeds, q: FloatArray) -> float:
-        """Time of the corner of the path that is reached first from `q`."""
-        return float(self.time_s[int(np.argmin(move_time(speeds, q, self.q)))])
-
 
 def check_path(gimbal: Gimbal, duration_s: float) -> JointPath:
     """Functional check: each joint from its middle over its whole range and back, in a given time above 0."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from optics.gaze_motion import JointSpeeds
+from optics.gaze_motion import JointSpeeds, move_time
 from tracking.control.joint_paths import JointPath, outward_path, raster_path
 from tracking.estimation.gimbal import Gimbal
 from tracking.protocols import FloatArray
@@ -40,16 +40,27 @@ class Search:
         self._around: JointPath | None = None
         self._centre: FloatArray | None = None
         self._time_s = 0.0
+        self._approach_s = 0.0
 
     def begin(self, q: FloatArray, centre: FloatArray | None = None) -> None:
-        """Search from joint values `q` on: the raster from its corner next to them, or outwards from `centre`."""
+        """Search from joint values `q` on: outwards from `centre`, or the raster from its nearer end.
+
+        From an end, everything has been looked at soonest. The path waits there until the mirror has come, which would
+        cut the first strip short otherwise.
+        """
         self._centre = centre
         self._around = None if centre is None else self._around_path(centre)
-        self._time_s = self._raster.nearest(self._speeds, q) if centre is None else 0.0
+        starts = self._raster.q[[0, -1]] if centre is None else centre[np.newaxis]
+        approaches_s = move_time(self._speeds, q, starts)
+        nearer = int(np.argmin(approaches_s))
+        self._time_s = nearer * self._raster.duration_s
+        self._approach_s = float(approaches_s[nearer])
 
     def advance(self, seconds: float) -> FloatArray:
         """Joint values to ask for, shape (2,), so much later."""
-        self._time_s += min(seconds, self._longest_s)
+        passed_s = min(seconds, self._longest_s)
+        self._time_s += max(passed_s - self._approach_s, 0.0)
+        self._approach_s = max(self._approach_s - passed_s, 0.0)
         if self._around is not None:
             if self._time_s <= self._around.duration_s:
                 return self._around.at(self._time_s)
@@ -60,11 +71,15 @@ class Search:
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
-        return {"time_s": self._time_s, "centre": None if self._centre is None else self._centre.tolist()}
+        return {
+            "time_s": self._time_s,
+            "approach_s": self._approach_s,
+            "centre": None if self._centre is None else self._centre.tolist(),
+        }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        self._time_s = snapshot["time_s"]
+        self._time_s, self._approach_s = snapshot["time_s"], snapshot["approach_s"]
         self._centre = None if snapshot["centre"] is None else np.array(snapshot["centre"])
         self._around = None if self._centre is None else self._around_path(self._centre)
 

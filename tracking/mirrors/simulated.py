@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigs import Rig
-from tracking.mirrors.belief import JOINTS, JointBelief, jointed_servos
+from tracking.mirrors.belief import JOINTS, JointBelief, expected_latency_s, jointed_servos
 from tracking.protocols import FloatArray, MirrorReport
 from tracking.servos import ServoBehaviour, ServoPlant
 
@@ -31,7 +31,7 @@ class SimulatedMirrors:
         self._belief = belief
 
     @classmethod
-    def from_rig(cls, rig: Rig, seed: int = 0, *, believed_latency_s: float = 0.0) -> Self:
+    def from_rig(cls, rig: Rig, seed: int = 0, *, believed_latency_s: float | None = None) -> Self:
         """Servos as the rig file has them.
 
         Where they stand at power-on, where the pulses fall on the loop's clock, and the pulses' jitter come from the
@@ -42,8 +42,10 @@ class SimulatedMirrors:
         rig : Rig
             With mirrors; `ValueError` otherwise.
         seed : int
-        believed_latency_s : float
-            What the driver takes the servos' delay to be.
+        believed_latency_s : float, optional
+            What the driver takes the servos' delay to be; by default what the rig file makes of it on average, as the
+            driver of real servos does. A loop whose driver is ahead of its servos swings: while the mirror turns, it
+            measures the target's direction as wrong as the mirror turns in that time.
         """
         servos = jointed_servos(rig)
         rng = np.random.default_rng(seed)
@@ -55,7 +57,8 @@ class SimulatedMirrors:
             behaviour = ServoBehaviour.of(servo, joint, pulse_phase_s=phase_s)
             angle = float(rng.uniform(*behaviour.travel))
             plants.append(ServoPlant(behaviour, angle=angle, seed=int(rng.integers(2**32))))
-        return cls((plants[0], plants[1]), JointBelief(rig, latency_s=believed_latency_s))
+        latency_s = expected_latency_s(rig) if believed_latency_s is None else believed_latency_s
+        return cls((plants[0], plants[1]), JointBelief(rig, latency_s=latency_s))
 
     def command(self, q: ArrayLike, time_s: float) -> None:
         """Ask for pan and tilt, radians, shape (2,); `ValueError` beyond the limits or before the last `true_q`."""
