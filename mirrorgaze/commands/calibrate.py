@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from rigs import Rig
     from tracking.calibration.estimate import Estimate
     from tracking.calibration.session_study import SessionStudy
+    from tracking.calibration.simulation import Remaining
 
 
 def calibrate(
@@ -37,7 +40,8 @@ def calibrate(
     simulate: Annotated[
         bool, typer.Option("--simulate", help="Say what sessions in the tank would give for this rig.")
     ] = False,
-    seed: Annotated[int, typer.Option(help="Of the simulation.", min=0)] = 0,
+    rigs: Annotated[int, typer.Option(help="Rigs that the simulation builds.", min=1)] = 1,
+    seed: Annotated[int, typer.Option(help="Of the simulation's first rig; the next has the next.", min=0)] = 0,
     json: JsonOption = False,
 ) -> None:
     """Find what is off in a built rig from pictures of a board, of the gaze mirror's corners, or both.
@@ -47,7 +51,7 @@ def calibrate(
 
     \b
     Example:
-      mirrorgaze calibrate aqua2 --simulate --seed 1
+      mirrorgaze calibrate aqua2 --simulate --rigs 3
       mirrorgaze calibrate my-auv.toml observations.csv --edges corners.csv -o my-auv-calibration.toml
     """
     from mirrorgaze.loading import load_usable_rig
@@ -58,7 +62,7 @@ def calibrate(
     if simulate:
         if observations is not None or edges is not None or output is not None:
             raise ValueError("expected --simulate alone: it makes its own observations and writes no calibration")
-        _simulate(loaded, seed=seed, noise=noise, play=play, json=json)
+        _simulate(loaded, range(seed, seed + rigs), noise=noise, play=play, json=json)
         return
     from tracking.calibration.estimate import calibrate as estimate
 
@@ -180,31 +184,40 @@ def _tell(found: Estimate) -> None:
     )
 
 
-def _simulate(rig: Rig, *, seed: int, noise: float, play: float, json: bool) -> None:
+def _simulate(rig: Rig, seeds: range, *, noise: float, play: float, json: bool) -> None:
     from tracking.calibration.session_study import session_study
 
     study = session_study(
-        rig, seed=seed, noise_px=noise, play_deg=play, progress=partial(print_progress, "calibrate: session")
+        rig, seeds=seeds, noise_px=noise, play_deg=play, progress=partial(print_progress, "calibrate: session")
     )
     if json:
         from dataclasses import asdict
 
-        print_json({"rig": rig.name, "seed": seed, **asdict(study)})
+        print_json({"rig": rig.name, "seeds": list(seeds), **asdict(study)})
         return
     _tell_study(study)
 
 
 def _tell_study(study: SessionStudy) -> None:
-    rows = [["session", "poses", "gaze (deg)", "worst", "expected", "image (px)", "corners (px)"]]
-    sessions = [("as drawn, before", "-", study.before, "-")]
-    for outcome in study.outcomes:
-        expected = f"{outcome.gaze_expected_deg:.3f}"
-        sessions.append((outcome.session.name, str(outcome.pose_count), outcome.after, expected))
-    for name, count, off, expected in sessions:
-        gaze = [f"{off.gaze_deg:.3f}", f"{off.gaze_worst_deg:.3f}", expected]
-        rows.append([name, count, *gaze, f"{off.image_px:.2f}", f"{off.corners_px:.2f}"])
+    from itertools import groupby
+
+    head = ("session", "poses", "gaze (deg)", "worst rig", "worst pose", "expected", "image (px)", "worst rig")
+    rows = [(*head, "corners (px)", "worst rig"), _study_row("as drawn, before", "-", study.before, "-")]
+    for (name, count), group in groupby(study.outcomes, key=lambda each: (each.session.name, each.pose_count)):
+        outcomes = list(group)
+        expected = f"{median(outcome.gaze_expected_deg for outcome in outcomes):.3f}"
+        rows.append(_study_row(name, str(count), [outcome.after for outcome in outcomes], expected))
     print_table(rows)
     typer.echo(
-        "one rig built with errors of 1 mm and 1 degree; all numbers are root mean squares over the joints' range,\n"
-        "image: of points 3 m away, corners: of the gaze mirror; expected: what the covariance says of the gaze"
+        f"rigs built with errors of 1 mm and 1 degree: {len(study.before)}. Root mean squares over the joints' range, "
+        "median of the rigs;\nimage: of points 3 m away, corners: of the gaze mirror; expected: what the covariance "
+        "says of the gaze"
     )
+
+
+def _study_row(name: str, poses: str, rigs: Sequence[Remaining], expected: str) -> tuple[str, ...]:
+    gaze, image, corners = ([getattr(each, key) for each in rigs] for key in ("gaze_deg", "image_px", "corners_px"))
+    worst_pose = f"{max(each.gaze_worst_deg for each in rigs):.3f}"
+    of_gaze = (f"{median(gaze):.3f}", f"{max(gaze):.3f}", worst_pose, expected)
+    in_pixels = (f"{value:.2f}" for values in (image, corners) for value in (median(values), max(values)))
+    return (name, poses, *of_gaze, *in_pixels)

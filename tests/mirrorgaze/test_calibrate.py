@@ -66,11 +66,13 @@ def test_simulation_shows_what_sessions_give(monkeypatch, as_json):
     short = {"pose_counts": (6,), "sessions": session_study.SESSIONS[-1:]}
     whole = session_study.session_study
     monkeypatch.setattr(session_study, "session_study", lambda *args, **options: whole(*args, **options, **short))
-    result = mirrorgaze("aqua2", "--simulate", "--seed", "1", *(["--json"] if as_json else []))
+    result = mirrorgaze("aqua2", "--simulate", "--rigs", "2", *(["--json"] if as_json else []))
     assert result.exit_code == 0, result.stderr
     if as_json:
         report = json.loads(result.stdout)
-        assert report["outcomes"][0]["after"]["gaze_deg"] < 0.1 < report["before"]["gaze_deg"]
+        assert [outcome["seed"] for outcome in report["outcomes"]] == report["seeds"] == [0, 1]
+        for before, outcome in zip(report["before"], report["outcomes"], strict=True):
+            assert outcome["after"]["gaze_deg"] < 0.1 < before["gaze_deg"]
         return
     lines = result.stdout.splitlines()
     assert lines[1].startswith("as drawn, before")

@@ -141,7 +141,7 @@ def test_covariance_is_honest(rig, prior):
     for seed in range(REALISATIONS):
         if prior:
             errors = draw_errors(rig, PRINT_TOLERANCES, seed=seed)
-        found = fitted(errors, noise_px=NOISE_PX, seed=seed)
+        found = fitted(errors, noise_px=NOISE_PX, seed=2000 + seed)
         known = knowledge_of(found, scales, prior=prior)
         off = np.array([found.errors[name] - errors[name] for name in known.names]) / known.scales
         variance, axes = np.linalg.eigh(known.covariance / np.outer(known.scales, known.scales))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from tracking.calibration.calibrated_rig import joint_grid
 from tracking.calibration.errors import PRINT_TOLERANCES, draw_errors
 from tracking.calibration.estimate import NOISE_PX, calibrate
 from tracking.calibration.simulation import (
+    JUDGED,
     Remaining,
     remaining,
     simulated_edges,
@@ -59,10 +61,12 @@ SESSIONS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What one session gave.
+    """What one session with one rig gave.
 
     Attributes
     ----------
+    seed : int
+        Of the rig.
     session : Session
     pose_count : int
     after : Remaining
@@ -73,6 +77,7 @@ class Outcome:
     signs_right : bool
     """
 
+    seed: int
     session: Session
     pose_count: int
     after: Remaining
@@ -83,30 +88,38 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class SessionStudy:
-    """Result of `session_study`; `before` is the built rig against the rig as drawn."""
+    """Result of `session_study`.
 
-    before: Remaining
+    Attributes
+    ----------
+    before : tuple of Remaining
+        Each built rig against the rig as drawn.
+    outcomes : tuple of Outcome
+        Every session of a length with every rig before the next session.
+    """
+
+    before: tuple[Remaining, ...]
     outcomes: tuple[Outcome, ...]
 
 
 def session_study(
     rig: Rig,
     *,
-    seed: int,
+    seeds: Sequence[int],
     pose_counts: Sequence[int] = POSE_COUNTS,
     sessions: Sequence[Session] = SESSIONS,
     noise_px: float = NOISE_PX,
     play_deg: float = 0.0,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SessionStudy:
-    """Build a rig with errors of a print, hold sessions with it, and compare what they find with what is true.
+    """Build rigs with errors of a print, hold sessions with each, and compare what they find with what is true.
 
     Parameters
     ----------
     rig : Rig
         With mirrors, as drawn.
-    seed : int
-        Of the errors, the noise and the play.
+    seeds : sequence of int
+        One for each rig: of its errors, the noise and the play.
     pose_counts : sequence of int
     sessions : sequence of Session
     noise_px : float
@@ -116,48 +129,50 @@ def session_study(
     progress : callable
         Told how many sessions are done, and of how many.
     """
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=seed)
-    judged = joint_grid(rig, 5)
     # Each is chosen as far as possible from those before: the first few of many are the poses of a short session.
     poses = useful_poses(rig, max(pose_counts))
+    runs = list(product(pose_counts, sessions, seeds))
     outcomes: list[Outcome] = []
-    for count in pose_counts:
-        q = poses[:count]
-        over_the_range = joint_grid(rig, max(2, round(np.sqrt(count))))
-        for session in sessions:
-            progress(len(outcomes), len(pose_counts) * len(sessions))
-            target = edges = None
-            if session.boards:
-                target = simulated_target(
-                    rig,
-                    errors,
-                    q,
-                    known=session.known,
-                    direct=session.direct,
-                    noise_px=noise_px,
-                    seed=seed,
-                    true_q=_played(rig, q, play_deg, seed=seed),
-                )
-            if session.edges:
-                true_q = _played(rig, over_the_range, play_deg, seed=seed + 1)
-                edges = simulated_edges(rig, errors, over_the_range, noise_px=noise_px, seed=seed, true_q=true_q)
-            found = calibrate(
-                rig, target=target, edges=edges, noise_px=noise_px, edge_noise_px=noise_px, play_deg=play_deg
-            )
-            calibrated = found.calibrated
-            expected = np.degrees(calibrated.gaze_deviation(judged))
-            outcomes.append(
-                Outcome(
-                    session=session,
-                    pose_count=count,
-                    after=remaining(rig, errors, calibrated),
-                    gaze_expected_deg=float(np.sqrt((expected**2).mean())),
-                    unobservable=calibrated.knowledge.combinations(),
-                    signs_right=calibrated.rig.joints == rig.joints,
-                )
-            )
-    progress(len(outcomes), len(outcomes))
-    return SessionStudy(before=remaining(rig, errors, rig), outcomes=tuple(outcomes))
+    for count, session, seed in runs:
+        progress(len(outcomes), len(runs))
+        outcomes.append(_outcome(rig, session, poses[:count], seed=seed, noise_px=noise_px, play_deg=play_deg))
+    progress(len(outcomes), len(runs))
+    built = [draw_errors(rig, PRINT_TOLERANCES, seed=seed) for seed in seeds]
+    return SessionStudy(before=tuple(remaining(rig, errors, rig) for errors in built), outcomes=tuple(outcomes))
+
+
+def _outcome(rig: Rig, session: Session, q: FloatArray, *, seed: int, noise_px: float, play_deg: float) -> Outcome:
+    errors = draw_errors(rig, PRINT_TOLERANCES, seed=seed)
+    # Seeds of their own: the same draws would make the noise know the errors.
+    of_target, of_edges, of_play, of_edge_play = np.random.SeedSequence(seed).generate_state(4).tolist()
+    target = edges = None
+    if session.boards:
+        target = simulated_target(
+            rig,
+            errors,
+            q,
+            known=session.known,
+            direct=session.direct,
+            noise_px=noise_px,
+            seed=of_target,
+            true_q=_played(rig, q, play_deg, seed=of_play),
+        )
+    if session.edges:
+        over_the_range = joint_grid(rig, max(2, round(np.sqrt(len(q)))))
+        true_q = _played(rig, over_the_range, play_deg, seed=of_edge_play)
+        edges = simulated_edges(rig, errors, over_the_range, noise_px=noise_px, seed=of_edges, true_q=true_q)
+    found = calibrate(rig, target=target, edges=edges, noise_px=noise_px, edge_noise_px=noise_px, play_deg=play_deg)
+    calibrated = found.calibrated
+    expected = np.degrees(calibrated.gaze_deviation(joint_grid(rig, JUDGED)))
+    return Outcome(
+        seed=seed,
+        session=session,
+        pose_count=len(q),
+        after=remaining(rig, errors, calibrated),
+        gaze_expected_deg=float(np.sqrt((expected**2).mean())),
+        unobservable=calibrated.knowledge.combinations(),
+        signs_right=calibrated.rig.joints == rig.joints,
+    )
 
 
 def _played(rig: Rig, q: FloatArray, play_deg: float, *, seed: int) -> FloatArray:
