@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -13,9 +14,15 @@ from matplotlib.figure import Figure
 from reports.figures import COLOUR_MAP, INK, STYLE, save_figure
 from tracking.perception import DetectorSettings, detect
 from tracking.perception.corner_error import CornerError
-from tracking.perception.trial import TrialPicture
+
+if TYPE_CHECKING:
+    # It renders; what draws the maps of corners need not load the renderer.
+    from tracking.perception.trial import TrialPicture
 
 OUTLINE, FOUND, TRUE = "#2a9d8f", "#e76f51", "#00e5ff"
+
+SHOWN_PX = (1, 2, 5, 10, 20, 50, 100)
+"""Marks of the logarithmic axis of errors."""
 
 
 def draw_corner_errors(errors: Mapping[tuple[int, float], CornerError], path: Path, *, power: float) -> None:
@@ -45,6 +52,7 @@ def draw_corner_errors(errors: Mapping[tuple[int, float], CornerError], path: Pa
             values = [errors[int(count), each].rms_px for count in counts]
             axes[-1].loglog(counts, values, marker="o", markersize=4, label=f"p = {each:g}")
         axes[-1].set_xticks(counts, [f"{count:.0f}" for count in counts])
+        axes[-1].set_yticks(SHOWN_PX, [f"{each:d}" for each in SHOWN_PX])
         axes[-1].minorticks_off()
         axes[-1].set_xlabel("samples N")
         axes[-1].set_ylabel("corner error (px, rms)")

@@ -37,6 +37,11 @@ class CornerError:
         return float(np.sqrt(np.nanmean(self.error_px**2)))
 
     @property
+    def p95_px(self) -> float:
+        """95 of 100 poses have no more."""
+        return float(np.nanpercentile(self.error_px, 95))
+
+    @property
     def largest_px(self) -> float:
         """Over the whole range."""
         return float(np.nanmax(self.error_px))

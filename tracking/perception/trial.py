@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -18,7 +19,7 @@ from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
 from scenes.stage import on_gaze
 from tracking.perception.clusters import detect
-from tracking.perception.colour import DetectorSettings
+from tracking.perception.colour import DEG_PER_STEP, DetectorSettings
 from tracking.perception.crop import Crop
 from tracking.perception.exact_corners import ExactCorners
 
@@ -108,13 +109,26 @@ class Score:
     recall: float
 
 
-def trial_pictures(renderer: FastRenderer, count: int, seed: int) -> list[TrialPicture]:
-    """Pictures with heading, gaze, and the target's place drawn at random; the same for the same seed."""
+def trial_pictures(
+    renderer: FastRenderer, count: int, seed: int, progress: Callable[[int, int], None] = lambda done, total: None
+) -> list[TrialPicture]:
+    """Pictures with heading, gaze, and the target's place drawn at random; the same for the same seed.
+
+    Parameters
+    ----------
+    renderer : FastRenderer
+        Of a rig with mirrors, with a target on its stage.
+    count, seed : int
+    progress : callable
+        Told how many pictures are made, and of how many.
+    """
     rng = np.random.default_rng(seed)
     sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)
     card = renderer.stage.light.white_radiance(renderer.stage.depth_m)
     pictures = []
+    layout = Layout.from_rig(renderer.rig)
     for number in range(count):
+        progress(number, count)
         drawn = _drawn(renderer, rng, empty=number % EMPTY_EVERY == EMPTY_EVERY - 1)
         q1, q2 = drawn.q
         frame = renderer.render(
@@ -137,10 +151,11 @@ def trial_pictures(renderer: FastRenderer, count: int, seed: int) -> list[TrialP
                 target=shown[..., 0] > HALF,
                 corners_px=corners,
                 distance_m=drawn.distance_m,
-                elevation_deg=float(np.degrees(forward_gaze(Layout.from_rig(renderer.rig), q1, q2).elevation)),
+                elevation_deg=float(np.degrees(forward_gaze(layout, q1, q2).elevation)),
                 empty=drawn.empty,
             )
         )
+    progress(count, count)
     return pictures
 
 
@@ -175,30 +190,70 @@ def _drawn(renderer: FastRenderer, rng: np.random.Generator, *, empty: bool) -> 
     )
 
 
-def score(pictures: Iterable[TrialPicture], settings: DetectorSettings) -> Score:
+def score(pictures: Sequence[TrialPicture], settings: DetectorSettings) -> Score:
     """Score detector settings on pictures."""
-    seen = found = wrong = empty = false_alarms = both = marked = true = 0
-    for each in pictures:
-        detection = detect(each.crop, settings)
-        if each.empty:
-            empty += 1
-            false_alarms += detection.centroid_px is not None
-        if not each.seen:
-            continue
-        seen += 1
-        mask = detection.mask > 0
-        both, marked, true = both + int((mask & each.target).sum()), marked + int(mask.sum()), true + each.target.sum()
-        if detection.centroid_px is not None:
-            v, u = np.nonzero(each.target)
-            radius = max(math.sqrt(len(u) / math.pi), LEAST_RADIUS_PX)
-            hit = math.dist(detection.centroid_px, (u.mean(), v.mean())) < radius
-            found, wrong = found + hit, wrong + (not hit)
+    detections = [detect(each.crop, settings) for each in pictures]
+    shown = [(each.target, found) for each, found in zip(pictures, detections, strict=True) if each.seen]
+    alarms = [found.centroid_px is not None for each, found in zip(pictures, detections, strict=True) if each.empty]
+    hits = [_is_hit(target, found.centroid_px) for target, found in shown if found.centroid_px is not None]
+    both, marked, true = (
+        sum(int(np.count_nonzero(mask)) for mask in masks)
+        for masks in (
+            [(found.mask > 0) & target for target, found in shown],
+            [found.mask for _, found in shown],
+            [target for target, _ in shown],
+        )
+    )
     return Score(
-        seen=seen,
-        found=found,
-        wrong=wrong,
-        empty=empty,
-        false_alarms=false_alarms,
+        seen=len(shown),
+        found=sum(hits),
+        wrong=len(hits) - sum(hits),
+        empty=len(alarms),
+        false_alarms=sum(alarms),
         precision=both / marked if marked else math.nan,
         recall=both / true if true else math.nan,
     )
+
+
+def _is_hit(target: BoolImage, centroid_px: tuple[float, float]) -> bool:
+    v, u = np.nonzero(target)
+    radius = max(math.sqrt(len(u) / math.pi), LEAST_RADIUS_PX)
+    return math.dist(centroid_px, (u.mean(), v.mean())) < radius
+
+
+@dataclass(frozen=True, kw_only=True)
+class Colours:
+    """Colours of the target in a trial's pictures, each picture's by the median of its pixels.
+
+    Attributes
+    ----------
+    hue_deg, saturation, value : tuple of float
+        5, 50 and 95 of 100 pictures have less; hue is counted from its mean, so that red has no gap: it may be
+        negative, or beyond 360.
+    """
+
+    hue_deg: tuple[float, float, float]
+    saturation: tuple[float, float, float]
+    value: tuple[float, float, float]
+
+
+def target_colours(pictures: Sequence[TrialPicture]) -> Colours | None:
+    """What a colour window has to let through: hue, saturation and value of the target; None where it is not seen."""
+    medians = []
+    for each in pictures:
+        if each.seen:
+            pixels = cv2.cvtColor(each.crop, cv2.COLOR_RGB2HSV)[each.target].astype(np.float64)
+            hues = _unwrapped(DEG_PER_STEP * pixels[:, 0])
+            medians.append([np.median(hues), *np.median(pixels[:, 1:], axis=0) / 255])
+    if not medians:
+        return None
+    table = np.array(medians)
+    table[:, 0] = _unwrapped(table[:, 0])
+    hue, saturation, value = map(tuple, np.percentile(table, (5, 50, 95), axis=0).T.tolist())
+    return Colours(hue_deg=hue, saturation=saturation, value=value)
+
+
+def _unwrapped(hue_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same hues within half a turn of their mean direction, which is in [-180, 180] degrees."""
+    mean = np.degrees(np.angle(np.exp(1j * np.radians(hue_deg)).mean()))
+    return np.asarray(mean + (hue_deg - mean + 180) % 360 - 180)
