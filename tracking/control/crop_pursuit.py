@@ -8,9 +8,10 @@ import numpy as np
 
 from tracking.control.crop_scale import centroid_motion
 from tracking.control.paper_law import GAIN, NO_ERRORS, CropErrors, error, meant_turn, printed_turn
-from tracking.control.pursuit import Sight
+from tracking.control.pursuit import Look, Sight
 from tracking.estimation.centroid_filter import CentroidFilter, CentroidNoise
 from tracking.estimation.gimbal import Gimbal
+from tracking.perception import weighted_centroid
 from tracking.protocols import FloatArray
 
 
@@ -42,11 +43,11 @@ class CropPursuit:
         """Whether there is an estimate."""
         return self._filter.centroid_px is not None
 
-    def look(self, sight: Sight) -> tuple[float, float] | None:
-        """Predict and correct the centroid; the prediction, crop pixels, None before the first centroid."""
+    def look(self, sight: Sight) -> Look:
+        """Predict the centroid, and correct it by that of all spots (eq. 7)."""
         self._filter.predict(self._moved_px(sight.q))
         self._q_before = sight.q
-        expected, found = self._filter.centroid_px, sight.centroid_px
+        expected, found = self._filter.centroid_px, weighted_centroid(sight.spots)
         size = (sight.crop.width_px, sight.crop.height_px)
         self._before = self._now
         self._now = CropErrors(
@@ -56,7 +57,8 @@ class CropPursuit:
         )
         if found is not None:
             self._filter.update(found)
-        return None if expected is None else (float(expected[0]), float(expected[1]))
+        expected_px = None if expected is None else (float(expected[0]), float(expected[1]))
+        return Look(expected_px=expected_px, spots=sight.spots)
 
     def follow(self, sight: Sight) -> FloatArray:
         """Last joint values commanded, and the law's turn."""

@@ -8,29 +8,39 @@ from typing import Any
 import numpy as np
 
 from tracking.control.pointing import Pointing
-from tracking.control.pursuit import Sight
+from tracking.control.pursuit import Look, Sight
 from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 from tracking.estimation.sight_lines import SightLines
+from tracking.perception import weighted_centroid
 from tracking.protocols import FloatArray
+from tracking.records import Spot
+
+GATE = 3.0
+"""Standard deviations between the expected direction and the edge of a spot that is still taken for the target."""
 
 
 class GazePursuit:
     """Measures the target's direction through the exact train, and points at where it will be.
 
     An error of the believed joint values that stays the same cancels: the direction is measured with it, and the mirror
-    is commanded with it.
+    is commanded with it. Once it knows a direction, spots elsewhere are not the target's, but a reef's of its colour.
 
     Parameters
     ----------
     sight_lines : SightLines
     pointing : Pointing
+    scale : array, shape (2,)
+        Radians of gaze to a pixel of the crop along x and y, at a level gaze.
     noise : DirectionNoise
     latency_s : float
         From the middle of an exposure to the servos' answer.
     """
 
-    def __init__(self, sight_lines: SightLines, pointing: Pointing, noise: DirectionNoise, latency_s: float):
+    def __init__(
+        self, sight_lines: SightLines, pointing: Pointing, scale: FloatArray, noise: DirectionNoise, latency_s: float
+    ):
         self._sight_lines, self._pointing, self._latency_s = sight_lines, pointing, latency_s
+        self._rad_per_px = math.sqrt(scale.prod())
         self._filter = DirectionFilter(noise)
 
     @property
@@ -44,16 +54,17 @@ class GazePursuit:
         """Whether there is an estimate."""
         return self._filter.bearing is not None
 
-    def look(self, sight: Sight) -> tuple[float, float] | None:
-        """Predict the direction, and correct it by the centroid's ray; where it was expected in the crop."""
+    def look(self, sight: Sight) -> Look:
+        """Predict the direction, and correct it by the ray of the centroid of the spots that are the target's."""
         self._filter.predict(sight.time_s)
-        expected = self._expected_px(sight)
-        if sight.centroid_px is not None:
-            pixel = sight.crop.to_image([sight.centroid_px])[0]
-            direction = self._sight_lines.direction(pixel, sight.q)
+        expected_px = self._expected_px(sight)
+        spots = tuple(spot for spot in sight.spots if self._may_be_target(spot, sight))
+        centroid_px = weighted_centroid(spots)
+        if centroid_px is not None:
+            direction = self._direction(centroid_px, sight)
             if direction is not None:
                 self._filter.update(direction)
-        return expected
+        return Look(expected_px=expected_px, spots=spots)
 
     def follow(self, sight: Sight) -> FloatArray:
         """Joint values whose gaze is on the target at the first picture that they can be seen in."""
@@ -74,6 +85,21 @@ class GazePursuit:
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
         self._filter.restore(snapshot["filter"])
+
+    def _direction(self, centroid_px: tuple[float, float], sight: Sight) -> FloatArray | None:
+        return self._sight_lines.direction(sight.crop.to_image([centroid_px])[0], sight.q)
+
+    def _may_be_target(self, spot: Spot, sight: Sight) -> bool:
+        """Whether the spot, as a disc of its area, comes near enough to the expected direction."""
+        expected = self.direction
+        if expected is None:
+            return True
+        direction = self._direction(spot.centroid_px, sight)
+        if direction is None:
+            return False
+        apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
+        radius = math.sqrt(spot.area_px / math.pi) * self._rad_per_px
+        return apart <= GATE * self._filter.expected_spread + radius
 
     def _expected_px(self, sight: Sight) -> tuple[float, float] | None:
         if self.direction is None or sight.crop.empty:

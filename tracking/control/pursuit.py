@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from tracking.perception import Crop
 from tracking.protocols import FloatArray
+from tracking.records import Spot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,8 +25,8 @@ class Sight:
     q_command : array, shape (2,)
         Last ones commanded.
     crop : Crop
-    centroid_px : tuple of float, optional
-        Of the target in the crop; None when it was not detected.
+    spots : tuple of Spot
+        Clusters of the target's colour in the crop.
     """
 
     time_s: float
@@ -33,14 +34,30 @@ class Sight:
     q: FloatArray
     q_command: FloatArray
     crop: Crop
-    centroid_px: tuple[float, float] | None
+    spots: tuple[Spot, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """What a pursuit made of one picture.
+
+    Attributes
+    ----------
+    expected_px : tuple of float, optional
+        Where the estimate expected the target in the crop; None without one.
+    spots : tuple of Spot
+        Those of the picture's that were taken for the target.
+    """
+
+    expected_px: tuple[float, float] | None
+    spots: tuple[Spot, ...]
 
 
 class Pursuit(Protocol):
     """Estimates where the target is, and says how to follow it."""
 
-    def look(self, sight: Sight) -> tuple[float, float] | None:
-        """Take in a picture; what the estimate expected of it, crop pixels, None without an estimate."""
+    def look(self, sight: Sight) -> Look:
+        """Take in a picture."""
 
     def follow(self, sight: Sight) -> FloatArray:
         """Joint values to ask for after `look`, radians, shape (2,); limits are not asked."""

@@ -95,6 +95,13 @@ class DirectionFilter:
             None if self._estimate is None else Bearing(direction=self._estimate.mean[0], rate=self._estimate.mean[1])
         )
 
+    @property
+    def expected_spread(self) -> float:
+        """Standard deviation on each axis, radians, of a measurement about the bearing; infinite without a bearing."""
+        if self._estimate is None:
+            return math.inf
+        return math.sqrt(float(self._estimate.covariance[0, 0] + self._measurement[0, 0]))
+
     def predict(self, time_s: float) -> None:
         """Go on to a later time, seconds."""
         if self._estimate is not None:

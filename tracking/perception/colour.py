@@ -87,8 +87,8 @@ class ColourWindow:
         return math.ceil(first / DEG_PER_STEP), math.floor(last / DEG_PER_STEP)
 
 
-RED_IN_WATER = ColourWindow(hue_from_deg=238, hue_to_deg=2, saturation_min=0.08, value_min=0.1, value_max=0.45)
-"""The chart's red 2 to 5 m away in clear ocean: what is left of its red leaves a dark violet (docs/perception.md)."""
+RED_IN_WATER = ColourWindow(hue_from_deg=300, hue_to_deg=8, saturation_min=0.08, value_min=0.1)
+"""The chart's red up to 3 m away in clear ocean: as it pales, its hue goes from red to violet (docs/perception.md)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +142,7 @@ NARROW_HUE = DetectorSettings(
 )
 """Red as one would choose it before the dive: the ball's hue at arm's length."""
 WIDE_HUE = DetectorSettings(
-    window=ColourWindow(hue_from_deg=230, hue_to_deg=4, saturation_min=0.06, value_min=0.1, value_max=0.45),
+    window=ColourWindow(hue_from_deg=270, hue_to_deg=14, saturation_min=0.05, value_min=0.1),
     aspect_max=3.0,
 )
 """The paper's video S5: a greater range of hues and of width-height ratios, chosen after the dive."""
