@@ -38,6 +38,8 @@ CORNER_MM = 10.0
 HOUSING_WALL_MM = 3.0
 """Around the pan bush; more where mount.wall_mm is."""
 WEEP_DIAMETER_MM = 3.0
+BOLT_HEAD_MM = 4.0
+"""Height of an M4 cap screw's head (ISO 4762) under the flange."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,16 +72,19 @@ def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
     mount, pose = dimensions.mount, layout.body_from_gimbal
     x, y, height = 1000 * pose.inv().apply(np.array(mount.base_anchor_mm) / 1000)
     reach = hypot(x, y)
+    lowest_bolt = height - mount.wall_mm - BOLT_HEAD_MM
+    beside_yoke = lowest_bolt < dimensions.servo_arm_top_mm + mount.clearance_mm
     needed = mount.clearance_mm + max(
-        dimensions.yoke_radius_mm + COLUMN_DEPTH_MM / 2, dimensions.holder_reach_mm + FLANGE_LENGTH_MM / 2
+        dimensions.yoke_radius_mm + (FLANGE_LENGTH_MM if beside_yoke else COLUMN_DEPTH_MM) / 2,
+        dimensions.holder_reach_mm + FLANGE_LENGTH_MM / 2,
     )
     if reach < needed:
         towards = np.array([x, y]) / reach if reach > 0 else np.array([-1.0, 0.0])
         better = 1000 * pose.apply(np.array([*(needed * towards), height]) / 1000)
         raise ValueError(
             f"mount.base_anchor_mm = {mount.base_anchor_mm}: expected an anchor at least {needed:.1f} mm from the pan "
-            f"axis, such as ({better[0]:.1f}, {better[1]:.1f}, {better[2]:g}), so that the column clears the turning "
-            f"yoke by {mount.clearance_mm:g} mm; got {reach:.1f} mm"
+            f"axis, such as ({better[0]:.1f}, {better[1]:.1f}, {better[2]:g}), so that column and flange clear the "
+            f"turning yoke by {mount.clearance_mm:g} mm; got {reach:.1f} mm"
         )
     lowest = dimensions.foot_top_mm + CORNER_MM + mount.wall_mm
     if height < lowest:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 HOLDS_M1 = ("fold_", "stow_")
+OF_BASE = ("gimbal_base", "base_flange_screw")
 
 
 def key_to_change(first: str, second: str) -> str:
@@ -16,7 +17,7 @@ def key_to_change(first: str, second: str) -> str:
     if len(holds_m1) == 2:
         return "mount.fold_anchor_mm" if "stow_servo" in holds_m1 else first
     names = {first, second}
-    if "gimbal_base" in names:
+    if any(name.startswith(OF_BASE) for name in names):
         return "mount.base_anchor_mm"
     if holds_m1 and "hull" in names:
         return "fold_mirror.distance_mm"

@@ -51,10 +51,10 @@ def redetect(
 
     Writes the log with the new detections (log.parquet), what the detector sees (overlay.mp4) and comparison.json.
     Without an option the settings are the dive's [offline_detector]. What the loop did stays as it was recorded.
+    The dive of the example is made by: mirrorgaze dive wide-hue -o out/wide-hue
 
     \b
     Example:
-      mirrorgaze dive wide-hue -o out/wide-hue
       mirrorgaze redetect out/wide-hue
       mirrorgaze redetect out/wide-hue --hue-from 220 --hue-to 10 --aspect-max 4 -o out/wider
     """

@@ -103,3 +103,25 @@ def test_an_anchor_that_left_the_hull_is_named():
     slab = Manifold.cube((100, 100, 10)).translate((x - 100, y - 50, z))
     assert gimbal_rooms_mm(rig, slab)[ON_HULL] == LARGEST_ROOM_MM
     assert gimbal_rooms_mm(rig, slab.translate((-3, 0, 0)))[ON_HULL] < 0
+
+
+@pytest.mark.parametrize(("above_mm", "half_mm"), [(2.0, 14.0), (-2.0, 25.0)])
+def test_a_flange_at_the_height_of_the_yoke_stands_beside_its_circle(above_mm, half_mm):
+    """Closed form: half a column of 28 mm clears it where the flange is above the yoke, else half a flange of 50 mm.
+
+    Its bolts' heads are 4 mm high, under a wall of the mount's thickness; a screw there met the tilt servo.
+    """
+    rig = Rig.load("aqua2")
+    d, mount = GimbalDimensions.from_rig(rig), rig.mount
+    level = d.servo_arm_top_mm + mount.clearance_mm + mount.wall_mm + 4.0 + above_mm
+    x, y, z = 1000 * Layout.from_rig(rig).body_from_gimbal.translation
+    needed = mount.clearance_mm + max(d.yoke_radius_mm + half_mm, d.holder_reach_mm + 25.0)
+    for reach, stands in ((needed - 0.1, False), (needed + 0.1, True)):
+        moved = changed(rig, "mount", base_anchor_mm=(x - reach, y, z + level))
+        if stands:
+            assert base_stance(GimbalDimensions.from_rig(moved), Layout.from_rig(moved)).reach_mm == pytest.approx(
+                reach
+            )
+        else:
+            with pytest.raises(ValueError, match=rf"at least {needed:.1f} mm from the pan axis"):
+                base_stance(GimbalDimensions.from_rig(moved), Layout.from_rig(moved))

@@ -106,6 +106,22 @@ def test_bytes_do_not_tell_the_segments(tmp_path):
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
 
+@pytest.mark.parametrize("damage", ["empty", "cut", "page", "text"])
+def test_a_damaged_log_is_a_sentence(tmp_path, damage):
+    path = tmp_path / LOG
+    write_table(table_of([row(k) for k in range(100)]), path)
+    whole = path.read_bytes()
+    contents = {
+        "empty": b"",
+        "cut": whole[:1000],
+        "page": whole[:4] + bytes(200) + whole[204:],
+        "text": b"frame,time_s\n",
+    }
+    path.write_bytes(contents[damage])
+    with pytest.raises(ValueError, match=r"log\.parquet: expected the log of a dive"):
+        read_log(tmp_path)
+
+
 def test_no_finished_dive(tmp_path):
     with pytest.raises(FileNotFoundError, match="finished dive"):
         read_log(tmp_path)

@@ -25,8 +25,9 @@ from tracking.records import Mode, Step
 
 DEPTH_M = 5.0
 RADIUS_M = 0.1
-# Where the ball is in the mirror, where the hull hides it (level to the rear, over the zenith), where it is beside.
-ON_AXIS, REAR, BESIDE = (20.0, -5.0), (0.0, 84.0), (-40.0, 10.0)
+# Where the ball is in the mirror, where the hull hides it (over the zenith, 44 degrees up to the rear), where M1's back
+# and its bracket do (steeply up), and where it is beside.
+ON_AXIS, REAR, STEEP, BESIDE = (20.0, -5.0), (0.0, 68.0), (0.0, 54.0), (-40.0, 10.0)
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +136,7 @@ def test_full_size_is_that_of_the_exact_silhouette(rig, renderer, q_deg, distanc
 
 def test_true_pixel_is_the_exact_projection_in_the_crop(rig, renderer):
     q1, q2 = np.radians(ON_AXIS)
-    place = [*on_gaze(rig, q1=q1, q2=q2, distance_m=2.0), 0.0, 0.1, 0.1]
+    place = np.add(on_gaze(rig, q1=q1, q2=q2, distance_m=2.0), [0.0, 0.1, 0.1])
     _, row = row_of(rig, renderer, state(ON_AXIS, place))
     pixel = OpticalTrain.from_rig(rig, q1=q1, q2=q2).project([camera_pose(rig.camera).inv().apply(place)]).pixels
     expected = Crop.of(ExactCorners(rig).corners([q1, q2])).from_image(pixel)[0]
@@ -166,24 +167,38 @@ def test_a_fish_is_smaller_than_the_ball_that_holds_it(rig):
 
 
 @pytest.mark.parametrize(
-    ("q_deg", "place", "cause"),
+    ("q_deg", "target_m", "cause"),
     [
-        # Level to the rear, the gaze looks at the hull's front.
-        (REAR, (-2.0, 0.06, -0.1), "hidden by hull"),
-        # Straight up, past M2, there is M1 with what holds it.
-        ((0.0, 45.0), (0.397, 0.06, 1.5), "hidden by mount"),
+        (REAR, 2.0, "hidden by hull"),
+        (STEEP, 2.0, "hidden by mount"),
         (BESIDE, (2.0, 2.0, 0.0), "not in view"),
-        # 40 m away a ball of 0.1 m is 3 px wide.
-        (ON_AXIS, None, "too small"),
+        # 60 m away a ball of 0.2 m is 2 px wide.
+        (ON_AXIS, 60.0, "too small"),
     ],
 )
-def test_causes_by_where_things_are(rig, renderer, q_deg, place, cause):
-    if place is None:
-        q1, q2 = np.radians(q_deg)
-        place = on_gaze(rig, q1=q1, q2=q2, distance_m=60.0)
-        # Deep enough that what is 60 m away is below the surface; the ball is still told from its labels.
-    _, row = row_of(rig, renderer, state(q_deg, np.array(place)))
+def test_causes_by_where_things_are(rig, renderer, q_deg, target_m, cause):
+    """The target is at a place, or at a distance along the axis."""
+    q1, q2 = np.radians(q_deg)
+    place = on_gaze(rig, q1=q1, q2=q2, distance_m=target_m) if isinstance(target_m, float) else np.array(target_m)
+    _, row = row_of(rig, renderer, state(q_deg, place))
     assert row["cause_of_loss"] == cause
+
+
+def test_place_in_the_crop_is_known_as_far_as_the_target_reaches_over_the_mirror(rig, renderer):
+    """Turned away from it by pan: first its centre leaves the crop, then its edge, and then the place is nan."""
+    place = on_gaze(rig, q1=np.radians(20.0), q2=np.radians(-5.0), distance_m=1.0)
+    rows = [row_of(rig, renderer, state((pan, -5.0), place))[1] for pan in np.arange(20.0, 44.0, 2.0)]
+    known = np.array([np.isfinite(row["true_x_px"]) for row in rows])
+    visible = np.array([row["target_visible_px"] > 0 for row in rows])
+    assert known[0]
+    assert not known[-1]
+    assert (known | ~visible).all()
+    # What touches the edge with less than a pixel is not rendered: not at two poses, which are 16 px apart.
+    assert (known & ~visible).sum() <= 1
+    outside = [row["true_x_px"] for row in rows if np.isfinite(row["true_x_px"]) and not 0 <= row["true_x_px"] <= 320]
+    assert outside
+    # The ball is 0.2 m wide at 1 m, the mirror's 320 pixels of crop some 0.4 m: its centre is half of it outside.
+    assert np.abs(np.array(outside) - 160).max() < 160 + 120
 
 
 def test_causes_by_what_the_picture_shows(rig, renderer):
@@ -193,13 +208,15 @@ def test_causes_by_what_the_picture_shows(rig, renderer):
     for colour, cause in (((255, 255, 255), "saturated"), ((20, 2, 2), "too dark"), ((30, 200, 30), "colour")):
         _, row = row_of(rig, renderer, now, picture=lambda frame, colour=colour: painted(frame, colour))
         assert row["cause_of_loss"] == cause
-        clipped = row["detector_true_px"] / 76800 if cause == "saturated" else 0.0
-        assert row["saturated_fraction"] == pytest.approx(clipped, abs=2e-3)
+        clipped = row["detector_true_px"] if cause == "saturated" else 0
+        # The crop mixes the pixels of its border, 3.5 times the square root of its area, with what is beside it.
+        assert 76800 * row["saturated_fraction"] == pytest.approx(clipped, abs=3.5 * np.sqrt(row["detector_true_px"]))
 
 
 def test_slewing_is_told_by_the_servos_speed(rig, renderer):
     """Out of view while the servo runs at its rate and the loop follows: outrun. A scan does not count."""
-    now = state(BESIDE, np.array([2.0, 2.0, 0.0]))
+    place = on_gaze(rig, q1=np.radians(ON_AXIS[0]), q2=np.radians(ON_AXIS[1]), distance_m=2.0)
+    now = state((ON_AXIS[0] + 20.0, ON_AXIS[1]), place)
     fast = np.radians([rig.servos.pan.speed_deg_per_s, 0.0])
     assert row_of(rig, renderer, now, speed=fast)[1]["cause_of_loss"] == "slewing"
     assert row_of(rig, renderer, now, speed=fast, mode=Mode.SCAN)[1]["cause_of_loss"] == "not in view"
@@ -208,7 +225,7 @@ def test_slewing_is_told_by_the_servos_speed(rig, renderer):
 def test_directions_are_in_the_body_frame(rig, renderer):
     """Closed form: from the centre of M2 to a point 45 degrees to the left of it, and 1 m above."""
     centre = Layout.from_rig(rig).body_from_gimbal.translation
-    _, row = row_of(rig, renderer, state(ON_AXIS, [*centre, 1.0, 1.0, np.sqrt(2)]))
+    _, row = row_of(rig, renderer, state(ON_AXIS, np.add(centre, [1.0, 1.0, np.sqrt(2)])))
     assert row["true_azimuth_deg"] == pytest.approx(45.0)
     assert row["true_elevation_deg"] == pytest.approx(45.0)
     assert row["target_distance_m"] == pytest.approx(2.0)

@@ -40,6 +40,8 @@ def _counts(unit: str, **described: str) -> list[Column]:
     return [Column(name, pa.int32(), unit, text) for name, text in described.items()]
 
 
+OVER_MIRROR = "crop of the true corners, nan where no part of the target would lie over the gaze mirror"
+
 COLUMNS = (
     *_counts("1", frame="number of the picture"),
     *_numbers("s", time_s="middle of the middle row's exposure", exposure_s="exposure time of a row"),
@@ -82,8 +84,8 @@ COLUMNS = (
     ),
     *_numbers(
         "px",
-        true_x_px="target's centre through the exact train, to the right; crop of the true corners, nan where not seen",
-        true_y_px="target's centre through the exact train, down; crop of the true corners, nan where not seen",
+        true_x_px=f"target's centre through the exact train, to the right; {OVER_MIRROR}",
+        true_y_px=f"target's centre through the exact train, down; {OVER_MIRROR}",
     ),
     *_counts("px", target_visible_px="pixels of the camera's picture that show the target over the gaze mirror"),
     *_numbers("px", target_full_px="those it would have if nothing hid it and the mirror had no edge"),
@@ -151,8 +153,16 @@ def read_log(folder: str | Path) -> pa.Table:
     ------
     FileNotFoundError
         When the folder holds no finished dive.
+    ValueError
+        When the file cannot be read as Parquet.
     """
     path = Path(folder) / LOG
     if not path.is_file():
         raise FileNotFoundError(f"{folder}: expected a finished dive, found no {LOG}")
-    return pq.read_table(path)
+    try:
+        return pq.read_table(path)
+    except (pa.ArrowException, OSError) as error:
+        # Damaged pages come as OSError too, but without the number of an error of the system.
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        raise ValueError(f"{path}: expected the log of a dive, as Parquet, got a damaged file: {error}") from error

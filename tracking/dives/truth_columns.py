@@ -87,8 +87,13 @@ class TruthColumns:
         row = self._directions(q, body_from_target)
         centre, full_px, outlines = self._silhouette(q, body_from_target)
         crop = Crop.of(corners, *step.crop.shape[1::-1])
-        row["true_x_px"], row["true_y_px"] = crop.from_image(centre[np.newaxis])[0].tolist()
-        target = self._target_mask(exposure.label, corners)
+        size = exposure.label.shape[1::-1]
+        mirror = _filled([corners], size)
+        would_show = cv2.bitwise_and(_filled(outlines, size), mirror)
+        # Beside the mirror the crop goes on to a horizon, towards which its pixels grow beyond all bounds.
+        x, y = crop.from_image(centre[np.newaxis])[0].tolist() if would_show.any() else (np.nan, np.nan)
+        row["true_x_px"], row["true_y_px"] = x, y
+        target = np.where(exposure.label == Label.TARGET, mirror, np.uint8(0))
         row["target_visible_px"] = int(cv2.countNonZero(target))
         row["target_full_px"] = full_px
         seen = _in_crop(target, step)
@@ -99,7 +104,7 @@ class TruthColumns:
             step=step,
             row=row,
             corners_px=corners,
-            outlines_px=outlines,
+            there=exposure.label[would_show > 0],
             seen=seen,
             speed_rad_per_s=speed_rad_per_s,
         )
@@ -167,11 +172,6 @@ class TruthColumns:
         pixels = self._bare_train.project(image).pixels
         return np.where((points_m @ m2.normal > m2.offset_m)[:, np.newaxis], pixels, np.nan)
 
-    def _target_mask(self, label: NDArray[np.uint8], corners_px: FloatArray) -> NDArray[np.uint8]:
-        """Pixels, 255, that show the target over the gaze mirror."""
-        inside = _filled([corners_px], label.shape[1::-1])
-        return np.asarray(cv2.bitwise_and(inside, cv2.inRange(label, int(Label.TARGET), int(Label.TARGET))), np.uint8)
-
     def _cause(
         self,
         *,
@@ -179,15 +179,17 @@ class TruthColumns:
         step: Step,
         row: Row,
         corners_px: FloatArray,
-        outlines_px: list[FloatArray],
+        there: NDArray[np.uint8],
         seen: NDArray[np.bool_],
         speed_rad_per_s: FloatArray,
     ) -> str:
-        """Why the target was not found; empty where the detector's mask met it."""
+        """Why the target was not found; empty where the detector's mask met it.
+
+        `there`: labels of the pixels in which the gaze mirror would show the target if nothing hid it.
+        """
         found = row["detector_both_px"] > 0 and bool(step.detection.spots)
         if found:
             return ""
-        hidden = self._hidden(exposure.label, corners_px, outlines_px)
         outline_px = abs(_polygon_area(corners_px))
         smallest = self._detector.area_min_px * outline_px / (step.crop.shape[0] * step.crop.shape[1])
         saturated, dark = blown_and_dark(step.crop[seen], value_min=255 * self._detector.window.value_min)
@@ -196,8 +198,8 @@ class TruthColumns:
             cause_of_loss(
                 found=False,
                 full_px=row["target_full_px"],
-                hull_px=hidden["hull"],
-                mount_px=hidden["mount"],
+                hull_px=int((there == Label.HULL).sum()),
+                mount_px=int(np.isin(there, MOUNT_LABELS).sum()),
                 visible_px=row["target_visible_px"],
                 smallest_px=smallest if np.isfinite(smallest) else 0.0,
                 at_speed_limit=step.mode in (Mode.TRACK, Mode.PREDICT) and bool(turning.any()),
@@ -206,18 +208,6 @@ class TruthColumns:
                 dark_share=dark,
             )
         )
-
-    def _hidden(
-        self, label: NDArray[np.uint8], corners_px: FloatArray, outlines_px: list[FloatArray]
-    ) -> dict[str, int]:
-        """Pixels in which hull or mount stand where the gaze mirror would show the target."""
-        size = label.shape[1::-1]
-        would = cv2.bitwise_and(_filled(outlines_px, size), _filled([corners_px], size))
-        there = label[would > 0]
-        return {
-            "hull": int((there == Label.HULL).sum()),
-            "mount": int(np.isin(there, MOUNT_LABELS).sum()),
-        }
 
 
 def angles_deg(vector: FloatArray) -> tuple[float, float]:

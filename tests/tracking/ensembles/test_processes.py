@@ -77,9 +77,12 @@ def test_ctrl_c_ends_all_of_it_quietly(tmp_path):
     """As a terminal does it: the signal goes to the whole group. Nothing is left, and only the parent speaks."""
     (tmp_path / "some_work.py").write_text(WORK)
     (tmp_path / "main.py").write_text(
+        "import signal\n"
         "import some_work\n"
         "from tracking.ensembles.processes import run_in_processes\n"
         "if __name__ == '__main__':\n"
+        # As at a terminal: what a shell starts in the background, these tests say, inherits that Ctrl-C is ignored.
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"    jobs = {{str(n): ({str(tmp_path)!r}, n) for n in (100, 101, 102)}}\n"
         "    try:\n"
         "        run_in_processes(some_work.work, jobs, workers=2, finished=print)\n"
