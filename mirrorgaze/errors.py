@@ -17,6 +17,9 @@ HOUSE = ("rigs", "optics", "cad", "scenes", "tracking", "reports", "mirrorgaze")
 
 WRONG_PATH = (FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError, PermissionError)
 
+FAILURES = {"optics.backend": "BackendError", "tracking.dives": "DiveStoppedError"}
+"""Errors of ours, by module, that say what went wrong with good input."""
+
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
@@ -46,10 +49,11 @@ def _status(error: Exception) -> int | None:
         return BAD_INPUT
     if isinstance(error, OSError) and not isinstance(error, BrokenPipeError):
         return FAILED
-    # Looked up, not imported: when nobody has loaded the backend, it cannot have failed.
-    backend = sys.modules.get("optics.backend")
-    if backend is not None and isinstance(error, backend.BackendError):
-        return FAILED
+    # Looked up, not imported: a module that nobody has loaded cannot have failed.
+    for module, name in FAILURES.items():
+        loaded = sys.modules.get(module)
+        if loaded is not None and isinstance(error, getattr(loaded, name)):
+            return FAILED
     return None
 
 

@@ -1,12 +1,14 @@
 """The design dossier: one rig in, a folder out that an engineer can use.
 
-Views at a handful of gazes, the mount's files, maps of usable field of view and coverage, one page that opens from
-disk, and a summary for machines. Each stage's files appear whole; an interrupted dossier goes on where it stopped.
+Views at a handful of gazes, the mount's files, maps of usable field of view and coverage, a dive that shows whether the
+tracking loop holds a target with it, one page that opens from disk, and a summary for machines. Each stage's files
+appear whole; an interrupted dossier goes on where it stopped.
 """
 
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from collections import Counter
 from pathlib import Path
@@ -19,6 +21,8 @@ from optics.analysis import Fate, coverage
 from optics.gaze import inverse_gaze
 from optics.layout import Layout
 from reports import page
+from reports.dive_figures import write_dive_figures
+from reports.dive_report import dive_section
 from reports.figures import FATE_NAMES, draw_usable_fov
 from reports.mount_export import export_checked_mount
 from reports.mount_sections import checks_and_loads, checks_section, loads_section
@@ -30,6 +34,8 @@ from scenes.portrait import write_portraits
 from scenes.renderer import FastRenderer
 from scenes.stage import stage
 from scenes.views import view_of
+from tracking.dives import Dive, read_log, run_dive
+from tracking.dives.validation import validation_dive
 
 GAZES_DEG = {
     "ahead": (0.0, 0.0),
@@ -53,10 +59,15 @@ IMAGE_CELLS = (128, 96)
 """Columns and rows into which the image is divided for the maps: some hundred rays through the mirrors even where M2
 fills little of the image, so that the sphere shows no false holes."""
 
+DIVE = "dive"
+"""Folder of the dive in the dossier's."""
+
+TOLD_EVERY_FRAMES = 300
+
 Result = dict[str, Any]
 
 
-def design(rig: Rig, folder: Path, *, announce: Announce) -> Path:
+def design(rig: Rig, folder: Path, *, announce: Announce, dive: Dive | None = None) -> Path:
     """Make the dossier of a rig.
 
     Parameters
@@ -67,6 +78,8 @@ def design(rig: Rig, folder: Path, *, announce: Announce) -> Path:
         New, empty, or an earlier dossier, which is brought up to date.
     announce : callable
         Takes lines of progress.
+    dive : Dive, optional
+        Through which the loop is run with this rig; by default `tracking.dives.validation.validation_dive`.
 
     Returns
     -------
@@ -78,19 +91,26 @@ def design(rig: Rig, folder: Path, *, announce: Announce) -> Path:
     RigError
         When a check of the mount fails (parts collide, do not fit the printer, ...) or a servo is too weak.
     ValueError
-        For a rig without mirrors.
+        For a rig without mirrors or servos.
+    DiveStoppedError
+        When a picture of the dive could not be made or written; the same call goes on from there.
     FileExistsError
         When the folder holds something else.
     """
     if not rig.has_mirrors:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none: there is no mount to design")
     start = time.perf_counter()
-    stages = Stages.open(folder, rig, announce)
+    dive = validation_dive(rig) if dive is None else dive
+    stages = Stages.open(folder, rig, announce, settings=dive.model_dump_json())
+    if not stages.done:
+        # A dive that another rig or program began would not end as this one's.
+        shutil.rmtree(folder / DIVE, ignore_errors=True)
     mount = stages.run("mount", lambda: _mount(rig, folder, announce))
     views = stages.run("views", lambda: _views(rig, folder))
     maps = stages.run("coverage", lambda: _maps(rig, folder))
+    dived = stages.run("dive", lambda: _dive(rig, dive, folder, announce))
     announce("report ...")
-    results = {"mount": mount, "views": views, "coverage": maps}
+    results = {"mount": mount, "views": views, "coverage": maps, "dive": dived}
     report = folder / "report.html"
     write_text(folder / "summary.json", json.dumps({"rig": rig.model_dump(mode="json"), **results}, indent=2))
     write_text(report, _report(rig, folder, results))
@@ -176,6 +196,19 @@ def _maps(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
     return summary, files
 
 
+def _dive(rig: Rig, dive: Dive, folder: Path, announce: Announce) -> tuple[Result, list[Path]]:
+    target = folder / DIVE
+
+    def tell(done: int, total: int) -> None:
+        if done == total or done % TOLD_EVERY_FRAMES == 0:
+            announce(f"dive: {done} of {total} frames")
+
+    run_dive(dive, target, rig=rig, announce=announce, progress=tell)
+    write_dive_figures(read_log(target), target)
+    metrics: Result = json.loads((target / "metrics.json").read_text(encoding="utf-8"))
+    return {"name": dive.name, "metrics": metrics}, sorted(path for path in target.iterdir() if path.is_file())
+
+
 def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
     maps, views, mount = results["coverage"], results["views"]["views"], results["mount"]
     usable = maps["usable_solid_angle_sr"]
@@ -221,6 +254,7 @@ def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
         ),
         checks_section(mount, folder / "mount"),
         loads_section(mount, folder / "mount"),
+        dive_section(folder / DIVE),
         page.section("Rig", page.table(["", ""], rig_facts(rig))),
         page.section("Files", page.bullets(_files(mount))),
         page.section("What this leaves out", page.bullets(LIMITS)),
@@ -254,6 +288,7 @@ def _files(mount: Result) -> list[str]:
     return [
         "summary.json: every number of this page",
         "views/*.png: the pictures above, at full size",
+        "dive/: video.mkv and overlay.mp4, log.parquet (truth beside what the loop believed), metrics.json, dive.toml",
         "coverage/poses.csv: gaze, usable solid angle and losses of every pose; coverage/sphere.csv: every direction",
         *_mount_files(mount["files"]),
     ]

@@ -13,7 +13,7 @@ from rigs import Rig
 
 STATE_FILE = ".stages.json"
 
-SOURCE_PACKAGES = ("rigs", "optics", "cad", "scenes", "reports")
+SOURCE_PACKAGES = ("rigs", "optics", "cad", "scenes", "tracking", "reports")
 
 Announce = Callable[[str], None]
 """Takes one line of progress at a time."""

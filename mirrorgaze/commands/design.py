@@ -9,25 +9,32 @@ import typer
 
 from mirrorgaze.output import JsonOption, RigArgument, print_json
 
+DiveOption = Annotated[
+    str | None, typer.Option(metavar="DIVE", help="Dive to validate with, a preset or a file, instead of `spiral`.")
+]
 FolderOption = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write into; out/RIG by default.")
 ]
 
 
-def design(rig: RigArgument, output: FolderOption = None, json: JsonOption = False) -> None:
-    """Design a rig's mirror gaze: mount files, views, coverage, and a report.
+def design(rig: RigArgument, output: FolderOption = None, dive: DiveOption = None, json: JsonOption = False) -> None:
+    """Design a rig's mirror gaze: mount files, views, coverage, a dive that validates it, and a report.
 
-    An interrupted run goes on where it stopped.
+    The dive's loop tracks a ball over the designed mirrors, and is compared with the truth. An interrupted run goes on
+    where it stopped.
 
     \b
     Example:
       mirrorgaze design aqua2 -o out/aqua2
+      mirrorgaze design my-auv.toml --dive my-dive.toml
     """
     from mirrorgaze.loading import load_usable_rig
     from reports.dossier import design as make_dossier
+    from tracking.dives import Dive
 
     loaded = load_usable_rig(rig)
-    report = make_dossier(loaded, output or Path("out") / loaded.name, announce=_announce)
+    chosen = None if dive is None else Dive.load(dive)
+    report = make_dossier(loaded, output or Path("out") / loaded.name, announce=_announce, dive=chosen)
     if json:
         import json as json_format
 

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 import typer
 
-from mirrorgaze.errors import FAILED
 from mirrorgaze.output import JsonOption, print_json, print_table
 
 TOLD_EVERY_S = 1.0
@@ -52,22 +51,13 @@ def dive(
     from mirrorgaze.loading import load_usable_rig
     from reports.dive_figures import write_dive_figures
     from tracking.bags import write_bag
-    from tracking.dives import Dive, DiveStoppedError, read_log, run_dive
+    from tracking.dives import Dive, read_log, run_dive
     from tracking.dives.specification import varied
 
     chosen = varied(Dive.load(dive_file), variant=variant, frames=frames)
     load_usable_rig(chosen.rig)
     folder = output or Path("out") / chosen.name
-    try:
-        run_dive(
-            chosen,
-            folder,
-            announce=lambda sentence: typer.echo(sentence, err=True),
-            progress=_progress(chosen.name),
-        )
-    except DiveStoppedError as error:
-        typer.echo(f"mirrorgaze: {error}", err=True)
-        raise typer.Exit(FAILED) from None
+    run_dive(chosen, folder, announce=lambda sentence: typer.echo(sentence, err=True), progress=_progress(chosen.name))
     write_dive_figures(read_log(folder), folder)
     if bag:
         write_bag(folder, chosen.load_rig(), folder / "bag")

@@ -10,16 +10,25 @@ import pytest
 
 from optics.analysis import Fate
 from reports import dossier
+from reports.dive_report import CAPTIONS
 from reports.dossier import design
 from rigs import Rig, RigError
 from scenes.portrait import VIEWPOINTS
+from tracking.dives.specification import varied
+from tracking.dives.validation import validation_dive
+
+
+RIG = Rig.load("aqua2")
+
+DIVE = varied(validation_dive(RIG), frames=6).model_copy(update={"world": "blue"})
+"""A minute of the reef takes as long as all the rest; that a dive ends in the page does not hang on its length."""
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dossier") / "aqua2"
     lines = []
-    design(Rig.load("aqua2"), folder, announce=lines.append)
+    design(RIG, folder, announce=lines.append, dive=DIVE)
     return folder, lines
 
 
@@ -39,15 +48,18 @@ def test_everything_an_engineer_needs_is_there(made):
     assert (folder / "mount/checks/checks.csv").is_file()
     assert (folder / "mount/loads/masses.csv").is_file()
     stages = [line.split()[0] for line in lines if not line.startswith(("export: ", "checks: "))]
-    assert stages[:4] == ["mount", "views", "coverage", "report"]
+    assert list(dict.fromkeys(stages))[:4] == ["mount", "views", "coverage", "dive"]
+    assert (folder / "dive/log.parquet").is_file()
+    assert (folder / "dive/overlay.mp4").is_file()
     assert not list(folder.rglob("*.partial*"))
 
 
 def test_report_opens_without_a_network(made):
     """Self-contained: no address but data URIs, no script."""
     html = (made[0] / "report.html").read_text(encoding="utf-8")
+    dive_pictures = len(CAPTIONS) + len(list((made[0] / "dive/moments").iterdir()))
     sources = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)""", html)
-    assert len(sources) == len(dossier.GAZES_DEG) + len(VIEWPOINTS) + 4
+    assert len(sources) == len(dossier.GAZES_DEG) + len(VIEWPOINTS) + 4 + dive_pictures
     assert all(source.startswith("data:image/png;base64,") for source in sources)
     assert not re.search(r"https?://|<script|@import|url\(", html)
 
@@ -102,8 +114,8 @@ def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
     folder, _ = made
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     lines = []
-    design(Rig.load("aqua2"), folder, announce=lines.append)
-    assert lines[:3] == ["mount: done before", "views: done before", "coverage: done before"]
+    design(RIG, folder, announce=lines.append, dive=DIVE)
+    assert lines[:4] == [f"{stage}: done before" for stage in ("mount", "views", "coverage", "dive")]
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
@@ -123,10 +135,10 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
         patched.setattr(dossier, "_mount", copied_mount)
         patched.setattr(dossier, "view_of", _interrupt)
         with pytest.raises(KeyboardInterrupt):
-            design(Rig.load("aqua2"), folder, announce=lambda line: None)
+            design(RIG, folder, announce=lambda line: None, dive=DIVE)
     assert not (folder / "report.html").exists()
     lines = []
-    design(Rig.load("aqua2"), folder, announce=lines.append)
+    design(RIG, folder, announce=lines.append, dive=DIVE)
     assert lines[:2] == ["mount: done before", "views ..."]
     for name in ("report.html", "summary.json", "coverage/poses.csv", "views/target.png"):
         assert (folder / name).read_bytes() == (made[0] / name).read_bytes(), name

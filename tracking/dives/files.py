@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,8 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from rigs import Rig
+from cad.export.manifest import rig_text
+from rigs import FileHull, Rig
 from tracking.dives.journal import FOLDER, Journal, put_in_place, write_beside
 from tracking.dives.log import LOG, write_table
 from tracking.dives.recorder import OVERLAY, ROWS, VIDEO
@@ -18,7 +20,8 @@ from tracking.dives.specification import Dive
 from tracking.dives.video import concatenate
 from tracking.metrics import dive_metrics
 
-VIDEO_FILE, OVERLAY_FILE, METRICS_FILE, DIVE_FILE = "video.mkv", "overlay.mp4", "metrics.json", "dive.toml"
+VIDEO_FILE, OVERLAY_FILE, METRICS_FILE = "video.mkv", "overlay.mp4", "metrics.json"
+DIVE_FILE, RIG_FILE = "dive.toml", "rig.toml"
 IDENTITY_KEY = b"identity"
 
 
@@ -34,7 +37,10 @@ def is_finished(folder: Path, identity: str) -> bool:
 
 
 def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: str) -> None:
-    """Put the segments together; the log comes last, and then the journal goes."""
+    """Put the segments together; the log comes last, and then the journal goes.
+
+    The rig is put beside them with every number in it: the folder can be handed on, and says how the dive was made.
+    """
     table = pa.concat_tables([pq.read_table(path) for path in journal.paths(ROWS)])
     for name, file, container in ((VIDEO, VIDEO_FILE, "matroska"), (OVERLAY, OVERLAY_FILE, "mp4")):
         segments = journal.paths(name)
@@ -44,7 +50,10 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
                 concatenate(segments, path, container=container, frame_rate_hz=dive.frame_rate_hz)
 
             _written(folder / file, join)
-    write_beside(folder / DIVE_FILE, dive.as_toml().encode())
+    write_beside(folder / RIG_FILE, rig_text(rig).encode())
+    if isinstance(rig.hull, FileHull):
+        shutil.copyfile(rig.hull.file, folder / rig.hull.file.name)
+    write_beside(folder / DIVE_FILE, dive.model_copy(update={"rig": RIG_FILE}).as_toml().encode())
     write_beside(folder / METRICS_FILE, json_text(dive_metrics(table)).encode())
     _written(folder / LOG, lambda path: write_table(table, path, about={"identity": identity}))
     journal.remove()

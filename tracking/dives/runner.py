@@ -122,6 +122,7 @@ def run_dive(
     dive: Dive,
     folder: str | Path,
     *,
+    rig: Rig | None = None,
     announce: Announce = lambda sentence: None,
     progress: Progress = lambda done, total: None,
 ) -> Path:
@@ -131,7 +132,10 @@ def run_dive(
     ----------
     dive : Dive
     folder : str or Path
-        Gets log.parquet, video.mkv or frames/, overlay.mp4, metrics.json and dive.toml; made when it is not there.
+        Gets log.parquet, video.mkv or frames/, overlay.mp4, metrics.json, dive.toml and rig.toml; made when it is not
+        there.
+    rig : Rig, optional
+        Instead of the one that the dive names.
     announce : callable, optional
         Gets sentences about what is going on.
     progress : callable, optional
@@ -150,7 +154,7 @@ def run_dive(
         When the folder holds another dive.
     """
     folder = Path(folder)
-    rig = dive.load_rig()
+    rig = dive.load_rig() if rig is None else dive.at_frame_rate(rig)
     identity = identity_of(dive, rig)
     if is_finished(folder, identity):
         announce(f"{folder}: this dive is finished already")

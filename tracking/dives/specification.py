@@ -136,7 +136,10 @@ class Dive(Section):
         FileNotFoundError
             When there is no such rig.
         """
-        rig = Rig.load(self.rig)
+        return self.at_frame_rate(Rig.load(self.rig))
+
+    def at_frame_rate(self, rig: Rig) -> Rig:
+        """A rig whose camera runs at the dive's frame rate; `ValueError` when its image sensor is too slow."""
         said = {} if rig.image_sensor is None else rig.image_sensor.model_dump(exclude_unset=True)
         sensor = ImageSensorSpec.model_validate(said | {"frame_rate_hz": self.frame_rate_hz})
         return rig.model_copy(update={"image_sensor": sensor})
