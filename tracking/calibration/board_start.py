@@ -1,10 +1,11 @@
 """Where a board is, roughly: the pose from which its unknown six numbers are refined.
 
-Each picture of a point is a ray (o, d) behind the mirrors. With R = (r1, r2, r3) and t the board's pose, a point
-(x, y, 0) of the board is on it when d x (r1 x + r2 y + t - s o) = 0, which is linear in r1, r2, t and s. The rays come
-nearly from one point, so the scale s is free here and |r1| = |r2| = 1 fixes it; t follows once more with R known. That
-is the direct linear transform (Hartley & Zisserman, Multiple View Geometry, 2004, section 4.1) for rays from many
-points.
+One picture tells it, the one that shows most of the board. Each of its points is a ray (o, d) behind the mirrors. With
+R = (r1, r2, r3) and t the board's pose, a point (x, y, 0) of the board is on the ray when
+d x (r1 x + r2 y + t - o) = 0. The rays of one picture come nearly from one point c; with t counted from there this is
+linear and homogeneous in r1, r2 and t, and |r1| = |r2| = 1 fixes its scale: the direct linear transform (Hartley &
+Zisserman, Multiple View Geometry, 2004, section 4.1). t follows once more with R known and each ray from its own o.
+Several pictures at once would be better determined, if the rig were as drawn; degrees off, they contradict each other.
 """
 
 from __future__ import annotations
@@ -20,12 +21,26 @@ from tracking.calibration.observations import TargetObservations
 
 
 def board_poses(model: ErrorModel, observations: TargetObservations) -> list[RigidTransform]:
-    """`camera_from_board` of every board, as it would be if the rig were as drawn."""
+    """`camera_from_board` of every board, as it would be if the rig were as drawn.
+
+    Raises
+    ------
+    ValueError
+        For a board of which no pixel looks through the port.
+    """
     origins, directions = observed_rays(model, observations.q, observations.pixels)
+    on_board = observations.points_m[:, :2]
+    # The direct view is a picture, too: inf is equal to itself, as nan is not.
+    named = np.nan_to_num(observations.q, nan=np.inf)
+    picture = np.unique(named, axis=0, return_inverse=True)[1].ravel()
     poses = []
-    for index in range(len(observations.boards)):
+    for index, name in enumerate(observations.boards):
         on = (observations.board == index) & np.isfinite(directions).all(axis=1)
-        poses.append(_pose(observations.points_m[on, :2], origins[on], directions[on]))
+        if not on.any():
+            raise ValueError(f"board {name}: expected pixels that look through the port")
+        areas = [_area(on_board[on & (picture == each)]) for each in range(picture.max() + 1)]
+        seen = on & (picture == int(np.argmax(areas)))
+        poses.append(_pose(on_board[seen], origins[seen], directions[seen]))
     return poses
 
 
@@ -46,15 +61,22 @@ def observed_rays(model: ErrorModel, q: FloatArray, pixels: FloatArray) -> tuple
     return origins, directions
 
 
+def _area(on_board: FloatArray) -> float:
+    """Square of how far points spread over a board both ways together: nothing for points on a line."""
+    if not len(on_board):
+        return 0.0
+    centred = on_board - on_board.mean(axis=0)
+    return float(np.linalg.det(centred.T @ centred))
+
+
 def _pose(on_board: FloatArray, origins: FloatArray, directions: FloatArray) -> RigidTransform:
     off_ray = _across(directions)
     x, y = on_board[:, 0, np.newaxis, np.newaxis], on_board[:, 1, np.newaxis, np.newaxis]
-    aside = (off_ray @ origins[..., np.newaxis])[..., 0]
-    rows = np.concatenate([off_ray * x, off_ray * y, off_ray, -aside[..., np.newaxis]], axis=2).reshape(-1, 10)
+    rows = np.concatenate([off_ray * x, off_ray * y, off_ray], axis=2).reshape(-1, 9)
     # Columns of one size: metres on the board are not metres of the pool.
     sizes = np.maximum(np.linalg.norm(rows, axis=0), np.finfo(np.float64).tiny)
     found = np.linalg.svd(rows / sizes, full_matrices=False)[2][-1] / sizes
-    along = np.outer(on_board[:, 0], found[:3]) + np.outer(on_board[:, 1], found[3:6]) + found[6:9] - found[9] * origins
+    along = np.outer(on_board[:, 0], found[:3]) + np.outer(on_board[:, 1], found[3:6]) + found[6:]
     # The board is in front of the mirror.
     found = found * (np.sign((directions * along).sum()) or 1.0)
     first, second = found[:3] / np.linalg.norm(found[:3]), found[3:6] / np.linalg.norm(found[:3])
