@@ -47,6 +47,7 @@ def detector_trial(
     """
     from cad.meshes import rig_meshes
     from mirrorgaze.loading import load_usable_rig
+    from scenes.image import check_image_path
     from scenes.renderer import FastRenderer
     from tracking.perception import DETECTORS
     from tracking.perception.trial import trial_pictures
@@ -56,6 +57,8 @@ def detector_trial(
     loaded = load_usable_rig(rig)
     if not loaded.has_mirrors:
         raise ValueError(f"{rig}: expected a rig with mirrors, got {loaded.name!r}, which has none")
+    if output is not None:
+        check_image_path(output, ".png")
     scenery = Scenery(
         world=world,
         target=target,
@@ -72,7 +75,10 @@ def detector_trial(
     if output is not None:
         from reports.perception_figures import draw_detection
 
-        draw_detection([each for each in taken if each.seen][:DRAWN], settings, output)
+        shown = [each for each in taken if each.seen][:DRAWN]
+        if not shown:
+            raise ValueError(f"expected a picture that shows the target to draw {output}, got none of {pictures}")
+        draw_detection(shown, settings, output)
     rows = [
         _row(low, high, [each for each in taken if low <= each.distance_m < high], settings) for low, high in RANGES_M
     ]

@@ -31,10 +31,12 @@ def test_it_tells_each_range_of_distances_and_all(here):
         (["bench"], "expected a rig with mirrors, got 'bench'"),
         (["aqua2", "--detector", "blue-ball"], "expected --detector to be one of red-ball, narrow-hue, wide-hue"),
         (["aqua2", "--world", "moon"], "moon"),
+        (["aqua2", "-o", "trial.jpg"], "trial.jpg"),
+        (["aqua2", "--target", "missing.ply"], "missing.ply"),
     ],
 )
 def test_bad_input_is_a_sentence(here, arguments, sentence):
-    result = mirrorgaze(*arguments, "-o", "trial.png")
+    result = mirrorgaze("-o", "trial.png", *arguments)
     assert result.exit_code == 2
     assert sentence in result.stderr
     assert not list(here.iterdir())
