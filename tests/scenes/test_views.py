@@ -24,6 +24,8 @@ from scenes.sun import Sun
 from scenes.views import Output, Shot, render_view
 from scenes.waves import Wind
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 SIZE = {"width_px": 64, "height_px": 48}
 POSE_DEG = {"q1_deg": 30.0, "q2_deg": -10.0}
 Q = dict(zip(("q1", "q2"), np.radians([30.0, -10.0]), strict=True))

@@ -20,16 +20,22 @@ from tracking.dives.log import read_log
 from tracking.dives.runner import DiveStoppedError, run_dive
 from tracking.dives.specification import Dive
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 FRAMES = 8
 WRITTEN = {"dive.toml", "log.parquet", "metrics.json", "overlay.mp4", "rig.toml", "video.mkv"}
 
 KILLED = """
 import os, signal, sys, time
 from pathlib import Path
+from scenes import ambient, ambient_volume, water_shade
 from tracking.dives import journal
 from tracking.dives.runner import run_dive
 from tracking.dives.specification import parse_dive
 
+for module in (ambient, ambient_volume, water_shade):
+    module.cached = lambda mesh, light, name, make: make()
+ambient.LEAST_DIRECTIONS = ambient.MOST_DIRECTIONS = water_shade.LOOKS = 4  # as `rough_light`
 journal.SEGMENT_FRAMES = 3
 folder = Path(sys.argv[1])
 dive = parse_dive((folder / "small_dive.toml").read_text(), source="small", folder=folder)

@@ -23,6 +23,8 @@ from tracking.dives.truth_columns import TruthColumns
 from tracking.perception import RED_BALL, ColourWindow, Crop, DetectorSettings, ExactCorners, detect
 from tracking.records import Mode, Step
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 DEPTH_M = 5.0
 RADIUS_M = 0.1
 # Where the ball is in the mirror, where the hull hides it (over the zenith, 44 degrees up to the rear), where M1's back

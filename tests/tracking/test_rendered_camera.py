@@ -14,6 +14,8 @@ from tracking.dives.rendered_camera import MOST_SAMPLES, RenderedCamera, dive_st
 from tracking.dives.timed_mirrors import STEP_S, TimedMirrors
 from tracking.protocols import MirrorReport
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 SPEED = 1.0
 """Of the mirrors below, rad/s."""
 

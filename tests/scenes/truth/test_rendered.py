@@ -23,6 +23,8 @@ SHAPE = (120, 160)
 DEPTH_M = 4.0
 POSES_DEG = [(0.0, 0.0), (30.0, -10.0), (-40.0, 8.0)]
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 BOUND_PX = 0.05
 """What known points may be off by, in pixels of the camera."""
 
