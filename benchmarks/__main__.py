@@ -16,7 +16,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-NAMES = ("train", "projection", "coverage", "render", "search")
+NAMES = ("train", "projection", "coverage", "render", "search", "loop")
 COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
 
 

@@ -1,0 +1,146 @@
+"""The closed loop: perception and control alone, with rendering, a whole dive with its videos, and its memory.
+
+The dive is the preset `spiral`. What the times are put beside is the real camera's: a loop that is slower than 30
+pictures a second would lose some.
+"""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from cad.meshes import rig_meshes
+from rigs import Rig
+from tracking.dives import Dive
+from tracking.dives.runner import ClosedLoop, Moment, run_dive
+from tracking.dives.specification import varied
+from tracking.loop import TrackingLoop
+from tracking.protocols import MirrorReport, Shot
+from tracking.variants import VARIANTS
+
+PICTURES = 120
+WARM_UP = 10
+RECORDED_FRAMES = 450
+CAMERA_MS = 1000 / 30
+ALLOWED_STEP_MS, ALLOWED_FRAME_MS = 2.0, 25.0
+"""500 steps and 40 frames a second."""
+
+SMALLER = 8
+"""Times that the camera is smaller where memory is watched over many frames."""
+SETTLED_FRAMES, MANY_FRAMES = 1000, 10_000
+ALLOWED_GROWTH_MB = 32.0
+
+
+def run() -> list[dict[str, Any]]:
+    """Times of a step and of a frame, of a dive, and how memory grows."""
+    dive = Dive.load("spiral")
+    # Without the functional check the loop looks from the first picture on.
+    tracked = replace(VARIANTS["default"], behaviour=replace(VARIANTS["default"].behaviour, check_s=0.0))
+    rig = dive.load_rig()
+    closed = ClosedLoop(dive, rig, rig_meshes(rig))
+    closed.loop = TrackingLoop(rig, tracked, detector=dive.detector_settings())
+    moments, frame_ms = _timed(closed, PICTURES)
+    shots = [(moment.shot, closed_report(moment)) for moment in moments]
+    held = sum(moment.step.mode == "track" for moment in moments)
+    rows = [
+        _row(
+            f"perception and control, {name}, crop 320 x 240",
+            _step_ms(rig, variant, dive, shots),
+            ALLOWED_STEP_MS,
+            "ms",
+            "one step without rendering; peer: what is allowed, 500 Hz",
+        )
+        for name, variant in {"default": tracked, "paper": VARIANTS["paper"]}.items()
+    ]
+    width, height = rig.camera.width_px, rig.camera.height_px
+    note = f"{1000 / frame_ms:.0f} frames/s with camera, sensor noise, truth and log; {held} of {PICTURES} tracked"
+    rows += [
+        _row(f"closed loop, {width} x {height}, reef", frame_ms, ALLOWED_FRAME_MS, "ms", f"{note}; peer: 40 frames/s"),
+        _dive_row(dive),
+        _memory_row(dive),
+    ]
+    return rows
+
+
+def closed_report(moment: Moment) -> MirrorReport:
+    """What the driver said with a picture."""
+    return MirrorReport(q=moment.step.q_believed, time_s=moment.shot.time_s, measured=False)
+
+
+def _row(name: str, ours: float, peer: float, unit: str, note: str) -> dict[str, Any]:
+    return {"name": name, "ours": ours, "peer": peer, "unit": unit, "ratio": peer / ours, "note": note}
+
+
+def _timed(closed: ClosedLoop, count: int) -> tuple[list[Moment], float]:
+    """The first moments of a dive, and the median time of one in milliseconds."""
+    moments: list[Moment] = []
+
+    def take(_: int) -> None:
+        moment = closed.next()
+        assert moment is not None  # the dive is longer
+        moments.append(moment)
+
+    return moments, _median_ms(take, range(count))
+
+
+def _step_ms(rig: Rig, variant: Any, dive: Dive, shots: list[tuple[Shot, MirrorReport]]) -> float:
+    loop = TrackingLoop(rig, variant, detector=dive.detector_settings())
+    return _median_ms(lambda taken: loop.step(*taken), shots)
+
+
+def _median_ms(call: Callable[[Any], Any], arguments: Iterable[Any]) -> float:
+    times = []
+    for argument in arguments:
+        start = time.perf_counter()
+        call(argument)
+        times.append(time.perf_counter() - start)
+    return 1000 * statistics.median(times[WARM_UP:])
+
+
+def _dive_row(dive: Dive) -> dict[str, Any]:
+    """A dive with video, overlay and log, by the second of its own time."""
+    short = varied(dive, frames=RECORDED_FRAMES)
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.perf_counter()
+        run_dive(short, Path(folder) / "dive")
+        elapsed_s = time.perf_counter() - start
+    name = f"dive of {short.duration_s:.0f} s with {dive.video} video and overlay, lighting cached"
+    return _row(name, elapsed_s, short.duration_s, "s", "all of it, start to files; peer: its duration")
+
+
+def _memory_row(dive: Dive) -> dict[str, Any]:
+    """Growth of resident memory over many frames of a small camera."""
+    small = varied(dive, frames=MANY_FRAMES)
+    small = small.model_copy(update={"duration_s": MANY_FRAMES / dive.frame_rate_hz, "world": "blue"})
+    rig = small.load_rig()
+    camera = rig.camera
+    smaller = {
+        "width_px": camera.width_px // SMALLER,
+        "height_px": camera.height_px // SMALLER,
+        "fx_px": camera.fx_px / SMALLER,
+        "fy_px": camera.fy_px / SMALLER,
+        # The centre of the first pixel is at (0, 0), its edge half a pixel before.
+        "cx_px": (camera.cx_px + 0.5) / SMALLER - 0.5,
+        "cy_px": (camera.cy_px + 0.5) / SMALLER - 0.5,
+    }
+    rig = rig.model_copy(update={"camera": camera.model_copy(update=smaller)})
+    closed = ClosedLoop(small, rig, rig_meshes(rig))
+    for _ in range(SETTLED_FRAMES):
+        closed.next()
+    before = _resident_mb()
+    for _ in range(SETTLED_FRAMES, MANY_FRAMES):
+        closed.next()
+    note = f"from frame {SETTLED_FRAMES} to {MANY_FRAMES}, {before:.0f} MB at the first; peer: what is allowed"
+    growth = max(_resident_mb() - before, 0.1)
+    return _row("growth of memory over a long dive", growth, ALLOWED_GROWTH_MB, "MB", note)
+
+
+def _resident_mb() -> float:
+    """Resident memory of the process."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * 4096 / 2**20
