@@ -186,6 +186,12 @@ def test_a_finished_dive_is_left_alone_and_another_one_refused(small_dive, whole
     assert bytes_of(folder) == whole
 
 
+def test_a_damaged_log_is_a_sentence(small_dive, whole, tmp_path):
+    (tmp_path / "log.parquet").write_bytes(whole["log.parquet"][:-10])
+    with pytest.raises(ValueError, match=r"log\.parquet: expected the log of a dive, as Parquet, got a damaged file"):
+        run_dive(small_dive, tmp_path)
+
+
 def test_a_journal_of_another_dive_is_refused(small_dive, tmp_path):
     with pytest.raises(StoppedError):
         run_dive(small_dive, tmp_path / "dive", progress=stop_after(4))

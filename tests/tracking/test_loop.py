@@ -255,6 +255,15 @@ def test_a_loop_goes_on_from_a_snapshot_to_the_same_bytes(name):
     assert whole.loop.snapshot() == passed_on.loop.snapshot()
 
 
+def test_a_snapshot_holds_all_that_the_behaviour_counts():
+    loop = TrackingLoop(RIG, VARIANTS["default"])
+    loop.step(shot(1.0), report(1.0))
+    state = loop.snapshot() | {"mode": "predict", "hits": 1, "missed": 2, "unseen": 3}
+    other = TrackingLoop(RIG, VARIANTS["default"])
+    other.restore(json.loads(json.dumps(state)))
+    assert other.snapshot() == state
+
+
 def _bytes(step: Step) -> tuple[object, ...]:
     direction = None if step.target_direction is None else step.target_direction.tobytes()
     arrays = (step.q_believed, step.q_command, step.corners_px, step.crop, step.detection.mask)

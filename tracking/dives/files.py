@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from cad.export.manifest import rig_text
 from rigs import FileHull, Rig
 from tracking.dives.journal import FOLDER, Journal, put_in_place, write_beside
-from tracking.dives.log import LOG, write_table
+from tracking.dives.log import LOG, read_log, write_table
 from tracking.dives.recorder import OVERLAY, ROWS, VIDEO
 from tracking.dives.specification import Dive
 from tracking.dives.video import concatenate
@@ -30,7 +30,7 @@ def is_finished(folder: Path, identity: str) -> bool:
     log = folder / LOG
     if not log.is_file() or (folder / FOLDER).exists():
         return False
-    found = (pq.read_schema(log).metadata or {}).get(IDENTITY_KEY, b"").decode()
+    found = (read_log(folder).schema.metadata or {}).get(IDENTITY_KEY, b"").decode()
     if found != identity:
         raise ValueError(f"{folder}: expected the same dive as before or a new folder; another dive is in it")
     return True
