@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 from optics.backend import Array3f32, Bool, Float32, UInt32, dr
 from optics.status import Region
-from scenes.geometry import WORLD
+from scenes.geometry import SNOW, TARGET, WORLD
 from scenes.lamps import lamp_backscatter
-from scenes.packing import Numbers
+from scenes.packing import Numbers, vector
 from scenes.shading import (
     SHORT_M,
     Segment,
@@ -22,6 +23,7 @@ from scenes.shading import (
 )
 from scenes.sun_map import sunlit_way
 from scenes.tracing import (
+    BACKS,
     FRONTS,
     START_OFFSET_M,
     Hit,
@@ -33,7 +35,7 @@ from scenes.tracing import (
     turn,
     turn_back,
 )
-from scenes.water_shade_table import kept_from_water
+from scenes.water_shade_table import ELEVATIONS, kept_from_water
 from scenes.waves import surface_normal
 
 LARGEST_BOUNCE_COUNT = 6
@@ -42,6 +44,12 @@ the sea surface."""
 
 LEAST_FACET_COSINE = 0.02
 """Between the view and the normal of a facet of the sea."""
+
+BEHIND_M = 0.15
+"""What is seen before the sun keeps it from the water on the way, as a disc of this radius would: a ball of 0.3 m,
+a mirror, the mount. The hull is larger: some of its shadow counts as lit."""
+BESIDE_SUN_COSINE = math.cos(math.pi / (ELEVATIONS - 1))
+"""Within one node of it the robot's table cannot tell what stands before the sun from what is beside it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,7 +232,30 @@ def _sunlit_way(inputs: Inputs, origin: Any, direction: Any, hit: Hit, active: A
             ),
             lambda origin, direction, length: Float32(1),
         )
-    return share
+    return share * (1 - _behind_what_is_seen(inputs, direction, hit))
+
+
+def _behind_what_is_seen(inputs: Inputs, direction: Any, hit: Hit) -> Any:
+    """Share of a way that the thing at its end keeps the sun from: the target anywhere, the robot close to the sun.
+
+    From the thing up to ``BEHIND_M / tan(a)``, a the angle between the way and the sun's.
+    """
+    cosine = dr.dot(direction, vector(inputs.light, "refracted_sun"))
+    names = list(inputs.geometry["groups"])
+    things = {name: hit.thing == Thing.FIRST_GROUP + k for k, name in enumerate(names)}
+    on_target = hit.thing == int(Thing.BALL)
+    on_robot = cosine > BESIDE_SUN_COSINE
+    if TARGET in things:
+        on_target = on_target | things[TARGET]
+    on_part = Bool(False)
+    for side in (*FRONTS, *BACKS):
+        on_part = on_part | (hit.thing == int(side))
+    for name in names:
+        if name not in (WORLD, TARGET, SNOW):
+            on_part = on_part | things[name]
+    slope = dr.safe_sqrt(1 - dr.square(cosine)) / dr.maximum(cosine, 1e-6)
+    share = dr.minimum(BEHIND_M / dr.maximum(slope * hit.distance, 1e-6), 1)
+    return dr.select((cosine > 0) & (on_target | (on_part & on_robot)), share, 0)
 
 
 def _kept_from_water(inputs: Inputs, path: dict[str, Any], length: Any) -> list[Any]:
