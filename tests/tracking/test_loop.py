@@ -11,10 +11,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from optics.layout import Layout
 from rigs import Rig
 from tracking.control.paper_law import GAIN
 from tracking.estimation.gimbal import Gimbal
-from tracking.estimation.sight_lines import SightLines
 from tracking.loop import TrackingLoop
 from tracking.metrics.drawn_camera import DRAWN_BALL, DrawnCamera
 from tracking.mirrors.simulated import SimulatedMirrors
@@ -24,6 +24,7 @@ from tracking.records import Mode, Step
 from tracking.variants import VARIANTS, Variant
 
 RIG = Rig.load("aqua2")
+GIMBAL = Gimbal(Layout.from_rig(RIG))
 RADIUS_M = 0.1
 RATE_HZ = 30.0
 LATENCY_S = 0.02
@@ -31,13 +32,12 @@ LATENCY_S = 0.02
 START_DEG = -69.75
 """Azimuth of the raster's first strip: a target that waits there is found at once."""
 
-WAIT_S = 3.0
-"""It is found in less: half the range of tilt to the strip's lower end, 1.3 s, 0.5 s up to the horizon, three pictures,
-and the servos' delays."""
+WAIT_S = 1.0
+"""It is found in less: 0.5 s from the strip's lower end up to the horizon, three pictures, and the servos' delays."""
 
 SETTLED_S = 4.0
-"""Before the first picture the mirrors are sent to q = 0, from wherever they stood when power came on. The functional
-check does that in a dive; these leave it out, for time."""
+"""Before the first picture the mirrors are sent to where the raster begins, from wherever they stood when power came
+on. The functional check tells the driver where they are in a dive; these leave it out, for time."""
 
 Path = Callable[[float], FloatArray]
 """Target's centre from the centre of M2, body frame, metres, at a time."""
@@ -75,13 +75,12 @@ class Dive:
     def __init__(self, variant: Variant, *, rate_hz: float = RATE_HZ, seed: int = 1, bias: FloatArray | None = None):
         self.loop = TrackingLoop(RIG, variant, detector=DRAWN_BALL)
         self.mirrors = SimulatedMirrors.from_rig(RIG, seed=seed)
-        self.mirrors.command(np.zeros(2), 0.0)
+        self.mirrors.command([math.radians(START_DEG), GIMBAL.lowest[1]], 0.0)
         self.rate_hz, self.bias = rate_hz, np.zeros(2) if bias is None else bias
         self.steps: list[Step] = []
         self.errors_deg: list[float] = []
 
     def run(self, path: Path, until_s: float, hidden: tuple[float, float] = (0.0, 0.0)) -> Dive:
-        gimbal = SightLines(RIG).gimbal
         while (time_s := len(self.steps) / self.rate_hz) < until_s:
             q, target = self.mirrors.true_q(SETTLED_S + time_s) + self.bias, path(time_s)
             image = camera().picture(q, target)
@@ -89,7 +88,7 @@ class Dive:
                 image = np.zeros_like(image)
             step = self.loop.step(Shot(image=image, time_s=time_s), self.mirrors.report(SETTLED_S + time_s))
             self.mirrors.command(step.q_command, SETTLED_S + time_s + LATENCY_S)
-            gaze = gimbal.gaze(q)
+            gaze = GIMBAL.gaze(q)
             self.steps.append(step)
             self.errors_deg.append(math.degrees(math.atan2(np.linalg.norm(np.cross(gaze, target)), gaze @ target)))
         return self
@@ -106,20 +105,22 @@ class Dive:
 
 @cache
 def on_the_spiral(name: str) -> Dive:
-    return Dive(without_check(name)).run(open_spiral, WAIT_S + 12.0)
+    return Dive(without_check(name)).run(open_spiral, WAIT_S + 10.0)
 
 
 def test_the_default_holds_the_open_spiral():
     """Rationale: the issue's numbers for clear water, 97 % of the time and 1.5 degrees RMS, less light and water.
 
-    A target at 2 m turns 72 degrees around the robot at 6 degrees/s, rising. Expected: never out of view from
+    A target at 2 m turns 60 degrees around the robot at 6 degrees/s, rising. Expected: never out of view from
     acquisition on, and an error of the order of the servos' play (0.5 degrees, which tilt doubles): 0.36 degrees RMS.
     """
     dive = on_the_spiral("default")
-    assert dive.modes(WAIT_S) == "t" * 360
+    assert dive.modes(WAIT_S) == "t" * 300
     held, rms_deg = dive.since(WAIT_S)
     assert held == 1.0
-    assert rms_deg < 0.5
+    assert rms_deg < 1.5
+    # The first second is that of a scanning mirror which turns back.
+    assert dive.since(WAIT_S + 1)[1] < 0.5
 
 
 def test_the_papers_loop_holds_it_less_well_and_as_printed_not_at_all():
@@ -193,12 +194,12 @@ def test_a_hidden_target_is_predicted_and_found_again():
     acceleration q = (20 degrees)^2/s^3 and measurements of r = (0.5 degrees)^2 every T = 1/30 s): within 25 / 30 s the
     direction is off by 5 degrees, one standard deviation, and what the crop sees is 9 to each side.
     """
-    dive = Dive(without_check("default")).run(open_spiral, 8.0, hidden=(6.0, 6.0 + 25 / RATE_HZ))
-    assert dive.modes(6.0)[:25] == "p" * 25
-    assert dive.modes(6.0 + 26 / RATE_HZ) == "t" * (60 - 26)
-    hidden = dive.steps[180:205]
+    dive = Dive(without_check("default")).run(open_spiral, 6.0, hidden=(4.0, 4.0 + 25 / RATE_HZ))
+    assert dive.modes(4.0)[:25] == "p" * 25
+    assert dive.modes(4.0 + 26 / RATE_HZ) == "t" * (60 - 26)
+    hidden = dive.steps[120:145]
     assert all(step.predicted_px is not None and step.error_px is not None for step in hidden)
-    assert max(dive.errors_deg[180:205]) < 9.0
+    assert max(dive.errors_deg[120:145]) < 9.0
 
 
 def test_a_lost_target_is_searched_where_it_was_lost():
@@ -207,11 +208,11 @@ def test_a_lost_target_is_searched_where_it_was_lost():
     They take 10 s. The raster begins elsewhere and takes 28 s.
     """
     path = lambda time_s: open_spiral(time_s, turning_deg_per_s=2.0)  # noqa: E731
-    dive = Dive(without_check("default")).run(path, 17.0, hidden=(5.0, 9.0))
-    modes = dive.modes(5.0)
+    dive = Dive(without_check("default")).run(path, 15.0, hidden=(3.0, 7.0))
+    modes = dive.modes(3.0)
     assert modes[:31] == "p" * 30 + "s"
     assert modes[-30:] == "t" * 30
-    searched = [np.degrees(step.q_command) for step in dive.steps[180:270]]
+    searched = [np.degrees(step.q_command) for step in dive.steps[120:210]]
     assert np.ptp(searched, axis=0).max() < 60
 
 
@@ -240,14 +241,15 @@ def test_a_loop_goes_on_from_a_snapshot_to_the_same_bytes(name):
     settings = replace(VARIANTS[name].behaviour, check_s=0.5)
     variant = replace(VARIANTS[name], behaviour=settings)
     whole, passed_on = Dive(variant), Dive(variant)
-    whole.run(open_spiral, 6.0, hidden=(4.0, 6.0))
+    path = lambda time_s: open_spiral(time_s - 2.0)  # noqa: E731  # the mirror comes back from the check
+    whole.run(path, 6.0, hidden=(4.0, 6.0))
     for frame in range(0, 180, 17):
         state = json.loads(json.dumps(passed_on.loop.snapshot()))
         passed_on.loop = TrackingLoop(RIG, variant, detector=DRAWN_BALL)
         assert not passed_on.loop.started
         passed_on.loop.restore(state)
         assert passed_on.loop.started == (frame > 0)
-        passed_on.run(open_spiral, min((frame + 17) / RATE_HZ, 6.0) - 1e-9, hidden=(4.0, 6.0))
+        passed_on.run(path, min((frame + 17) / RATE_HZ, 6.0) - 1e-9, hidden=(4.0, 6.0))
     assert set(whole.modes()) == set("cstp")
     assert len(whole.steps) == len(passed_on.steps)
     for ours, theirs in zip(whole.steps, passed_on.steps, strict=True):
@@ -298,8 +300,8 @@ def test_a_target_survives_lost_pictures(name):
     """Every third picture missing, and once half a second."""
     dive = Dive(without_check(name)).run(open_spiral, WAIT_S + 1)
     loop, mirrors, modes = dive.loop, dive.mirrors, []
-    for frame in range(120, 270):
-        if frame % 3 == 0 or 190 <= frame < 205:
+    for frame in range(60, 210):
+        if frame % 3 == 0 or 130 <= frame < 145:
             continue
         time_s = frame / RATE_HZ
         image = camera().picture(mirrors.true_q(SETTLED_S + time_s), open_spiral(time_s))
@@ -349,4 +351,3 @@ def test_variants_differ_as_they_say():
     assert (paper.behaviour.check_s, paper.behaviour.confirm_frames, paper.behaviour.predict_frames) == (30.0, 1, 30)
     with pytest.raises(ValueError, match=r"target_distance_m above 0, got 0.*control_latency_s"):
         replace(default, target_distance_m=0.0, control_latency_s=-1.0)
-    assert isinstance(SightLines(RIG).gimbal, Gimbal)
