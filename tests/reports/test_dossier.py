@@ -17,7 +17,6 @@ from scenes.portrait import VIEWPOINTS
 from tracking.dives.specification import varied
 from tracking.dives.validation import validation_dive
 
-
 RIG = Rig.load("aqua2")
 
 DIVE = varied(validation_dive(RIG), frames=6).model_copy(update={"world": "blue"})
