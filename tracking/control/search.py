@@ -13,7 +13,9 @@ from tracking.protocols import FloatArray
 
 RINGS = 2
 """Of a search around a place: what moves at 20 degrees/s leaves them in the time that they take."""
-
+PASSES = 3
+"""Over them, outwards and inwards in turn: what glare or an obstacle hid comes out near where it was lost, but later.
+An odd number, so that the raster begins at their rim."""
 
 OVERLAP = 0.2
 """Share of the crop's field of view that two strips have in common, so that a target is whole in one of them: 4.5
@@ -62,12 +64,10 @@ class Search:
         self._time_s += max(passed_s - self._approach_s, 0.0)
         self._approach_s = max(self._approach_s - passed_s, 0.0)
         if self._around is not None:
-            if self._time_s <= self._around.duration_s:
-                return self._around.at(self._time_s)
+            if self._time_s <= PASSES * self._around.duration_s:
+                return _to_and_fro(self._around, self._time_s)
             self.begin(self._around.q[-1])
-        there_and_back = 2 * self._raster.duration_s
-        self._time_s %= there_and_back
-        return self._raster.at(min(self._time_s, there_and_back - self._time_s))
+        return _to_and_fro(self._raster, self._time_s)
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
@@ -85,3 +85,10 @@ class Search:
 
     def _around_path(self, centre: FloatArray) -> JointPath:
         return outward_path(self._gimbal, self._speeds, self._step, centre, RINGS)
+
+
+def _to_and_fro(path: JointPath, time_s: float) -> FloatArray:
+    """Joint values on a path that is run from end to end and back again."""
+    there_and_back = 2 * path.duration_s
+    time_s %= there_and_back
+    return path.at(min(time_s, there_and_back - time_s))
