@@ -46,8 +46,8 @@ LEAST_FACET_COSINE = 0.02
 """Between the view and the normal of a facet of the sea."""
 
 BEHIND_M = 0.15
-"""What is seen before the sun keeps it from the water on the way, as a disc of this radius would: a ball of 0.3 m,
-a mirror, the mount. The hull is larger: some of its shadow counts as lit."""
+"""What is seen before the sun keeps it from the water on the way, as a disc of this radius would: a target, a mirror,
+the mount; a ball has its own. The hull is larger: some of its shadow counts as lit."""
 BESIDE_SUN_COSINE = math.cos(math.pi / (ELEVATIONS - 1))
 """Within one node of it the robot's table cannot tell what stands before the sun from what is beside it."""
 
@@ -238,12 +238,14 @@ def _sunlit_way(inputs: Inputs, origin: Any, direction: Any, hit: Hit, active: A
 def _behind_what_is_seen(inputs: Inputs, direction: Any, hit: Hit) -> Any:
     """Share of a way that the thing at its end keeps the sun from: the target anywhere, the robot close to the sun.
 
-    From the thing up to ``BEHIND_M / tan(a)``, a the angle between the way and the sun's.
+    From the thing up to ``r / tan(a)``: a is the angle between the way and the sun's, r the radius of a disc about its
+    end that stands for the thing.
     """
     cosine = dr.dot(direction, vector(inputs.light, "refracted_sun"))
     names = list(inputs.geometry["groups"])
     things = {name: hit.thing == Thing.FIRST_GROUP + k for k, name in enumerate(names)}
-    on_target = hit.thing == int(Thing.BALL)
+    on_ball = hit.thing == int(Thing.BALL)
+    on_target = on_ball
     on_robot = cosine > BESIDE_SUN_COSINE
     if TARGET in things:
         on_target = on_target | things[TARGET]
@@ -254,7 +256,8 @@ def _behind_what_is_seen(inputs: Inputs, direction: Any, hit: Hit) -> Any:
         if name not in (WORLD, TARGET, SNOW):
             on_part = on_part | things[name]
     slope = dr.safe_sqrt(1 - dr.square(cosine)) / dr.maximum(cosine, 1e-6)
-    share = dr.minimum(BEHIND_M / dr.maximum(slope * hit.distance, 1e-6), 1)
+    radius = dr.select(on_ball, inputs.state["ball"][3], BEHIND_M)
+    share = dr.minimum(radius / dr.maximum(slope * hit.distance, 1e-6), 1)
     return dr.select((cosine > 0) & (on_target | (on_part & on_robot)), share, 0)
 
 
