@@ -87,7 +87,7 @@ class ColourWindow:
         return math.ceil(first / DEG_PER_STEP), math.floor(last / DEG_PER_STEP)
 
 
-RED_IN_WATER = ColourWindow(hue_from_deg=290, hue_to_deg=14, saturation_min=0.06, value_min=0.1)
+RED_IN_WATER = ColourWindow(hue_from_deg=300, hue_to_deg=8, saturation_min=0.08, value_min=0.1)
 """The chart's red up to 3 m away in clear ocean: as it pales, its hue goes from red to violet (docs/perception.md)."""
 
 
@@ -142,7 +142,7 @@ NARROW_HUE = DetectorSettings(
 )
 """Red as one would choose it before the dive: the ball's hue at arm's length."""
 WIDE_HUE = DetectorSettings(
-    window=ColourWindow(hue_from_deg=260, hue_to_deg=24, saturation_min=0.04, value_min=0.1),
+    window=ColourWindow(hue_from_deg=270, hue_to_deg=14, saturation_min=0.05, value_min=0.1),
     aspect_max=3.0,
 )
 """The paper's video S5: a greater range of hues and of width-height ratios, chosen after the dive."""
