@@ -42,6 +42,7 @@ class GazePursuit:
         self._sight_lines, self._pointing, self._latency_s = sight_lines, pointing, latency_s
         self._rad_per_px = math.sqrt(scale.prod())
         self._filter = DirectionFilter(noise)
+        self._seen = False
 
     @property
     def direction(self) -> FloatArray | None:
@@ -64,15 +65,16 @@ class GazePursuit:
             direction = self._direction(centroid_px, sight)
             if direction is not None:
                 self._filter.update(direction)
+        self._seen = bool(spots)
         return Look(expected_px=expected_px, spots=spots)
 
     def follow(self, sight: Sight) -> FloatArray:
-        """Joint values whose gaze is on the target at the first picture that they can be seen in."""
+        """Joint values whose gaze is on the target at the first picture that they can be seen in; after `look`."""
         bearing = self._filter.bearing
         if bearing is None:
             return sight.q_command
         pictures = math.floor(self._latency_s / sight.interval_s) + 1
-        return self._pointing.command(bearing, pictures * sight.interval_s, sight.q)
+        return self._pointing.command(bearing, pictures * sight.interval_s, sight.q, seen=self._seen)
 
     def forget(self) -> None:
         """Drop the estimate."""

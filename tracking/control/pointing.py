@@ -10,6 +10,9 @@ direction extrapolated: on a grid of pan angles, what will be lost of the view f
 it can. While an exact angle is as good as the best plan, to within a margin that keeps the mirror from changing its
 mind, it is taken. Else the plan is: to let a target pass beside the zenith without following it round, to turn round in
 time, to wait at a limit. A direction out of reach is followed by the nearest gaze within the limits.
+
+A target that is not seen is not planned for: where it will be in two seconds is a guess, and a mirror that has turned
+round for it does not see it come back.
 """
 
 from __future__ import annotations
@@ -65,7 +68,7 @@ class Pointing:
         self._times_s = self._most / speeds.pan * np.arange(1, STEPS + 1)
         self._axes = np.array([np.cos(self._nodes), np.sin(self._nodes)])
 
-    def command(self, bearing: Bearing, ahead_s: float, q: FloatArray) -> FloatArray:
+    def command(self, bearing: Bearing, ahead_s: float, q: FloatArray, *, seen: bool = True) -> FloatArray:
         """Joint values to ask for, shape (2,), radians.
 
         Parameters
@@ -76,11 +79,16 @@ class Pointing:
             When the gaze is to be on it. Pointing at where the target will be is the feed-forward of its rate.
         q : array, shape (2,)
             Joint values now.
+        seen : bool
+            Whether the target is in the last picture.
         """
         pan_now = min(max(self._gimbal.angles(q)[0], self._pan_limits[0]), self._pan_limits[1])
         x, y, z = self._gimbal.in_gimbal(bearing.after(ahead_s).direction).tolist()
-        later = self._gimbal.in_gimbal([bearing.after(seconds).direction for seconds in self._times_s.tolist()])
-        pan = self._pan((x, y), later, pan_now)
+        if seen:
+            later = self._gimbal.in_gimbal([bearing.after(seconds).direction for seconds in self._times_s.tolist()])
+            pan = self._pan((x, y), later, pan_now)
+        else:
+            pan = min(self._exact_pans((x, y), pan_now), key=lambda exact: abs(exact - pan_now))
         # Tilt follows from the pan that will be reached, which may still be on its way.
         most = self._most * ahead_s / float(self._times_s[0])
         reached = min(max(pan, pan_now - most), pan_now + most)
