@@ -19,7 +19,7 @@ from tracking.metrics.frames import Frames
 from tracking.metrics.holding import losses
 from tracking.records import Mode
 
-NEEDED = ("dive.toml", "log.parquet", "metrics.json")
+NEEDED = ("dive.toml", "rig.toml", "log.parquet", "metrics.json")
 OVERLAY = "overlay.mp4"
 NOT_DEFINED = "\N{EN DASH}"
 
@@ -115,7 +115,8 @@ def _read(folder: Path) -> tuple[dict[str, Any], pa.Table, Metrics]:
     if missing:
         without = ", without ".join(missing)
         raise ValueError(f"{folder}: expected the folder of a finished dive, got one without {without}")
-    dive = tomllib.loads((folder / "dive.toml").read_text(encoding="utf-8"))
+    dive, rig = (tomllib.loads((folder / name).read_text(encoding="utf-8")) for name in ("dive.toml", "rig.toml"))
+    dive["rig"] = rig["name"]
     metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
     return dive, read_log(folder), metrics
 

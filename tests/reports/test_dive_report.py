@@ -42,6 +42,7 @@ def write_overlay(path, count):
 def write_folder(folder, log):
     folder.mkdir()
     (folder / "dive.toml").write_text(DIVE)
+    (folder / "rig.toml").write_text('name = "aqua2"')
     pq.write_table(log, folder / "log.parquet")
     (folder / "metrics.json").write_text(json.dumps(dive_metrics(log)))
     return folder
