@@ -110,4 +110,7 @@ def test_wrong_commands_are_named_all_at_once():
 
 
 def test_limits_in_radians_may_be_commanded():
-    SimulatedMirrors.from_rig(RIG).command(np.radians([77.5, -32.5]), 0.0)
+    """Expected: not refused, and after 10 s the driver believes the joints to be there."""
+    mirrors = SimulatedMirrors.from_rig(RIG)
+    mirrors.command(np.radians([77.5, -32.5]), 0.0)
+    np.testing.assert_allclose(np.degrees(mirrors.report(10.0).q), [77.5, -32.5], atol=1e-9)
