@@ -191,9 +191,9 @@ def test_a_hidden_target_is_predicted_and_found_again():
 
     The filter knows the rate to 1.19 q^(3/8) (r T)^(1/8) = 6 degrees/s (square root of the steady state's variance, for
     acceleration q = (20 degrees)^2/s^3 and measurements of r = (0.5 degrees)^2 every T = 1/30 s): within 25 / 30 s the
-    direction is off by 5 degrees, one standard deviation; what the crop sees is 9 to each side. A mirror that stood still
-    would be 5 degrees off as well, at the end: with this seed of the servos the prediction does better, 2.7 (0.9 to 4.0
-    with others).
+    direction is off by 5 degrees, one standard deviation; what the crop sees is 9 to each side. A mirror that stood
+    still would be 5 degrees off as well, at the end: with this seed of the servos the prediction does better, 2.7 (0.9
+    to 4.0 with others).
     """
     dive = Dive(without_check("default")).run(open_spiral, 6.0, hidden=(4.0, 4.0 + 25 / RATE_HZ))
     assert dive.modes(4.0)[:25] == "p" * 25
