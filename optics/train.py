@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from optics.arrays import FloatArray, check_points, opaque, to_columns, to_rows
 from optics.backend import Array3f64, Int32, dr
 from optics.camera import Camera, camera_from_spec
+from optics.freezing import frozen
 from optics.layout import Layout, check_stows
 from optics.mirror import PlaneMirror, strike, unfold
 from optics.port import Port, port_from_spec
@@ -173,26 +174,26 @@ def compiled_trace(
 ) -> Callable[..., Any]:
     """Frozen kernel of `OpticalTrain.trace` for one kind of train."""
 
-    @dr.freeze
+    @frozen()
     def trace(parameters: dict[str, Any], u: Any, v: Any) -> tuple[Any, Any, Any]:
         direction, valid = camera.direction(parameters["camera"], distorted, u, v)
         status = dr.select(dr.isfinite(u + v), Int32(Status.OK), Int32(Status.INVALID_INPUT))
         return follow(port, parameters, direction, _where_ok(status, ~valid, Status.OUTSIDE_CAMERA_MODEL))
 
-    return trace  # type: ignore[no-any-return]
+    return trace
 
 
 @cache
 def compiled_transmittance(camera: type[Camera], distorted: bool, port: type[Port]) -> Callable[..., Any]:
     """Frozen kernel of `OpticalTrain.transmittance`; apart from the trace's, which it would slow down by a fifth."""
 
-    @dr.freeze
+    @frozen()
     def transmittance(parameters: dict[str, Any], u: Any, v: Any) -> Any:
         direction, valid = camera.direction(parameters["camera"], distorted, u, v)
         # Multiplied by one per ray: without a port the transmittance would be one number for all.
         return port.leave(parameters["port"], direction).transmittance * dr.select(valid & dr.isfinite(u + v), 1.0, 0.0)
 
-    return transmittance  # type: ignore[no-any-return]
+    return transmittance
 
 
 @cache
@@ -201,7 +202,7 @@ def compiled_project(
 ) -> Callable[..., Any]:
     """Frozen kernel of `OpticalTrain.project` for one kind of train."""
 
-    @dr.freeze
+    @frozen()
     def project(parameters: dict[str, Any], points: Any) -> tuple[Any, Any, Any]:
         image = points
         for mirror in reversed(parameters["mirrors"]):
@@ -225,7 +226,7 @@ def compiled_project(
         status = _where_ok(status, outside, Status.OUTSIDE_IMAGE)
         return dr.select(has_pixel, u, dr.nan), dr.select(has_pixel, v, dr.nan), status
 
-    return project  # type: ignore[no-any-return]
+    return project
 
 
 def follow(port: type[Port], parameters: dict[str, Any], direction: Any, status: Any) -> tuple[Any, Any, Any]:

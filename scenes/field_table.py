@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.backend import Float32, UInt32, dr
-from scenes.packing import Numbers, row_of, rows_of
+from scenes.packing import Numbers, between, pairs_of
+from scenes.powers import decay
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +20,8 @@ DEPTHS, COSINES, AZIMUTHS = 64, 65, 25
 """Nodes: depths by the logarithm of ``1 + z / DEPTH_SCALE_M``, cosines and azimuths (0 to pi) evenly."""
 
 DEPTH_SCALE_M = 0.5
-ROW = 4
+ROW = 8
+"""Three channels at a node, and at the next azimuth."""
 
 
 def resampled(
@@ -45,7 +47,7 @@ def depths_m(deepest_m: float) -> FloatArray:
 
 def field_table(nodes: FloatArray) -> Any:
     """Table of values at the nodes, as `looked_up` reads it."""
-    return rows_of(nodes.reshape(-1, nodes.shape[-1]), ROW)
+    return pairs_of(nodes, ROW)
 
 
 def layer(light: Numbers, table: Any, depth: Any) -> Any:
@@ -70,18 +72,19 @@ def looked_up(light: Numbers, table: Any, depth: Any, cosine: Any, azimuth: Any)
 
 def _interpolated(light: Numbers, table: Any, depth: Any, cells: list[tuple[Any, Any]]) -> list[Any]:
     """Linear interpolation; the exponential fall over depth, which the table is held without, is put back."""
-    strides = (COSINES * AZIMUTHS, AZIMUTHS, 1)[-len(cells) :]
-    row, offsets, weights = UInt32(0), [0], [Float32(1)]
-    for (cell, share), stride in zip(cells, strides, strict=True):
+    *others, (row, along) = cells
+    strides = (COSINES * AZIMUTHS, AZIMUTHS)[-len(others) :]
+    offsets, weights = [0], [Float32(1)]
+    for (cell, share), stride in zip(others, strides, strict=True):
         row = row + cell * stride
         offsets = [each + step for each in offsets for step in (0, stride)]
         weights = [w * s for w in weights for s in (1 - share, share)]
     total = [Float32(0)] * 3
     for offset, weight in zip(offsets, weights, strict=True):
-        values = row_of(table, row + offset, ROW)
+        values = between(table, row + offset, along, ROW)
         total = [dr.fma(values[k], weight, total[k]) for k in range(3)]
     fall = dr.maximum(depth, 0)
-    return [t * dr.exp(-K * fall) for t, K in zip(total, light["table_decay"], strict=True)]
+    return [t * decay(K * fall) for t, K in zip(total, light["table_decay"], strict=True)]
 
 
 def _depth_position(light: Numbers, depth: Any) -> Any:

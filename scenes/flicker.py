@@ -16,7 +16,8 @@ from scipy.special import i0e
 
 from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.tables import read_table
-from scenes.packing import Numbers
+from scenes.packing import Numbers, row_of
+from scenes.powers import power_of_two
 from scenes.spectrum import DATA
 from scenes.waves import GRAVITY, LIGHTEST_WIND_M_S, Wind, cosine_of_turns, variance_per_octave
 
@@ -38,9 +39,6 @@ little is left of the direct sun to tell."""
 
 MODE_COUNT = 4
 """Modes over depth that the spreads at all wavelengths are made of."""
-
-POWER_OF_TWO = (0.999999236, 0.693121734, 0.240247667, 0.0559182479, 0.00956967494)
-"""Polynomial of degree 4 for ``2^x``, |x| <= 1/2, whose largest relative error is least: 2.6e-6."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,8 +207,7 @@ def flicker(numbers: Numbers, table: Any, point_world: Any, depth: Any) -> list[
     field, fourth_powers = _field(numbers, point_world, octave + numbers["flicker_octave"][0])
     steps = (TABLE_SIZE - 1) / np.log2(DEEPEST_M / SHALLOWEST_M)
     cell = UInt32(dr.fma(octave, steps, 0.5 - steps * np.log2(SHALLOWEST_M)))
-    first = dr.minimum(cell, TABLE_SIZE - 1) * MODE_COUNT
-    modes = [dr.gather(Float32, table, first + k) for k in range(MODE_COUNT)]
+    modes = row_of(table, dr.minimum(cell, TABLE_SIZE - 1), MODE_COUNT)
     factors = []
     for mix in _rows(numbers["flicker_mix"], MODE_COUNT):
         spread = mix[0] * modes[0]
@@ -246,16 +243,6 @@ def _field(numbers: Numbers, point: Any, octave: Any) -> tuple[Any, Any]:
             set_sum = set_sum + cosine_of_turns(turns)
         total = dr.fma(dr.safe_sqrt(share * (2 / WAVES_PER_SET)), set_sum, total)
     return total, dr.square(odd_share) + dr.square(1 - odd_share)
-
-
-def power_of_two(exponent: Any) -> Any:
-    """``2^x`` to 3e-6 for |x| < 126, in half the time of Dr.Jit's: the whole part becomes the exponent's bits."""
-    whole = dr.round(exponent)
-    rest = exponent - whole
-    result = POWER_OF_TWO[-1]
-    for coefficient in POWER_OF_TWO[-2::-1]:
-        result = dr.fma(rest, result, coefficient)
-    return result * dr.reinterpret_array(Float32, UInt32(whole + 127) << 23)
 
 
 def _rows(values: list[Any], width: int) -> list[list[Any]]:

@@ -13,6 +13,7 @@ from functools import cache
 from typing import Any
 
 from optics.backend import Float32, UInt32, dr
+from optics.freezing import frozen
 from optics.mesh import Group
 from optics.refraction import reflect
 from scenes.field_table import layer
@@ -58,7 +59,7 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
     """Frozen kernel of one or several frames."""
 
     # Every renderer has scenes of its own, for which the recording is made again.
-    @dr.freeze(warn_after=RENDERERS)
+    @frozen(recordings=RENDERERS)
     def frame(
         rays: dict[str, Any], geometry: dict[str, Any], tables: dict[str, Any], light_row: Any, state_rows: Any
     ) -> Any:
@@ -73,16 +74,31 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
         path = follow(inputs)
         seen, reflected = describe(path, inputs)
         rgb = [rays["gain"] * (a + b) for a, b in zip(path["rgb"], reflected, strict=True)]
-        return {"rgb": rgb, **(seen if shape.truth else {"label": seen["label"]})}
+        return _in_place({"rgb": rgb, **(seen if shape.truth else {"label": seen["label"]})}, rays.get("place"))
 
-    return frame  # type: ignore[no-any-return]
+    return frame
+
+
+def _in_place(found: dict[str, Any], place: Any) -> dict[str, Any]:
+    """Kernel: results where their rays belong; as they were computed when nothing says where."""
+    if place is None:
+        return found
+
+    def placed(values: Any) -> Any:
+        if isinstance(values, list):
+            return [placed(each) for each in values]
+        result = dr.empty(type(values), dr.width(place))
+        dr.scatter(result, values, place)
+        return result
+
+    return {name: placed(values) for name, values in found.items()}
 
 
 @cache
 def compiled_prefix(state: Packing) -> Callable[..., Any]:
     """Frozen kernel of what no joint moves: where rays of the port, and of M1 behind it, meet the fixed group."""
 
-    @dr.freeze(warn_after=RENDERERS)
+    @frozen(recordings=RENDERERS)
     def prefix(rays: dict[str, Any], groups: dict[str, dict[str, Any]], state_rows: Any) -> Any:
         numbers = state.unpack(state_rows, UInt32(0))
         static = {name: value for name, value in numbers.items() if name in (Thing.M1.name, WORLD)}
@@ -104,4 +120,4 @@ def compiled_prefix(state: Packing) -> Callable[..., Any]:
             direction = dr.select(folded, reflected, direction)
         return found
 
-    return prefix  # type: ignore[no-any-return]
+    return prefix

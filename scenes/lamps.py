@@ -18,8 +18,8 @@ from optics.arrays import unit
 from optics.backend import Array3f32, Float32, dr
 from optics.tables import read_table
 from rigs.lamps import Lamp
-from scenes.flicker import power_of_two
 from scenes.packing import Numbers
+from scenes.powers import power_of_two
 from scenes.spectrum import DATA
 
 FloatArray = NDArray[np.float64]

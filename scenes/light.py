@@ -28,14 +28,14 @@ from optics.scattering import PhaseFunction
 from rigs import Water
 from scenes.field_table import DEPTH_SCALE_M, DEPTHS, azimuth_from, depths_m, field_table, looked_up, resampled
 from scenes.materials import albedo_table, colour_basis
-from scenes.packing import Packing, rows_of
+from scenes.packing import Packing, pairs_of, rows_of
 from scenes.sky import Daylight, sky_numbers, sky_table
 from scenes.spectrum import Bands, water_bands
 from scenes.sun import Sun
 
 FloatArray = NDArray[np.float64]
 
-PHASE_TABLE_SIZE = 721
+PHASE_TABLE_SIZE, PHASE_ROW = 721, 2
 SPECTRUM_ROW = 16
 """Numbers in a row of a table by wavelength."""
 SIDES: dict[str, Callable[[FloatArray], NDArray[np.bool_]]] = {
@@ -109,7 +109,7 @@ class Light:
         phase function is taken `without_peak`.
         """
         return {
-            "phase": Float32(self._phase_table(without_peak=without_peak).astype(np.float32)),
+            "phase": pairs_of(self._phase_table(without_peak=without_peak)[:, np.newaxis], PHASE_ROW),
             "field": field_table(self.field_nodes),
             "ambient": field_table(self.ambient_nodes),
             "sky": sky_table(self.daylight),
@@ -121,10 +121,12 @@ class Light:
         field, optics, bands = self.field, self.optics, self.bands
         sun = self.towards_sun
         tilt = np.hypot(sun[0], sun[1])
-        by_side = {side: self._sides(side).mean(axis=(2, 3)) for side in SIDES}
         cosine = {side: float(np.mean(field.cosine[SIDES[side](field.cosine)])) for side in SIDES}
-        share = {side: self._shares(values, depth_m) for side, values in by_side.items()}
-        decay = {side: self._decay(values, depth_m) for side, values in by_side.items()}
+        share = {side: self._shares(values, depth_m) for side, values in self._by_side.items()}
+        decay = {
+            side: np.array([np.interp(depth_m, field.depth_m, row) for row in rows])
+            for side, rows in self._decay_by_side.items()
+        }
         basis = colour_basis(bands.wavelength_nm)
         numbers = {
             "n_water": self.n_water,
@@ -181,24 +183,27 @@ class Light:
         nodes = nodes * np.exp(np.multiply.outer(depths_m(DEEPEST_M), left))[:, np.newaxis, np.newaxis]
         return np.asarray(nodes @ self.bands.weight.T)
 
-    @property
+    @cached_property
     def _from_surroundings(self) -> FloatArray:
         """Share of the scattered light that comes from where a surface's own surroundings are."""
         return np.asarray((1 - self.optics.molecular_fraction) * self.optics.phase.fraction_within(SURROUNDINGS_RAD))
 
-    def _sides(self, side: str) -> FloatArray:
-        return self.field.multiple[:, :, SIDES[side](self.field.cosine)]
+    @cached_property
+    def _by_side(self) -> dict[str, FloatArray]:
+        """Mean radiance but for the sun's light scattered once, by wavelength and depth."""
+        field = self.field
+        return {side: field.multiple[:, :, chosen(field.cosine)].mean(axis=(2, 3)) for side, chosen in SIDES.items()}
+
+    @cached_property
+    def _decay_by_side(self) -> dict[str, FloatArray]:
+        """How fast it falls off with depth, by channel and depth, 1/m."""
+        weight, depth = self.bands.weight, self.field.depth_m
+        return {side: -np.gradient(np.log(weight @ values), depth, axis=1) for side, values in self._by_side.items()}
 
     def _shares(self, values: FloatArray, depth_m: float) -> FloatArray:
         """Values by wavelength over those of their channel, at a depth; shape (w,)."""
         here = np.array([np.interp(depth_m, self.field.depth_m, row) for row in values])
         return np.asarray(here / ((self.bands.weight > 0).T @ (self.bands.weight @ here)))
-
-    def _decay(self, values: FloatArray, depth_m: float) -> FloatArray:
-        """How fast values fall off with depth, by channel, 1/m; shape (3,)."""
-        by_channel = np.log(self.bands.weight @ values)
-        slope = -np.gradient(by_channel, self.field.depth_m, axis=1)
-        return np.array([np.interp(depth_m, self.field.depth_m, row) for row in slope])
 
     @cached_property
     def _metal_fit(self) -> FloatArray:

@@ -74,6 +74,30 @@ def rows_of(table: NDArray[np.float64], width: int) -> Any:
     return Float32(padded.ravel())
 
 
+def pairs_of(nodes: NDArray[np.float64], width: int) -> Any:
+    """Table whose rows hold the numbers of a node and of the next one: what `between` reads at once.
+
+    Parameters
+    ----------
+    nodes : array, shape (..., n, c)
+        Values at the nodes; neighbours lie along the last axis but one. The last of them has itself for the next.
+    width : int
+        Of a row: two halves of at least c numbers.
+    """
+    rows = np.zeros((*nodes.shape[:-1], 2, width // 2))
+    rows[..., 0, : nodes.shape[-1]] = nodes
+    rows[..., 1, : nodes.shape[-1]] = np.concatenate([nodes[..., 1:, :], nodes[..., -1:, :]], axis=-2)
+    return rows_of(rows.reshape(-1, width), width)
+
+
+def between(table: Any, row: Any, share: Any, width: int) -> list[Any]:
+    """Kernel: numbers that lie a share of the way from a node of `pairs_of` to the next one."""
+    numbers = row_of(table, row, width)
+    return [
+        dr.lerp(here, there, share) for here, there in zip(numbers[: width // 2], numbers[width // 2 :], strict=True)
+    ]
+
+
 def row_of(table: Any, row: Any, width: int) -> list[Any]:
     """Kernel: numbers of a row of a table; a width that is a power of two is read at once."""
     return list(dr.gather(ArrayXf32, table, row, shape=(width, dr.width(row))))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from optics.arrays import FloatArray
 from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.layout import Layout, camera_pose, pan_from_m2
 from optics.mesh import Group, PartMesh
@@ -70,8 +71,6 @@ class FastRenderer:
     ----------
     instance_names : tuple of str
         Names of the parts, of what is in the world, and of the target, by their number in `Frame.instance`.
-    pixel_order : array, shape (height * width,)
-        Pixels in the order in which they are computed: tiles, whose rays stay close together.
     """
 
     def __init__(
@@ -92,13 +91,14 @@ class FastRenderer:
         self.stage = stage
         self._layout = Layout.from_rig(rig) if rig.has_mirrors else None
         if self._layout is not None:
-            self._m1 = _packed_mirror(self._layout.body_from_m1, rig.fold_mirror)
+            self._m1 = _packed_mirror(self._layout.body_from_m1.as_matrix(), rig.fold_mirror)
         meshes, names = rig_meshes_by_group(parts)
         water = None
         body_from = self._body_from(State())
         if meshes:
             hung = at_rest(stage.world_from_body)
-            meshes, robot = with_shade(meshes, body_from, mirror_blockers(parts, body_from), stage.light, hung=hung)
+            poses = {group: RigidTransform.from_matrix(matrix) for group, matrix in body_from.items()}
+            meshes, robot = with_shade(meshes, poses, mirror_blockers(parts, poses), stage.light, hung=hung)
             water = water_shade(robot, hung, self._eyes(), stage.light)
         self.instance_names = (*names, *stage.world.instance_names, TARGET)
         volume = None
@@ -114,8 +114,6 @@ class FastRenderer:
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
         self._lamp_numbers = lamp_numbers(lamps, stage.light.bands.wavelength_nm) if lamps else {}
-        self.pixel_order = _tiles(*self.shape)
-        self._place = np.argsort(self.pixel_order)
         self._rays = self._port_rays()
         self._packing = Packing.of(self._numbers(State()))
         self._rays["prefix"] = compiled_prefix(self._packing)(self._rays, self._geometry.groups, self._rows([State()]))
@@ -153,23 +151,20 @@ class FastRenderer:
         should lie within a metre or so of depth.
         """
         arrays = self.arrays(states)
-        lanes, size = (len(states), len(self.pixel_order), self.samples), (len(states), *self.shape)
 
-        def image(values: NDArray[Any], kind: Any = np.float32) -> NDArray[Any]:
-            """Values of each lane's pixel, shape (states, pixels), as images."""
-            return values[:, self._place].reshape(size).astype(kind, copy=False)
+        def samples(values: Any) -> NDArray[Any]:
+            """As images, shape (states, height, width, samples)."""
+            return np.asarray(values.numpy()).reshape(len(states), *self.shape, self.samples)
 
         def first(values: Any) -> NDArray[Any]:
             """What the first sample of each pixel sees."""
-            return np.asarray(values.numpy()).reshape(lanes)[..., 0]
+            return samples(values)[..., 0]
 
-        radiance = np.stack([image(channel.numpy().reshape(lanes).mean(axis=-1)) for channel in arrays["rgb"]], axis=-1)
-        share = image((arrays["label"].numpy().reshape(lanes) == Label.TARGET).mean(axis=-1))
-        point, normal = (
-            np.stack([image(first(each)) for each in arrays[name]], axis=-1) for name in ("point", "normal")
-        )
-        distance, instance = image(first(arrays["distance"])), image(first(arrays["instance"]), np.int32) - 1
-        label, region = image(first(arrays["label"]), np.uint8), image(first(arrays["region"]), np.uint8)
+        radiance = np.stack([samples(channel).mean(axis=-1) for channel in arrays["rgb"]], axis=-1)
+        share = (samples(arrays["label"]) == Label.TARGET).mean(axis=-1).astype(np.float32)
+        point, normal = (np.stack([first(each) for each in arrays[name]], axis=-1) for name in ("point", "normal"))
+        distance, instance = first(arrays["distance"]), first(arrays["instance"]).astype(np.int32) - 1
+        label, region = (first(arrays[name]).astype(np.uint8) for name in ("label", "region"))
         distance = np.where(distance < FARTHEST_M, distance, np.inf).astype(np.float32)
         point = np.where(np.isfinite(distance)[..., np.newaxis], point, np.nan).astype(np.float32)
         return [
@@ -187,10 +182,10 @@ class FastRenderer:
         ]
 
     def arrays(self, states: Sequence[State], *, truth: bool = True) -> dict[str, Any]:
-        """Same as `render_states`, left on the device: flat arrays, tile by tile, sample by sample of each pixel.
+        """Same as `render_states`, left on the device as flat arrays.
 
-        `pixel_order` says which pixel (row by row) each place of a frame holds. Without `truth` there is only the
-        radiance `rgb` and the `label`.
+        State by state, pixel by pixel (row by row), sample by sample. Without `truth` there is only the radiance `rgb`
+        and the `label`.
         """
         if not states:
             raise ValueError("expected at least one state, got none")
@@ -226,16 +221,16 @@ class FastRenderer:
     def _body_pose(self, state: State) -> RigidTransform:
         return self.stage.world_from_body if state.world_from_body is None else state.world_from_body
 
-    def _body_from(self, state: State) -> dict[str, RigidTransform]:
-        """Pose of every group of the rig in the body frame."""
-        fixed = {str(Group.FIXED): RigidTransform.identity()}
+    def _body_from(self, state: State) -> dict[str, FloatArray]:
+        """Pose of every group of the rig in the body frame, shape (4, 4)."""
+        fixed = {str(Group.FIXED): np.eye(4)}
         if self._layout is None:
             return fixed
         self._layout.check_joints(state.q1, state.q2)
-        pan = self._layout.body_from_pan(state.q1)
+        pan = self._layout.body_from_pan(state.q1).as_matrix()
         return fixed | {
             str(Group.PAN): pan,
-            str(Group.TILT): pan * pan_from_m2(self._layout.tilt_angle(state.q2)),
+            str(Group.TILT): pan @ pan_from_m2(self._layout.tilt_angle(state.q2)).as_matrix(),
         }
 
     def _eyes(self) -> NDArray[np.float64]:
@@ -246,13 +241,18 @@ class FastRenderer:
         return np.array(eyes)
 
     def _numbers(self, state: State) -> dict[str, Any]:
-        """Numbers of one state: poses of the groups seen from the body, mirrors, ball and sun in the body frame."""
-        world_from_body = self._body_pose(state)
-        body_from_world = world_from_body.inv()
+        """Numbers of one state: poses of the groups seen from the body, mirrors, ball and sun in the body frame.
+
+        Poses are multiplied as matrices: SciPy's own products check what they are given, and take as long as a small
+        frame.
+        """
+        pose = self._body_pose(state)
+        world_from_body, body_from_world = pose.as_matrix(), pose.inv().as_matrix()
+        position = world_from_body[:3, 3]
         numbers: dict[str, Any] = {
             WORLD: _packed_pose(world_from_body),
-            "towards_sun": body_from_world.rotation.apply(self.stage.light.towards_sun),
-            "clearance_m": min(self._clearance.metres(world_from_body.translation), FARTHEST_M),
+            "towards_sun": body_from_world[:3, :3] @ self.stage.light.towards_sun,
+            "clearance_m": min(self._clearance.metres(position), FARTHEST_M),
             "ball": np.zeros(4),
             "ball_material": float(Material.TARGET),
             "ball_instance": float(len(self.instance_names)),
@@ -262,18 +262,19 @@ class FastRenderer:
             moved = state.world_from_target
             world_from_target = target.world_from_target if moved is None else moved
             # Carried into the body frame here, in double precision.
-            body_from_target = body_from_world * world_from_target
             if isinstance(target.shape, MeshShape):
-                numbers[TARGET] = _packed_pose(body_from_target.inv())
+                numbers[TARGET] = _packed_pose(world_from_target.inv().as_matrix() @ world_from_body)
             else:
-                numbers["ball"] = np.append(body_from_target.translation, target.shape.radius_m)
+                centre = body_from_world @ world_from_target.as_matrix()[:, 3]
+                numbers["ball"] = np.append(centre[:3], target.shape.radius_m)
         numbers |= self.stage.sea.moving_numbers(state.time_s)
         if self.stage.snow is not None:
-            offset = snow_offset_m(self.stage.snow, world_from_body.translation, state.time_s)
-            numbers[SNOW] = _packed_pose(RigidTransform.from_translation(-offset) * world_from_body)
+            numbers[SNOW] = _packed_pose(world_from_body)
+            numbers[SNOW][-3:] -= snow_offset_m(self.stage.snow, position, state.time_s)
         if self._layout is not None:
             body_from = self._body_from(state)
-            numbers |= {str(group): _packed_pose(body_from[str(group)].inv()) for group in (Group.PAN, Group.TILT)}
+            for group in (Group.PAN, Group.TILT):
+                numbers[str(group)] = _packed_pose(np.asarray(np.linalg.inv(body_from[str(group)])))
             numbers |= {
                 Thing.M1.name: self._m1,
                 Thing.M2.name: _packed_mirror(body_from[str(Group.TILT)], self.rig.gaze_mirror),
@@ -281,11 +282,15 @@ class FastRenderer:
         return numbers
 
     def _port_rays(self) -> dict[str, Any]:
-        """Rays on the port's outer face in the body frame, sample by sample of each pixel, in single precision."""
+        """Rays on the port's outer face in the body frame, sample by sample of each pixel, in single precision.
+
+        They are computed tile by tile, so that rays of one vector stay close together; `place` says where each belongs.
+        """
         train = OpticalTrain.from_rig(self.rig)
         bare = OpticalTrain(camera=train.camera, port=train.port)
         rows, columns = self.shape
-        centres = pixel_grid(train.camera, columns, rows)[self.pixel_order]
+        tiled = _tiles(rows, columns)
+        centres = pixel_grid(train.camera, columns, rows)[tiled]
         cell = np.array([train.camera.width_px / columns, train.camera.height_px / rows])
         offsets = _spread(self.samples) * cell
         pixels = (centres[:, np.newaxis] + offsets).reshape(-1, 2)
@@ -297,6 +302,7 @@ class FastRenderer:
             "origin": _columns32(pose.apply(rays.origin_m)),
             "direction": _columns32(pose.rotation.apply(rays.direction)),
             "gain": Float32(np.where(rays.status == Status.OK, gain, 0).astype(np.float32)),
+            "place": UInt32(np.add.outer(tiled * self.samples, np.arange(self.samples)).ravel().astype(np.uint32)),
         }
 
     def _repeated_rays(self, count: int) -> dict[str, Any]:
@@ -305,6 +311,7 @@ class FastRenderer:
         lane = dr.arange(UInt32, count * lanes)
         repeated: dict[str, Any] = {"state": lane // lanes}
         ray = lane % lanes
+        repeated["place"] = dr.gather(UInt32, self._rays["place"], ray) + repeated["state"] * lanes
         for name in ("origin", "direction", "gain"):
             repeated[name] = dr.gather(type(self._rays[name]), self._rays[name], ray)
         repeated["prefix"] = [
@@ -336,15 +343,13 @@ def _columns32(vectors: NDArray[np.float64]) -> Any:
     return Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in vectors.T))
 
 
-def _packed_pose(transform: RigidTransform) -> NDArray[np.float64]:
+def _packed_pose(pose: FloatArray) -> FloatArray:
     """Rows of the rotation, then the translation."""
-    matrix = transform.as_matrix()
-    return np.concatenate([matrix[:3, :3].ravel(), matrix[:3, 3]])
+    return np.concatenate([pose[:3, :3].ravel(), pose[:3, 3]])
 
 
-def _packed_mirror(pose: RigidTransform, plate: FlatMirror | None) -> NDArray[np.float64]:
+def _packed_mirror(pose: FloatArray, plate: FlatMirror | None) -> FloatArray:
     """Centre, x, y, half width, half height."""
     assert plate is not None  # a rig has both mirrors or none
-    axes = pose.rotation.as_matrix()
     half = [plate.width_mm / 2000, plate.height_mm / 2000]
-    return np.concatenate([pose.translation, axes[:, 0], axes[:, 1], half])
+    return np.concatenate([pose[:3, 3], pose[:3, 0], pose[:3, 1], half])

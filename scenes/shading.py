@@ -14,8 +14,9 @@ import numpy as np
 from optics.backend import Float32, UInt32, dr
 from optics.refraction import dielectric_transmittance, refract
 from scenes.field_table import azimuth_from, looked_up, looked_up_in_layer
-from scenes.light import METAL_DEGREE, PHASE_TABLE_SIZE
-from scenes.packing import Numbers, vector
+from scenes.light import METAL_DEGREE, PHASE_ROW, PHASE_TABLE_SIZE
+from scenes.packing import Numbers, between, vector
+from scenes.powers import decay
 from scenes.sky import sky_seen
 from scenes.waves import sun_seen
 
@@ -27,6 +28,9 @@ LAYER_M = 0.5
 
 LONG_M = 300.0
 """Behind this much water nothing is seen: what is there needs no light."""
+
+SMALL_ATTENUATION = 0.2
+"""Up to this optical depth a difference of two exponentials is taken from its series (to 1e-7)."""
 
 Spectrum = list[Any]
 """One Dr.Jit array for each wavelength of the bands."""
@@ -43,8 +47,7 @@ def phase(table: Any, cosine: Any) -> Any:
     """Particles' phase function at the cosine of the scattering angle, interpolated in its table."""
     position = dr.safe_acos(cosine) * ((PHASE_TABLE_SIZE - 1) / np.pi)
     cell = dr.minimum(UInt32(position), PHASE_TABLE_SIZE - 2)
-    low, high = dr.gather(Float32, table, cell), dr.gather(Float32, table, cell + 1)
-    return dr.lerp(low, high, position - Float32(cell))
+    return between(table, cell, position - Float32(cell), PHASE_ROW)[0]
 
 
 def molecular_phase(light: Numbers, cosine: Any) -> Any:
@@ -107,15 +110,16 @@ def scattered_in(
         # Behind much water what is at the far end has no weight; nor has it a depth.
         visible = length < LONG_M
         far = [dr.select(visible, f, 0) for f in far]
-        to_surface = dr.select(direction.z > 0, far_depth / dr.maximum(direction.z, 1e-6), LONG_M)
+        to_surface = far_depth / dr.maximum(direction.z, 1e-6)
         passed, once = [], []
         for c, c_world, k in zip(light["c"], light["c_world"], light["k_sun"], strict=True):
-            x, beam = c - k * direction.z, dr.exp(-c * length)
-            through = dr.select(on_world, dr.exp(-c_world * length), beam)
+            x, beam, at_surface = c - k * direction.z, decay(c * length), decay(c * to_surface)
+            sun_near, sun_far = decay(k * depth), decay(k * far_depth)
+            through = dr.select(on_world, decay(c_world * length), beam)
+            way = _sun_on_way(x, length, sun_near, beam * sun_far)
             # What is scattered on the way from the world's own surroundings is not scattered sunlight.
-            behind = dr.exp(-k * far_depth) * _integral(x, to_surface)
-            way = dr.exp(-k * depth) * _integral(x, length) * sunlit
-            once.append(way - dr.select(on_world & visible, (through - beam) * behind, 0))
+            behind = _sun_on_way(x, to_surface, sun_far, at_surface)
+            once.append(way * sunlit - dr.select(on_world & visible, (through - beam) * behind, 0))
             passed.append(through)
         return _added(light, tables, throughput, direction, passed=passed, once=once, ends=(near, far), kept=kept)
 
@@ -135,7 +139,7 @@ def scattered_in(
         decays = [K + Ku * up + Kd * down for K, Ku, Kd in zip(*(light[name] for name in names), strict=True)]
         far = [n * (1 + K * direction.z * length) for n, K in zip(near, decays, strict=True)]
         passed = [_short_exponential(c * length) for c in light["c"]]
-        sun = [dr.exp(-k * depth) for k in light["k_sun"]]
+        sun = [decay(k * depth) for k in light["k_sun"]]
         xs = [c - k * direction.z for c, k in zip(light["c"], light["k_sun"], strict=True)]
         once = [s * length * sunlit * _short_mean(x * length) for s, x in zip(sun, xs, strict=True)]
         return _added(light, tables, throughput, direction, passed=passed, once=once, ends=(near, far), kept=kept)
@@ -215,11 +219,11 @@ def _short_mean(y: Any) -> Any:
     return dr.fma(-y / 2, dr.fma(-y / 3, dr.fma(-y / 4, dr.fma(-y / 5, 1, 1), 1), 1), 1)
 
 
-def _integral(x: Any, length: Any) -> Any:
-    """Integral of exp(-x s) over [0, length]; x may be zero or negative for a finite length."""
+def _sun_on_way(x: Any, length: Any, near: Any, far: Any) -> Any:
+    """Integral over a way of ``near exp(-x s)``, which ends at `far`; x may be zero or negative for a finite length."""
     y = x * length
-    small = dr.abs(y) < 1e-3
-    return dr.select(small, length * (1 - y / 2), (1 - dr.exp(-y)) / dr.select(small, 1, x))
+    small = dr.abs(y) < SMALL_ATTENUATION
+    return dr.select(small, near * length * _short_mean(y), (near - far) / dr.select(small, 1, x))
 
 
 def volume_scattering(light: Numbers, phase_table: Any, angle: Any) -> Spectrum:
@@ -296,7 +300,7 @@ def reflected_radiance(
     nodes = len(throughput) // 3
     result = [Float32(0)] * 3
     for k, (t, a) in enumerate(zip(throughput, albedo, strict=True)):
-        sun = light["sun"][k] * dr.exp(-light["k_sun"][k] * depth) * illumination.sun_cosine * illumination.flicker[k]
+        sun = light["sun"][k] * decay(light["k_sun"][k] * depth) * illumination.sun_cosine * illumination.flicker[k]
         irradiance = dr.fma(light["ambient_share"][k], illumination.ambient[k // nodes], sun + illumination.lamps[k])
         result[k // nodes] = dr.fma(light["weight"][k] * t * a * dr.inv_pi, irradiance, result[k // nodes])
     return result

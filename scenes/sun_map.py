@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.backend import Array3f32, Float32, UInt32, dr, mi
+from scenes.powers import decay
 
 FloatArray = NDArray[np.float64]
 
@@ -95,7 +96,7 @@ def sunlit_way(grid: dict[str, Any], origin: Any, direction: Any, length: Any, a
         )
         inside = (column >= 0) & (column < CELLS) & (row >= 0) & (row < CELLS)
         height = dr.gather(Float32, grid["height"], UInt32(row) * CELLS + UInt32(column), inside)
-        weight = dr.exp(-attenuation * s)
+        weight = decay(attenuation * s)
         lit = lit + dr.select(~inside | (height <= dr.dot(sun, point)), weight, 0)
         total = total + weight
     return lit / total

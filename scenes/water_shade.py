@@ -24,7 +24,7 @@ from scenes.ambient import Surroundings, cached
 from scenes.field_table import azimuth_from, field_table, looked_up
 from scenes.geometry import GroupMesh
 from scenes.light import Light
-from scenes.packing import rows_of
+from scenes.packing import pairs_of
 from scenes.shading import channels, molecular_phase, phase
 from scenes.water_shade_table import AZIMUTHS, ELEVATIONS, LENGTH_SCALE_M, LENGTHS, ROW
 
@@ -63,7 +63,7 @@ def water_shade(robot: GroupMesh, world_from_body: RigidTransform, eyes_m: Float
     light : Light
     """
     shares = cached(robot, light, "water", lambda: _shares(robot, world_from_body, eyes_m, light))
-    return rows_of(shares.reshape(-1, 3), ROW)
+    return pairs_of(shares, ROW)
 
 
 def _shares(robot: GroupMesh, world_from_body: RigidTransform, eyes_m: FloatArray, light: Light) -> FloatArray:

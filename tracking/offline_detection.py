@@ -281,9 +281,7 @@ def _row(recorded: Row, again: Row) -> Row:
 def _labels(renderer: FastRenderer, state: State) -> NDArray[np.uint8]:
     """What each pixel shows, shape (height, width)."""
     flat = renderer.arrays([state], truth=False)["label"].numpy()
-    labels = np.empty(len(flat), dtype=np.uint8)
-    labels[renderer.pixel_order] = flat
-    return labels.reshape(renderer.shape)
+    return np.asarray(flat.astype(np.uint8).reshape(renderer.shape))
 
 
 def _exposure(row: Row, label: NDArray[np.uint8]) -> Exposure:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from optics.arrays import opaque
 from optics.backend import Array3f64, Float32, Float64, Int32, UInt32, dr
 from optics.camera import Camera
+from optics.freezing import frozen
 from optics.mirror import strike
 from optics.port_interface import Exit, Port
 from optics.status import Region
@@ -155,7 +156,7 @@ def compiled_motion(
 ) -> Callable[..., Any]:
     """Frozen kernel of `motion` for one kind of train, with or without the other frame."""
 
-    @dr.freeze
+    @frozen()
     def moved(parameters: dict[str, Any], lanes: dict[str, Any], table: Any, scale: list[Any], shown: Any) -> Any:
         region = lanes["region"]
         world_point = Array3f64(lanes["point"])
@@ -185,7 +186,7 @@ def compiled_motion(
         du, dv = (u - lanes["u"]) * scale[0], (v - lanes["v"]) * scale[1]
         return Float32(dr.select(has_image, du, dr.nan)), Float32(dr.select(has_image, dv, dr.nan)), seen
 
-    return moved  # type: ignore[no-any-return]
+    return moved
 
 
 def _carry(table: Any, carrier: Any, point: Any) -> Any:

@@ -18,6 +18,7 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.arrays import FloatArray, opaque_vector
 from optics.backend import Array3f32, Array3f64, Float32, Float64, UInt32, dr
+from optics.freezing import frozen
 from optics.mirror import unfold
 from optics.status import Region, Status
 from optics.train import OpticalTrain, pixel_grid
@@ -151,7 +152,7 @@ def _exit_columns(rig: Rig, rows: int, columns: int) -> dict[str, Any]:
 def compiled_unfolding(edge_counts: tuple[int, ...]) -> Callable[..., Any]:
     """Frozen kernel of `virtual_view` for mirrors with these outlines."""
 
-    @dr.freeze
+    @frozen()
     def unfolding(parameters: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, Any, Any]:
         mirrors, region = parameters["mirrors"], lanes["region"]
         image = unfolded(mirrors, region, placed(parameters["camera_from_world"], Array3f64(lanes["point"])))
@@ -168,7 +169,7 @@ def compiled_unfolding(edge_counts: tuple[int, ...]) -> Callable[..., Any]:
         z = dr.select(seen, image.z, dr.inf)
         return Float32(z), Array3f32(normal), Float32(off)
 
-    return unfolding  # type: ignore[no-any-return]
+    return unfolding
 
 
 def passes(region: Any, position: int) -> Any:

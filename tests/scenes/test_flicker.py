@@ -19,7 +19,6 @@ from scenes.flicker import (
     flicker_pattern,
     irradiance_variation,
     pattern_size_per_depth,
-    power_of_two,
     spread_of,
     sun_variation,
 )
@@ -166,8 +165,3 @@ def test_spread_of_a_sum_of_cosines():
     share = (np.arange(1000) + 0.5) / 1000
     waves = WAVES_PER_SET / np.mean(share**2 + (1 - share) ** 2)
     assert waves == pytest.approx(MEAN_INDEPENDENT_WAVES, rel=1e-5)
-
-
-def test_power_of_two():
-    exponent = np.linspace(-20, 20, 40_001).astype(np.float32)
-    np.testing.assert_allclose(power_of_two(Float32(exponent)), 2.0 ** exponent.astype(np.float64), rtol=4e-6)

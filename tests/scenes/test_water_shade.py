@@ -11,7 +11,7 @@ from scenes.frame import Label
 from scenes.geometry import GroupMesh
 from scenes.light import underwater_light, without_forward_peak
 from scenes.materials import Material
-from scenes.packing import rows_of
+from scenes.packing import pairs_of
 from scenes.spectrum import bands_of_camera
 from scenes.water_shade import lengths_m, water_shade
 from scenes.water_shade_table import AZIMUTHS, ELEVATIONS, LENGTHS, ROW, kept_from_water
@@ -45,7 +45,7 @@ def shares(light):
     """From an eye below the ball, and from one far below it; shape (2, elevations, azimuths, lengths, 3)."""
     pose = RigidTransform.from_translation([0, 0, -DEPTH_M])
     table = water_shade(ball(), pose, np.array([[0, 0, -BELOW_M], [0, 0, -30.0]]), light)
-    return np.array(table).reshape(2, ELEVATIONS, AZIMUTHS, LENGTHS, ROW)[..., :3]
+    return np.array(table).reshape(2, ELEVATIONS, AZIMUTHS, LENGTHS, 2, ROW // 2)[..., 0, :3]
 
 
 def test_a_black_ball_keeps_what_a_direct_integral_says(light, shares):
@@ -147,7 +147,7 @@ def test_nothing_is_kept_far_away(shares):
 def test_kernel_gives_the_nodes_and_closes_the_circle():
     """At nodes the table itself; between the last azimuth and the first one half of each (float32: 1e-4)."""
     nodes = np.random.default_rng(0).uniform(size=(1, ELEVATIONS, AZIMUTHS, LENGTHS, 3))
-    table = rows_of(nodes.reshape(-1, 3), ROW)
+    table = pairs_of(nodes, ROW)
     line, node = 7, 3
     elevation = np.pi * line / (ELEVATIONS - 1) - np.pi / 2
     for turn, expected in (

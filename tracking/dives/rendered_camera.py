@@ -94,7 +94,6 @@ class RenderedCamera:
         self._layout = Layout.from_rig(rig)
         # On the axis, a flat port turns an angle in the water into one larger by the index in the air.
         self._px_per_rad = rig.camera.fx_px * self.renderer.stage.light.n_water
-        self._place = np.argsort(self.renderer.pixel_order)
 
     @property
     def next_time_s(self) -> float | None:
@@ -168,13 +167,13 @@ class RenderedCamera:
             # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
             # the frame.
             arrays = self.renderer.arrays([self.state(time_s)], truth=False)
-            labels.append(arrays["label"].numpy()[self._place].astype(np.uint8).reshape(shape[:2]))
-            radiance = np.empty((len(self._place), 3), dtype=np.float32)
+            labels.append(arrays["label"].numpy().astype(np.uint8).reshape(shape[:2]))
+            radiance = np.empty(shape, dtype=np.float32)
             for channel, values in enumerate(arrays["rgb"]):
                 # Scattered light is a difference of two fields, and may come out below nothing where it is dark. What
                 # is not a number stays one, and is told by the sensor.
-                radiance[:, channel] = np.maximum(values.numpy()[self._place], 0)
-            yield radiance.reshape(shape)
+                np.maximum(values.numpy().reshape(shape[:2]), 0, out=radiance[..., channel])
+            yield radiance
 
     def _smear_px(self, time_s: float) -> float:
         """How far the view moves while one row is exposed, pixels: mirrors, robot and target, at most.
