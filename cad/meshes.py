@@ -9,6 +9,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "vehicle": True,
     "servos": dict.fromkeys(("pan", "tilt", "stow"), SERVO_WITHOUT_SHAPE),
     "hull": {"file"},
+    "mount": {"colour"},
 }
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
 
@@ -62,12 +64,13 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
         check_stows(rig)
     path = cache_folder() / f"{mesh_key(rig)}{'-stowed' if stowed else ''}.npz"
     try:
-        return load_meshes(path)
+        meshes = load_meshes(path)
     except (OSError, KeyError, ValueError, zipfile.BadZipFile):
         # Absent or damaged: either way it is made again.
         meshes = _build(rig, stowed=stowed)
-    save_meshes(path, meshes)
-    return meshes
+        save_meshes(path, meshes)
+    colour = None if rig.mount is None else rig.mount.colour
+    return [replace(mesh, colour=colour) if mesh.role is Role.MOUNT else mesh for mesh in meshes]
 
 
 def mesh_key(rig: Rig) -> str:

@@ -45,6 +45,8 @@ class PartMesh:
         Vertices, metres.
     faces : array, shape (m, 3), int32
         Indices into the vertices, counter-clockwise seen from outside.
+    colour : str, optional
+        Of what is printed, as `rigs.Mount` has it; other parts have that of their material.
     """
 
     name: str
@@ -52,6 +54,7 @@ class PartMesh:
     role: Role
     vertices_m: NDArray[np.float64]
     faces: NDArray[np.int32]
+    colour: str | None = None
 
 
 def merge(parts: Iterable[PartMesh]) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:

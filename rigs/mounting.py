@@ -223,6 +223,7 @@ class Vehicle(Section):
 
 
 Attachment = Literal["automatic", "flange", "saddle"]
+Colour = Literal["black", "grey", "white", "yellow", "orange", "red", "green", "blue"]
 
 
 class Mount(Section):
@@ -248,6 +249,7 @@ class Mount(Section):
     wall_mm: Annotated[Number, Field(ge=1.2, le=20)] = 4.0
     clearance_mm: Annotated[Number, Field(ge=0.2, le=10)] = 2.0
     material: Literal["abs", "petg", "pla", "nylon"] = "abs"
+    colour: Colour = "grey"
     printer_bed_mm: tuple[Positive, Positive, Positive] = (250.0, 210.0, 210.0)
     nozzle_mm: Annotated[Number, Field(ge=0.1, le=2)] = 0.4
 

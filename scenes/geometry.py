@@ -19,7 +19,7 @@ from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.mesh import Group, PartMesh, Role, merge
 from optics.ray_scene import mesh_scene
 from scenes.frame import Label
-from scenes.materials import MATERIAL_OF_ROLE, Material
+from scenes.materials import Material, material_of
 from scenes.packing import rows_of
 from scenes.sun_map import sun_map
 from scenes.targets import MeshShape
@@ -140,7 +140,7 @@ def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh]
             meshes[str(group)] = GroupMesh(
                 vertices_m=vertices,
                 faces=faces,
-                material=np.array([MATERIAL_OF_ROLE[part.role] for part in members], dtype=np.int32)[owner],
+                material=np.array([material_of(part) for part in members], dtype=np.int32)[owner],
                 label=np.array([LABEL_OF_ROLE[part.role] for part in members], dtype=np.int32)[owner],
                 instance=np.array([names.index(part.name) for part in members], dtype=np.int32)[owner],
             )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import expit
 
-from optics.mesh import Role
+from optics.mesh import PartMesh, Role
 from scenes.spectrum import Bands, camera_bands, reflectance
 
 FloatArray = NDArray[np.float64]
@@ -18,7 +18,7 @@ class Material(IntEnum):
     """What a surface is made of."""
 
     HULL = 0
-    MOUNT = 1
+    PRINT_GREY = 1
     SERVO = 2
     MIRROR_BACK = 3
     TARGET = 4
@@ -46,11 +46,18 @@ class Material(IntEnum):
     SNOW = 26
     COLOURED = 27
     """White at every wavelength, so that the colour factors are the reflectance: a user's own mesh."""
+    PRINT_BLACK = 28
+    PRINT_WHITE = 29
+    PRINT_YELLOW = 30
+    PRINT_ORANGE = 31
+    PRINT_RED = 32
+    PRINT_GREEN = 33
+    PRINT_BLUE = 34
 
 
 PATCHES: dict[Material, str] = {
     Material.HULL: "yellow",
-    Material.MOUNT: "neutral 5 (.70 D)",
+    Material.PRINT_GREY: "neutral 5 (.70 D)",
     Material.SERVO: "black 2 (1.5 D)",
     Material.MIRROR_BACK: "black 2 (1.5 D)",
     Material.TARGET: "red",
@@ -76,20 +83,34 @@ PATCHES: dict[Material, str] = {
     Material.FISH: "neutral 6.5 (.44 D)",
     Material.BUOY: "orange",
     Material.SNOW: "neutral 8 (.23 D)",
+    Material.PRINT_BLACK: "black 2 (1.5 D)",
+    Material.PRINT_WHITE: "white 9.5 (.05 D)",
+    Material.PRINT_YELLOW: "yellow",
+    Material.PRINT_ORANGE: "orange",
+    Material.PRINT_RED: "red",
+    Material.PRINT_GREEN: "green",
+    Material.PRINT_BLUE: "blue",
 }
-"""ColorChecker patch that stands for each material; the paper's ball is the red one, what lives in the sea nominal."""
+"""ColorChecker patch that stands for each material; the paper's ball is the red one, what lives in the sea and what
+is printed nominal."""
 
 MATERIAL_OF_ROLE = {
     Role.HULL: Material.HULL,
-    Role.MOUNT: Material.MOUNT,
+    Role.MOUNT: Material.PRINT_GREY,
     Role.SERVO: Material.SERVO,
     Role.MIRROR: Material.MIRROR_BACK,
     Role.HARDWARE: Material.STEEL,
 }
 
+
 BASIS_EDGES_NM = (500.0, 570.0)
 BASIS_WIDTH_NM = 12.0
 """Where blue turns to green and green to red in a colour factor, and how softly: nominal, between the channels."""
+
+
+def material_of(part: PartMesh) -> Material:
+    """What a part is made of."""
+    return MATERIAL_OF_ROLE[part.role] if part.colour is None else Material[f"PRINT_{part.colour.upper()}"]
 
 
 def albedo_table(bands: Bands | None = None) -> FloatArray:

@@ -14,7 +14,7 @@ from optics.backend import mi
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
-from scenes.materials import MATERIAL_OF_ROLE, albedo_table
+from scenes.materials import albedo_table, material_of
 from scenes.spectrum import camera_bands
 
 VIEWPOINTS = {"left": (0.8, 3.0, -0.3), "front": (3.4, -1.2, -0.6)}
@@ -81,7 +81,7 @@ def path_length_m(rig: Rig) -> float:
 
 def _shape(part: PartMesh, vertices_m: NDArray[np.float64]) -> Any:
     properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": _surface(part.role)})
+    properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": _surface(part)})
     mesh = mi.Mesh(part.name, len(vertices_m), len(part.faces), props=properties)
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = vertices_m.astype(np.float32).ravel()
@@ -90,8 +90,8 @@ def _shape(part: PartMesh, vertices_m: NDArray[np.float64]) -> Any:
     return mesh
 
 
-def _surface(role: Role) -> dict[str, Any]:
-    if role is Role.MIRROR:
+def _surface(part: PartMesh) -> dict[str, Any]:
+    if part.role is Role.MIRROR:
         return {"type": "conductor", "material": "Al"}
-    colour = camera_bands().weight @ albedo_table()[MATERIAL_OF_ROLE[role]]
+    colour = camera_bands().weight @ albedo_table()[material_of(part)]
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": [float(channel) for channel in colour]}}

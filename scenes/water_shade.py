@@ -33,9 +33,6 @@ FloatArray = NDArray[np.float64]
 FARTHEST_M = 8.0
 """Beyond, the robot fills too little of the view to matter."""
 
-CLEAR_M = 0.1
-"""From the middle of a mirror past its rim."""
-
 POINTS = 2
 """On a line of sight from one node to the next."""
 
@@ -101,13 +98,16 @@ class _RobotsLight:
         self._scene, self._tables, self._numbers = self._with.scene, self._with.tables, self._with.numbers
         numbers = light.numbers(depth)
         self._field = field_table(light.field_nodes)
-        # A channel's wavelengths together: what differs between them is how much, not where.
+        # Of the light around a channel's wavelengths are taken together, each as much as there is of it at this depth.
+        around = light.bands.weight.sum(axis=0) * [
+            np.interp(depth, light.field.depth_m, row) for row in light.field.scalar
+        ]
         self._mean = [
             {
-                name: float(np.average(np.asarray(numbers[name])[part], weights=weights))
+                name: float(np.average(np.asarray(numbers[name])[part], weights=around[part]))
                 for name in ("b", "c", "molecular")
             }
-            for part, weights in zip(_thirds(len(light.bands.wavelength_nm)), _weights(light), strict=True)
+            for part in _thirds(len(light.bands.wavelength_nm))
         ]
 
     def open_water(self, eye: FloatArray, directions: FloatArray) -> FloatArray:
@@ -118,31 +118,32 @@ class _RobotsLight:
         return np.stack([channel.numpy() for channel in found], axis=-1)
 
     def missing(self, eye: FloatArray, directions: FloatArray, distance: float) -> FloatArray:
-        """Light per metre, shape (n, 3), that a point at a distance does not scatter towards the eye."""
+        """Light per metre, shape (n, 3), that a point at a distance does not scatter towards the eye.
+
+        Whether the robot itself stands before the point does not count: what is looked up there belongs to lines
+        between the nodes, which may pass beside it.
+        """
         way = _vectors(directions)
         begin = Array3f32(*(float(x) for x in eye))
-        # What the mirror itself and its holder hide, as they stand at rest, does not count.
-        clear = begin + way * CLEAR_M
-        seen = ~self._scene.ray_test(mi.Ray3f(clear, way, Float32(distance - CLEAR_M), 0.0, []), coherent=True)
-        seen = seen | (distance <= CLEAR_M)
         point = begin + way * distance
         sun = Array3f32(*self._numbers["refracted_sun"])
         in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=True)
-        from_sun = self._scattered_sun(way, -point.z)
+        from_sun = self._scattered_sun(way, -point.z, distance)
         from_around = self._from_robot(point, way)
         result = []
         for mean, s, a in zip(self._mean, from_sun, from_around, strict=True):
-            total = dr.select(in_shadow, s, 0) + a * mean["b"]
-            result.append(dr.select(seen, total, 0).numpy() * np.exp(-mean["c"] * distance))
+            total = dr.select(in_shadow, s, 0) + a * (mean["b"] * float(np.exp(-mean["c"] * distance)))
+            result.append(total.numpy())
         return np.stack(result, axis=-1)
 
-    def _scattered_sun(self, way: Any, depth: Any) -> list[Any]:
+    def _scattered_sun(self, way: Any, depth: Any, distance: float) -> list[Any]:
+        """The sun's light by channel that points scatter against the way, as it arrives from a distance."""
         numbers = self._numbers
         cosine = dr.dot(Array3f32(*numbers["refracted_sun"]), way)
         particles, molecules = phase(self._tables["phase"], cosine), molecular_phase(numbers, cosine)
         once = [
-            b * dr.lerp(particles, molecules, m) * dr.exp(-k * depth)
-            for b, m, k in zip(*(numbers[name] for name in ("b_sun", "molecular", "k_sun")), strict=True)
+            b * dr.lerp(particles, molecules, m) * dr.exp(-k * depth - c * distance)
+            for b, m, k, c in zip(*(numbers[name] for name in ("b_sun", "molecular", "k_sun", "c")), strict=True)
         ]
         return channels(numbers, once)
 
@@ -187,11 +188,6 @@ class _RobotsLight:
 def _thirds(count: int) -> list[slice]:
     nodes = count // 3
     return [slice(first, first + nodes) for first in range(0, count, nodes)]
-
-
-def _weights(light: Light) -> list[FloatArray]:
-    weight = light.bands.weight.sum(axis=0)
-    return [weight[part] for part in _thirds(len(weight))]
 
 
 def _vectors(rows: FloatArray) -> Any:

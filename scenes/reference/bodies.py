@@ -17,7 +17,7 @@ from optics.materials import aluminium_index
 from optics.mesh import Group, PartMesh, Role
 from rigs.specification import FlatMirror
 from scenes.geometry import vertex_normals
-from scenes.materials import MATERIAL_OF_ROLE, Material, colour_basis
+from scenes.materials import Material, colour_basis, material_of
 from scenes.targets import MeshShape, TargetShape
 from scenes.worlds import World
 from scenes.worlds.surface import Surface
@@ -38,7 +38,7 @@ def part_shapes(
     """Hull, mount and servos at their places; the mirrors' plates are left to `mirror_shape`."""
     return {
         f"part_{position}": _mesh(
-            scene_from[part.group].apply(part.vertices_m), part.faces, diffuse(albedo[MATERIAL_OF_ROLE[part.role]])
+            scene_from[part.group].apply(part.vertices_m), part.faces, diffuse(albedo[material_of(part)])
         )
         for position, part in enumerate(parts)
         if part.role != Role.MIRROR

@@ -11,6 +11,7 @@ import pytest
 
 from cad import meshes as module
 from cad.meshes import load_meshes, mesh_key, rig_meshes, save_meshes
+from optics.mesh import Role
 from rigs import Rig, Water
 
 
@@ -56,12 +57,23 @@ def test_the_key_is_of_shapes_only(aqua2):
     rig, servos = aqua2.rig, aqua2.rig.servos
     key = mesh_key(rig)
     slow = servos.model_copy(update={"pan": servos.pan.model_copy(update={"speed_deg_per_s": 1.0})})
-    for same in ({"name": "other"}, {"description": "x"}, {"water": Water(jerlov_type="II")}, {"servos": slow}):
+    black = rig.mount.model_copy(update={"colour": "black"})
+    others = {"water": Water(jerlov_type="II")}, {"servos": slow}, {"mount": black}
+    for same in ({"name": "other"}, {"description": "x"}, *others):
         assert mesh_key(rig.model_copy(update=same)) == key
     wide = servos.model_copy(update={"tilt": servos.tilt.model_copy(update={"shaft_offset_mm": 7.0})})
     thick = rig.mount.model_copy(update={"wall_mm": 5.0})
     for other in ({"servos": wide}, {"mount": thick}):
         assert mesh_key(rig.model_copy(update=other)) != key
+
+
+def test_what_is_printed_has_the_mounts_colour(aqua2, cache):
+    """The mount's parts and no others; whether they were in the cache or not."""
+    mount = aqua2.rig.mount.model_copy(update={"colour": "black"})
+    for _ in range(2):
+        parts = rig_meshes(aqua2.rig.model_copy(update={"mount": mount}))
+        assert {part.colour for part in parts if part.role is Role.MOUNT} == {"black"}
+        assert {part.colour for part in parts if part.role is not Role.MOUNT} == {None}
 
 
 def test_a_rig_without_mirrors_has_no_meshes(cache):

@@ -1,11 +1,16 @@
 """Materials: sourced spectra, and colour factors that stay reflectances."""
 
+from dataclasses import replace
+from typing import get_args
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.materials import PATCHES, Material, albedo_table, colour_basis
+from optics.mesh import Group, PartMesh, Role
+from rigs.mounting import Colour
+from scenes.materials import PATCHES, Material, albedo_table, colour_basis, material_of
 from scenes.spectrum import Bands, camera_bands
 
 WAVELENGTH_NM = np.linspace(350.0, 750.0, 81)
@@ -18,6 +23,15 @@ def test_every_material_but_the_users_own_has_a_measured_patch():
     assert (table[Material.COLOURED] == 1).all()
     assert (table > 0).all()
     assert (table <= 1).all()
+
+
+def test_every_colour_of_a_mount_has_a_material():
+    """Each its own; without a colour a part has that of its role, which for what is printed is grey."""
+    triangle = {"vertices_m": np.eye(3), "faces": np.array([[0, 1, 2]], dtype=np.int32)}
+    plain = PartMesh(name="yoke", group=Group.PAN, role=Role.MOUNT, **triangle)
+    materials = [material_of(replace(plain, colour=colour)) for colour in get_args(Colour)]
+    assert len(set(materials)) == len(get_args(Colour))
+    assert material_of(plain) is material_of(replace(plain, colour="grey")) is Material.PRINT_GREY
 
 
 def test_the_ball_is_the_red_patch_of_the_chart():

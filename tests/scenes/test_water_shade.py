@@ -138,6 +138,13 @@ def sky(light, k, looks):
     return np.where(inside, n**2 * (1 - reflected) * radiance * way, 0)
 
 
+def test_a_line_that_the_robot_stops_goes_on_in_the_table(shares):
+    """Behind the ball as before it water lacks light; lines beside the ball lie between this node and the next."""
+    above = int(np.searchsorted(lengths_m(), BELOW_M + RADIUS_M))
+    assert lengths_m()[above - 1] > BELOW_M - RADIUS_M
+    assert (shares[0, -1, 0, above] > shares[0, -1, 0, above - 1] + 1e-3).all()
+
+
 def test_nothing_is_kept_far_away(shares):
     """The ball fills 1e-4 of the half-space from 30 m: what it keeps is less than 2e-3, the sun's shadow apart."""
     level = shares[1, ELEVATIONS // 2]
