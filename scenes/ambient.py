@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -55,9 +55,14 @@ def with_ambient(mesh: GroupMesh, light: Light) -> GroupMesh:
     return replace(mesh, ambient=cached(mesh, light, "ambient", lambda: _ambient(mesh, light)))
 
 
-def cached(mesh: GroupMesh, light: Light, name: str, make: Callable[[], FloatArray]) -> FloatArray:
-    """Array that comes from a mesh under a light, kept on disk under the hash of both and of this package's code."""
-    path = cache_folder() / f"{_key(mesh, light)}-{name}.npz"
+def cached(
+    mesh: GroupMesh, light: Light, name: str, make: Callable[[], FloatArray], *, places: Sequence[FloatArray] = ()
+) -> FloatArray:
+    """Array that comes from a mesh under a light, kept on disk under the hash of both and of this package's code.
+
+    `places` are whatever else it comes from.
+    """
+    path = cache_folder() / f"{_key(mesh, light, places)}-{name}.npz"
     try:
         return load_arrays(path)[name]
     except (OSError, KeyError, ValueError, zipfile.BadZipFile):
@@ -67,11 +72,12 @@ def cached(mesh: GroupMesh, light: Light, name: str, make: Callable[[], FloatArr
         return made
 
 
-def _key(mesh: GroupMesh, light: Light) -> str:
-    """Hash of everything the light comes from: the mesh, the light, and the code of this package."""
+def _key(mesh: GroupMesh, light: Light, places: Sequence[FloatArray]) -> str:
+    """Hash of everything the light comes from: the mesh, the light, places, and the code of this package."""
     digest = hashlib.sha256()
     arrays = [mesh.vertices_m, mesh.faces, mesh.material, light.field_nodes, light.ambient_nodes]
-    for array in [*arrays, *light.numbers(1.0).values(), *([] if mesh.colour is None else [mesh.colour])]:
+    colour = [] if mesh.colour is None else [mesh.colour]
+    for array in [*arrays, *light.numbers(1.0).values(), *colour, *places]:
         content = np.ascontiguousarray(array)
         digest.update(f"{content.shape} {content.dtype} ".encode())
         digest.update(content.tobytes())

@@ -59,7 +59,8 @@ def water_shade(robot: GroupMesh, world_from_body: RigidTransform, eyes_m: Float
         Where lines of sight begin, body frame.
     light : Light
     """
-    shares = cached(robot, light, "water", lambda: _shares(robot, world_from_body, eyes_m, light))
+    places = (world_from_body.as_matrix(), eyes_m)
+    shares = cached(robot, light, "water", lambda: _shares(robot, world_from_body, eyes_m, light), places=places)
     return pairs_of(shares, ROW)
 
 

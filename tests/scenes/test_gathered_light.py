@@ -6,7 +6,7 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.mesh import Group
 from rigs import Rig
-from scenes.ambient import gathered, with_ambient
+from scenes.ambient import cached, gathered, with_ambient
 from scenes.ambient_cube import ROW, SIDES
 from scenes.ambient_volume import ambient_volume
 from scenes.frame import Label
@@ -117,3 +117,13 @@ def test_parts_under_a_roof_are_in_its_shade(light):
     np.testing.assert_allclose(top, 1, atol=0.03)
     assert (under < 0.1).all()
     assert len(whole.faces) >= len(roof.faces) + len(below.faces)
+
+
+def test_what_is_kept_on_disk_is_of_the_places_too(light, tmp_path, monkeypatch):
+    """Asked again it is not made again; for an eye elsewhere it is."""
+    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
+    made = [
+        float(cached(plate(1.0, 0.0), light, "kept", lambda k=k: np.array([k]), places=[np.array([eye_m])])[0])
+        for k, eye_m in enumerate((0.5, 0.5, 0.6))
+    ]
+    assert made == [0, 0, 2]

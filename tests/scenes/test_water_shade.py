@@ -42,10 +42,11 @@ def ball():
 
 @pytest.fixture(scope="module")
 def shares(light):
-    """From an eye below the ball, and from one far below it; shape (2, elevations, azimuths, lengths, 3)."""
+    """From an eye below the ball, one far below it, and one before the sun; (3, elevations, azimuths, lengths, 3)."""
     pose = RigidTransform.from_translation([0, 0, -DEPTH_M])
-    table = water_shade(ball(), pose, np.array([[0, 0, -BELOW_M], [0, 0, -30.0]]), light)
-    return np.array(table).reshape(2, ELEVATIONS, AZIMUTHS, LENGTHS, 2, ROW // 2)[..., 0, :3]
+    eyes = np.array([[0, 0, -BELOW_M], [0, 0, -30.0], light.towards_sun * BELOW_M])
+    table = water_shade(ball(), pose, eyes, light)
+    return np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, LENGTHS, 2, ROW // 2)[..., 0, :3]
 
 
 def test_a_black_ball_keeps_what_a_direct_integral_says(light, shares):
@@ -138,11 +139,14 @@ def sky(light, k, looks):
     return np.where(inside, n**2 * (1 - reflected) * radiance * way, 0)
 
 
-def test_a_line_that_the_robot_stops_goes_on_in_the_table(shares):
-    """Behind the ball as before it water lacks light; lines beside the ball lie between this node and the next."""
-    above = int(np.searchsorted(lengths_m(), BELOW_M + RADIUS_M))
-    assert lengths_m()[above - 1] > BELOW_M - RADIUS_M
-    assert (shares[0, -1, 0, above] > shares[0, -1, 0, above - 1] + 1e-3).all()
+def test_a_line_that_the_robot_stops_goes_on_in_the_table(light, shares):
+    """Away from the sun and through the ball: its shadow behind it counts, for lines beside the ball run through it."""
+    x, y, z = -light.towards_sun
+    row = round((np.arcsin(z) / np.pi + 0.5) * (ELEVATIONS - 1))
+    column = round(np.arctan2(y, x) / (2 * np.pi) * AZIMUTHS) % AZIMUTHS
+    behind = int(np.searchsorted(lengths_m(), BELOW_M + RADIUS_M))
+    assert lengths_m()[behind - 1] > BELOW_M - RADIUS_M
+    assert (shares[2, row, column, behind] > shares[2, row, column, behind - 1] + 0.02).all()
 
 
 def test_nothing_is_kept_far_away(shares):
