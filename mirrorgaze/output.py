@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Any
 
 import typer
 
 RigArgument = Annotated[str, typer.Argument(metavar="RIG", help="Name of a preset, or a rig file.")]
+TENTHS = 10
+
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
 
 
@@ -27,8 +30,14 @@ def print_table(rows: Iterable[Sequence[str]]) -> None:
 
 
 def print_progress(name: str, done: int, total: int) -> None:
-    """Print how far something is, over what was printed before: on stderr, which leaves stdout to machines."""
-    typer.echo(f"\r{name}: {done} of {total}", err=True, nl=done == total)
+    """Print how far something is: on stderr, which leaves stdout to machines.
+
+    At a terminal over what was printed before; into a file a line for every tenth.
+    """
+    if sys.stderr.isatty():
+        typer.echo(f"\r{name}: {done} of {total}", err=True, nl=done == total)
+    elif done * TENTHS // total > (done - 1) * TENTHS // total:
+        typer.echo(f"{name}: {done} of {total}", err=True)
 
 
 def _plain(data: Any) -> Any:

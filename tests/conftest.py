@@ -17,8 +17,8 @@ def rough_light():
     """
     from scenes import ambient, ambient_volume, water_shade
 
-    def gathered_once(mesh, light, name, make):
-        key = f"{ambient._key(mesh, light)}-{name}"
+    def gathered_once(mesh, light, name, make, *, places=()):
+        key = f"{ambient._key(mesh, light, places)}-{name}"
         if key not in GATHERED:
             GATHERED[key] = make()
         return GATHERED[key]

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.meshes import rig_meshes
 from optics.layout import Layout, camera_pose
+from optics.mesh import Group, Role
 from optics.status import Region
 from optics.train import OpticalTrain
 from rigs import Rig
@@ -184,6 +186,28 @@ def test_causes_by_where_things_are(rig, renderer, q_deg, target_m, cause):
     place = on_gaze(rig, q1=q1, q2=q2, distance_m=target_m) if isinstance(target_m, float) else np.array(target_m)
     _, row = row_of(rig, renderer, state(q_deg, place))
     assert row["cause_of_loss"] == cause
+
+
+@pytest.mark.parametrize(("q_deg", "role"), [(REAR, Role.HULL), (STEEP, Role.MOUNT)])
+def test_what_hides_the_target_stands_in_the_way_of_its_ray(rig, q_deg, role):
+    """The poses above by another code: trimesh, and the exact train's ray from the gaze mirror to the ball."""
+    q1, q2 = np.radians(q_deg)
+    place = on_gaze(rig, q1=q1, q2=q2, distance_m=2.0)
+    train, camera = OpticalTrain.from_rig(rig, q1=q1, q2=q2), camera_pose(rig.camera)
+    ray = train.trace(train.project([camera.inv().apply(place)]).pixels)
+    start, along = camera.apply(ray.origin_m[0]), camera.rotation.apply(ray.direction[0])
+    layout = Layout.from_rig(rig)
+    poses = {Group.PAN: layout.body_from_pan(q1), Group.TILT: layout.body_from_m2(q1, q2)}
+    met = {}
+    for part in rig_meshes(rig):
+        vertices = poses[part.group].apply(part.vertices_m) if part.group in poses else part.vertices_m
+        mesh = trimesh.Trimesh(vertices, part.faces, process=False)
+        places, *_ = mesh.ray.intersects_location([start + 1e-4 * along], [along])
+        for distance in (places - start) @ along:
+            met[float(distance)] = part.role
+    nearest = min(met)
+    assert nearest < 2.0 - RADIUS_M
+    assert met[nearest] is role
 
 
 def test_place_in_the_crop_is_known_as_far_as_the_target_reaches_over_the_mirror(rig, renderer):
