@@ -34,7 +34,7 @@ from tracking.dives.runner import run_dive
 from tracking.dives.specification import parse_dive
 
 for module in (ambient, ambient_volume, water_shade):
-    module.cached = lambda mesh, light, name, make: make()
+    module.cached = lambda mesh, light, name, make, places=(): make()
 ambient.LEAST_DIRECTIONS = ambient.MOST_DIRECTIONS = water_shade.LOOKS = 4  # as `rough_light`
 journal.SEGMENT_FRAMES = 3
 folder = Path(sys.argv[1])
@@ -190,6 +190,15 @@ def test_a_damaged_log_is_a_sentence(small_dive, whole, tmp_path):
     (tmp_path / "log.parquet").write_bytes(whole["log.parquet"][:-10])
     with pytest.raises(ValueError, match=r"log\.parquet: expected the log of a dive, as Parquet, got a damaged file"):
         run_dive(small_dive, tmp_path)
+
+
+def test_a_folder_that_another_process_writes_into_is_refused(small_dive, tmp_path):
+    """Locked as by another process: a lock counts for the open file, not for the process. Let go, it is free."""
+    at_work = journal.Journal(tmp_path, runner.identity_of(small_dive, small_dive.load_rig()))
+    with pytest.raises(ValueError, match=r"expected a folder that no other dive is being written into"):
+        run_dive(small_dive, tmp_path)
+    at_work.close()
+    journal.Journal(tmp_path, runner.identity_of(small_dive, small_dive.load_rig())).close()
 
 
 def test_a_journal_of_another_dive_is_refused(small_dive, tmp_path):

@@ -6,6 +6,7 @@ its last finished segment, and whatever was left half-written behind it is writt
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import shutil
@@ -16,11 +17,11 @@ SEGMENT_FRAMES = 60
 """Fixed: the files must not depend on where a dive was stopped."""
 
 FOLDER = "journal"
-IDENTITY = "identity"
+IDENTITY, LOCK = "identity", "lock"
 
 
 class Journal:
-    """Journal in a dive's folder.
+    """Journal in a dive's folder; until it is closed it is this process's alone.
 
     Parameters
     ----------
@@ -32,12 +33,25 @@ class Journal:
     Raises
     ------
     ValueError
-        When the folder holds the journal of another dive.
+        When the folder holds the journal of another dive, or another process is at work on it.
     """
 
     def __init__(self, folder: Path, identity: str):
         self.folder = folder / FOLDER
         self.folder.mkdir(parents=True, exist_ok=True)
+        # The system lets go of the lock with the process, however that ends.
+        self._lock = (self.folder / LOCK).open("w")
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._begin(folder, identity)
+        except BlockingIOError:
+            self.close()
+            raise ValueError(f"{folder}: expected a folder that no other dive is being written into") from None
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self, folder: Path, identity: str) -> None:
         marker = self.folder / IDENTITY
         if not marker.is_file():
             write_beside(marker, identity.encode())
@@ -46,6 +60,10 @@ class Journal:
         self.finished = 0
         while self._snapshot_path(self.finished).is_file():
             self.finished += 1
+
+    def close(self) -> None:
+        """Let another process go on with it."""
+        self._lock.close()
 
     @property
     def frames(self) -> int:

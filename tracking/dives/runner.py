@@ -10,6 +10,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -151,7 +152,7 @@ def run_dive(
     DiveStoppedError
         When a picture could not be made or written; what was finished is kept, and the same call goes on from there.
     ValueError
-        When the folder holds another dive.
+        When the folder holds another dive, or another process is writing into it.
     """
     folder = Path(folder)
     rig = dive.load_rig() if rig is None else dive.at_frame_rate(rig)
@@ -159,17 +160,17 @@ def run_dive(
     if is_finished(folder, identity):
         announce(f"{folder}: this dive is finished already")
         return folder
-    journal = Journal(folder, identity)
-    try:
-        if journal.frames < dive.frames:
-            _record(dive, rig, folder, journal, announce=announce, progress=progress)
-        finish_dive(dive, rig, folder, journal, identity)
-    except (OSError, ValueError, MemoryError, av.FFmpegError) as error:
-        kept = min(journal.frames, dive.frames)
-        raise DiveStoppedError(
-            f"{folder}: the dive was stopped: {error}. {kept} of {dive.frames} frames are kept; "
-            "the same command goes on from there"
-        ) from error
+    with closing(Journal(folder, identity)) as journal:
+        try:
+            if journal.frames < dive.frames:
+                _record(dive, rig, folder, journal, announce=announce, progress=progress)
+            finish_dive(dive, rig, folder, journal, identity)
+        except (OSError, ValueError, MemoryError, av.FFmpegError) as error:
+            kept = min(journal.frames, dive.frames)
+            raise DiveStoppedError(
+                f"{folder}: the dive was stopped: {error}. {kept} of {dive.frames} frames are kept; "
+                "the same command goes on from there"
+            ) from error
     return folder
 
 

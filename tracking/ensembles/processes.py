@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import connection, get_context
+from multiprocessing import connection, get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
@@ -100,6 +101,7 @@ def run_in_processes(
 
 def _report(reports: Connection, work: Callable[..., None], arguments: tuple[Any, ...]) -> None:
     """Body of a process: do the work, and say what went wrong."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         work(*arguments)
     except Exception as error:
@@ -108,6 +110,14 @@ def _report(reports: Connection, work: Callable[..., None], arguments: tuple[Any
         reports.send(None)
     finally:
         reports.close()
+
+
+def _end_with_parent() -> None:
+    """A parent that was killed cannot end its processes, and whoever starts it again would meet them at work."""
+    parent = parent_process()
+    assert parent is not None  # this runs in a process that was started here
+    parent.join()
+    os._exit(1)
 
 
 def _outcome(reports: Connection, process: SpawnProcess) -> Failure | None:

@@ -72,9 +72,8 @@ def test_nothing_to_do():
     assert run_in_processes(print, {}, workers=2, finished=print) == {}
 
 
-@pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
-def test_ctrl_c_ends_all_of_it_quietly(tmp_path):
-    """As a terminal does it: the signal goes to the whole group. Nothing is left, and only the parent speaks."""
+def parent_at_work(tmp_path):
+    """A parent in a group of its own, and the files of its two processes, which hold their numbers."""
     (tmp_path / "some_work.py").write_text(WORK)
     (tmp_path / "main.py").write_text(
         "import signal\n"
@@ -103,6 +102,21 @@ def test_ctrl_c_ends_all_of_it_quietly(tmp_path):
     while not all(file.exists() and file.read_text() for file in began):
         assert time.monotonic() < deadline, parent.communicate()
         time.sleep(0.05)
+    return parent, began
+
+
+def is_running(number):
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    return Path(f"/proc/{number}/stat").read_text().rsplit(") ", 1)[1][0] != "Z"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
+def test_ctrl_c_ends_all_of_it_quietly(tmp_path):
+    """As a terminal does it: the signal goes to the whole group. Nothing is left, and only the parent speaks."""
+    parent, began = parent_at_work(tmp_path)
     os.killpg(parent.pid, signal.SIGINT)
     out, err = parent.communicate(timeout=60)
     assert (out, err) == ("stopped\n", "")
@@ -110,3 +124,15 @@ def test_ctrl_c_ends_all_of_it_quietly(tmp_path):
     for file in began:
         with pytest.raises(ProcessLookupError):
             os.kill(int(file.read_text()), 0)
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux which processes run")
+def test_killed_it_leaves_nothing_at_work(tmp_path):
+    """The parent has no time to end anything; what it started sees that it is gone."""
+    parent, began = parent_at_work(tmp_path)
+    parent.kill()
+    parent.communicate(timeout=60)
+    deadline = time.monotonic() + 20
+    while any(is_running(int(file.read_text())) for file in began):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
