@@ -8,6 +8,7 @@ import pytest
 from cad.meshes import rig_meshes
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, exposure_plan, frame_generator, start_settings
+from tracking.dives import rendered_camera
 from tracking.dives.motions import Hover
 from tracking.dives.paths import body_pose, target_pose
 from tracking.dives.rendered_camera import MOST_SAMPLES, RenderedCamera, dive_stage
@@ -135,8 +136,12 @@ def test_pictures_come_at_the_frame_rate_and_then_no_more(small_dive, rig, parts
     assert taken.next_time_s is None
 
 
-def test_a_fast_slew_is_rendered_at_several_instants_and_blurs(small_dive, rig, parts):
-    """Sway alone leaves one instant; at 1 rad/s a joint moves the view by pixels while a row is open."""
+def test_a_fast_slew_is_rendered_at_several_instants_and_blurs(small_dive, rig, parts, monkeypatch):
+    """Sway alone leaves one instant; at 1 rad/s a joint moves the view by pixels while a row is open.
+
+    By two of them, in this small picture: steps are made finer here.
+    """
+    monkeypatch.setattr(rendered_camera, "STEP_PX", 0.9)
     taken = camera(small_dive, rig, parts)
     taken.read()
     assert taken.exposure.samples == 1
@@ -147,7 +152,7 @@ def test_a_fast_slew_is_rendered_at_several_instants_and_blurs(small_dive, rig, 
     # Pan 1 rad/s and tilt 2 rad/s of gaze: the chord of both, at the index times the focal length.
     expected = np.hypot(1.0, 2.0) * moved.settings.exposure_s * rig.camera.fx_px * 1.34
     assert moved.smear_px - still_px == pytest.approx(expected, rel=0.05)
-    assert moved.samples == min(MOST_SAMPLES, 1 + int(moved.smear_px))
+    assert moved.samples == min(MOST_SAMPLES, 1 + int(moved.smear_px / 0.9))
     assert moved.samples > 1
 
 

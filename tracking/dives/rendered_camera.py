@@ -34,6 +34,9 @@ from tracking.protocols import Shot
 MOST_SAMPLES = 3
 """Frames rendered for one exposure at most: during a fast slew a blur of three steps stands for a smooth one."""
 
+STEP_PX = 2.0
+"""How far the view may move between two of them: what is finer one sample per pixel does not resolve either."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Exposure:
@@ -112,7 +115,7 @@ class RenderedCamera:
             self._sensor,
             exposure_s=self._settings.exposure_s,
             start_s=time_s - half_s,
-            samples=int(min(MOST_SAMPLES, 1 + np.floor(smear_px))),
+            samples=int(min(MOST_SAMPLES, 1 + np.floor(smear_px / STEP_PX))),
         )
         labels: list[NDArray[np.uint8]] = []
         radiance = assemble(self._rendered(plan, labels), plan)
