@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.arrays import FloatArray
-from optics.backend import Array3f32, Float32, UInt32, dr
+from optics.backend import UInt32, dr
 from optics.layout import Layout, camera_pose, pan_from_m2
 from optics.mesh import Group, PartMesh
-from optics.status import Status
-from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 from rigs.specification import FlatMirror
 from scenes.ambient import with_ambient
@@ -37,6 +35,7 @@ from scenes.kernel import Shape, compiled_frame, compiled_prefix
 from scenes.lamps import lamp_numbers
 from scenes.materials import Material
 from scenes.packing import Packing
+from scenes.port_rays import port_rays
 from scenes.shade import at_rest, with_shade
 from scenes.stage import Stage
 from scenes.state import State
@@ -44,9 +43,6 @@ from scenes.targets import MeshShape
 from scenes.tracing import Thing
 from scenes.water_shade import water_shade
 from scenes.worlds.snow import snow_offset_m
-
-TILE_PX = 4
-"""A tile's rays are one vector of the processor."""
 
 FARTHEST_M = 1e5
 """What is farther away is open water."""
@@ -114,7 +110,7 @@ class FastRenderer:
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
         self._lamp_numbers = lamp_numbers(lamps, stage.light.bands.wavelength_nm) if lamps else {}
-        self._rays = self._port_rays()
+        self._rays = port_rays(rig, *self.shape, samples)
         self._packing = Packing.of(self._numbers(State()))
         self._rays["prefix"] = compiled_prefix(self._packing)(self._rays, self._geometry.groups, self._rows([State()]))
         self._light: tuple[float, Any] | None = None
@@ -281,30 +277,6 @@ class FastRenderer:
             }
         return numbers
 
-    def _port_rays(self) -> dict[str, Any]:
-        """Rays on the port's outer face in the body frame, sample by sample of each pixel, in single precision.
-
-        They are computed tile by tile, so that rays of one vector stay close together; `place` says where each belongs.
-        """
-        train = OpticalTrain.from_rig(self.rig)
-        bare = OpticalTrain(camera=train.camera, port=train.port)
-        rows, columns = self.shape
-        tiled = _tiles(rows, columns)
-        centres = pixel_grid(train.camera, columns, rows)[tiled]
-        cell = np.array([train.camera.width_px / columns, train.camera.height_px / rows])
-        offsets = _spread(self.samples) * cell
-        pixels = (centres[:, np.newaxis] + offsets).reshape(-1, 2)
-        rays = bare.trace(pixels)
-        pose = camera_pose(self.rig.camera)
-        # Radiance falls by the square of the index on its way from the water into the air before the lens.
-        gain = bare.transmittance(pixels) * (train.port.n_inside / train.port.n_water) ** 2
-        return {
-            "origin": _columns32(pose.apply(rays.origin_m)),
-            "direction": _columns32(pose.rotation.apply(rays.direction)),
-            "gain": Float32(np.where(rays.status == Status.OK, gain, 0).astype(np.float32)),
-            "place": UInt32(np.add.outer(tiled * self.samples, np.arange(self.samples)).ravel().astype(np.uint32)),
-        }
-
     def _repeated_rays(self, count: int) -> dict[str, Any]:
         """Rays of the port once for each state, and which state each lane belongs to."""
         lanes = self.samples * self.shape[0] * self.shape[1]
@@ -319,28 +291,6 @@ class FastRenderer:
         ]
         dr.eval(repeated)
         return repeated
-
-
-def _tiles(rows: int, columns: int) -> NDArray[np.int64]:
-    """Pixel numbers (row by row), ordered by tiles."""
-    row, column = np.divmod(np.arange(rows * columns), columns)
-    keys = (column % TILE_PX, row % TILE_PX, column // TILE_PX, row // TILE_PX)
-    return np.lexsort(keys)
-
-
-def _spread(count: int) -> NDArray[np.float64]:
-    """`count` points spread evenly over the unit square around zero; one point is its centre.
-
-    The R2 sequence (Roberts 2018, an additive recurrence with the plastic number), shifted so that its mean is zero.
-    """
-    plastic = 1.32471795724474602596
-    steps = np.arange(count)[:, np.newaxis] / np.array([plastic, plastic**2])
-    points = (0.5 + steps) % 1 - 0.5
-    return np.asarray(points - points.mean(axis=0))
-
-
-def _columns32(vectors: NDArray[np.float64]) -> Any:
-    return Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in vectors.T))
 
 
 def _packed_pose(pose: FloatArray) -> FloatArray:
