@@ -52,7 +52,7 @@ def with_ambient(mesh: GroupMesh, light: Light) -> GroupMesh:
     """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
     if not len(mesh.faces):
         return mesh
-    return replace(mesh, ambient=cached(mesh, light, "ambient", lambda: _ambient(mesh, light)))
+    return replace(mesh, ambient=cached(mesh, light, "ambient", lambda: ambient_light(mesh, light)))
 
 
 def cached(
@@ -86,27 +86,45 @@ def _key(mesh: GroupMesh, light: Light, places: Sequence[FloatArray]) -> str:
     return digest.hexdigest()
 
 
-def _ambient(mesh: GroupMesh, light: Light) -> FloatArray:
+def ambient_light(
+    mesh: GroupMesh, light: Light, source: dict[str, Any] | None = None, *, rounds: int = MOST_ROUNDS
+) -> FloatArray:
+    """Irradiance at the vertices, shape (n, 3), once its reflections have settled.
+
+    It begins with that of the mesh, when it has one. `source` is what the mesh changes of the water's light
+    (`scenes.source_volume`).
+    """
     normals = vertex_normals(mesh.vertices_m, mesh.faces)
     origins = _inset(mesh) + normals * OFFSET_M
     open_water = light.open_water_irradiance(-origins[:, 2], normals)
     unseen = gathered(None, origins, normals, light)
-    before = open_water
-    for _ in range(MOST_ROUNDS):
-        seen = gathered(replace(mesh, ambient=before), origins, normals, light)
+    before = open_water if mesh.ambient is None else mesh.ambient
+    for _ in range(rounds):
+        seen = gathered(replace(mesh, ambient=before), origins, normals, light, source)
         ambient = np.maximum(open_water + seen - unseen, 0)
-        change = np.abs((ambient - before).mean(axis=0)) / ambient.mean(axis=0)
-        if change.max() < SETTLED:
+        if settled(before, ambient):
             return ambient
         before = ambient
     return before
 
 
-def gathered(mesh: GroupMesh | None, origins: FloatArray, normals: FloatArray, light: Light) -> FloatArray:
+def settled(before: FloatArray, ambient: FloatArray) -> bool:
+    """Whether a round has changed the light at the vertices by little on the mean."""
+    change = np.abs((ambient - before).mean(axis=0)) / ambient.mean(axis=0)
+    return bool(change.max() < SETTLED)
+
+
+def gathered(
+    mesh: GroupMesh | None,
+    origins: FloatArray,
+    normals: FloatArray,
+    light: Light,
+    source: dict[str, Any] | None = None,
+) -> FloatArray:
     """Irradiance at points from some directions, by channel, shape (n, 3); without a mesh that of open water."""
     directions = int(np.clip(RAYS // len(origins), LEAST_DIRECTIONS, MOST_DIRECTIONS))
     # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
-    around = Surroundings(mesh, light, depth_m=float(np.median(-origins[:, 2])))
+    around = Surroundings(mesh, light, depth_m=float(np.median(-origins[:, 2])), source=source)
     parts = []
     at_once = max(1, RAYS_AT_ONCE // directions)
     for start in range(0, len(origins), at_once):
@@ -124,8 +142,9 @@ def gathered(mesh: GroupMesh | None, origins: FloatArray, normals: FloatArray, l
 class Surroundings:
     """What a lit mesh shows along any rays of the world frame; open water without a mesh. Its tables are kept."""
 
-    def __init__(self, mesh: GroupMesh | None, light: Light, *, depth_m: float):
-        self._geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
+    def __init__(self, mesh: GroupMesh | None, light: Light, *, depth_m: float, source: dict[str, Any] | None = None):
+        geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
+        self._geometry = replace(geometry, source=source)
         self.tables = light.tables(without_peak=True)
         numbers = light.numbers(depth_m)
         still = {
@@ -143,6 +162,7 @@ class Surroundings:
             state=state_packing,
             wavelengths=len(light.bands.wavelength_nm),
             states=1,
+            eyes=0,
             truth=False,
         )
         self.numbers = light_packing.unpack(self._rows[0], UInt32(0))

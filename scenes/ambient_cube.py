@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from optics.backend import Float32, UInt32, dr
+from scenes.grid import cell_in
 from scenes.packing import row_of
 
 SIDES = np.concatenate([np.eye(3), -np.eye(3)])
@@ -20,13 +21,7 @@ ROW = 4
 
 def changed_irradiance(volume: dict[str, Any], point: Any, normal: Any) -> list[Any]:
     """Kernel: what the world adds to open water's irradiance of planes, by channel; zero outside the grid."""
-    cells, shares, inside = [], [], True
-    for p, corner, inverse, count in zip(point, volume["corner"], volume["inverse_step"], volume["count"], strict=True):
-        position = (p - corner) * inverse
-        inside = inside & (position >= -0.5) & (position <= count - 0.5)
-        cell = dr.clip(dr.floor(position), 0, count - 2)
-        cells.append(cell)
-        shares.append(dr.clip(position - cell, 0, 1))
+    cells, shares, inside = cell_in(volume, point)
     # One of each axis's two sides faces the normal.
     sides = [dr.select(n >= 0, UInt32(axis), UInt32(axis + 3)) for axis, n in enumerate(normal)]
     squares = [dr.square(n) for n in normal]

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.backend import Float32, dr
 from scenes.ambient import cached, gathered
 from scenes.ambient_cube import ROW, SIDES
 from scenes.geometry import GroupMesh
+from scenes.grid import grid_axes, grid_numbers, grid_points
 from scenes.light import Light
 from scenes.packing import rows_of
 
@@ -25,34 +25,16 @@ SPACING_M = 0.5
 MOST_POINTS = 24
 """Along each axis of the grid."""
 
-HIGHEST_M = -0.05
-"""The grid stays below the surface."""
 
-
-def ambient_volume(mesh: GroupMesh, light: Light) -> dict[str, Any]:
-    """Grid over a lit mesh, as `scenes.ambient_cube` takes it; from the cache when it can be."""
-    axes = _axes(mesh)
-    shape = tuple(len(axis) for axis in axes)
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+def ambient_volume(mesh: GroupMesh, light: Light, source: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Grid over a lit mesh and its source volume, as `scenes.ambient_cube` takes it; from the cache when it can be."""
+    axes = grid_axes(mesh, spacing_m=SPACING_M, most=MOST_POINTS)
+    points = grid_points(axes)
     origins = np.repeat(points, len(SIDES), axis=0)
     normals = np.tile(SIDES, (len(points), 1))
 
     def changes() -> FloatArray:
-        return gathered(mesh, origins, normals, light) - gathered(None, origins, normals, light)
+        return gathered(mesh, origins, normals, light, source) - gathered(None, origins, normals, light)
 
     values = cached(mesh, light, "volume", changes)
-    numbers = {
-        "corner": [axis[0] for axis in axes],
-        "inverse_step": [1 / (axis[1] - axis[0]) for axis in axes],
-        "count": shape,
-    }
-    opaque = {name: [dr.opaque(Float32, float(x)) for x in each] for name, each in numbers.items()}
-    return {"values": rows_of(values, ROW), **opaque}
-
-
-def _axes(mesh: GroupMesh) -> list[FloatArray]:
-    used = mesh.vertices_m[np.unique(mesh.faces)]
-    lowest, highest = used.min(axis=0), used.max(axis=0)
-    highest[2] = min(highest[2] + SPACING_M, HIGHEST_M)
-    counts = np.clip(np.ceil((highest - lowest) / SPACING_M).astype(int) + 1, 2, MOST_POINTS)
-    return [np.linspace(a, b, n) for a, b, n in zip(lowest, highest, counts, strict=True)]
+    return {"values": rows_of(values, ROW), **grid_numbers(axes)}

@@ -107,8 +107,14 @@ class Geometry:
         Where the world stands in its own light (`scenes.sun_map`); without it shadows are traced.
     volume : dict, optional
         What the world changes of the light around what moves (`scenes.ambient_volume`).
+    source : dict, optional
+        What the world changes of the light that water scatters (`scenes.source_volume`).
     water : Float32, optional
         What the robot keeps from the water around it (`scenes.water_shade`).
+    shade : dict, optional
+        What the robot keeps from the surfaces around it (`scenes.world_shade`).
+    eyes : Array3f32, optional
+        Where lines of sight begin, body frame.
     """
 
     groups: dict[str, dict[str, Any]]
@@ -116,13 +122,17 @@ class Geometry:
     vertices: Any
     sun_map: dict[str, Any] | None
     volume: dict[str, Any] | None = None
+    source: dict[str, Any] | None = None
     water: Any = None
+    shade: dict[str, Any] | None = None
+    eyes: Any = None
 
     @property
     def arrays(self) -> dict[str, Any]:
         """What the kernels take."""
         arrays = {"groups": self.groups, "faces": self.faces, "vertices": self.vertices}
-        some = {"sun_map": self.sun_map, "volume": self.volume, "water": self.water}
+        names = ("sun_map", "volume", "source", "water", "shade", "eyes")
+        some = {name: getattr(self, name) for name in names}
         return arrays | {name: value for name, value in some.items() if value is not None}
 
 

@@ -29,6 +29,7 @@ from scenes.tracing import (
     nearest,
     nothing_known,
 )
+from scenes.veil import veil_table
 
 RENDERERS = 1000
 """So many recordings of a kernel are no sign of a mistake."""
@@ -43,6 +44,8 @@ class Shape:
     light, state : Packing
         Order of the packed numbers.
     wavelengths, states : int
+    eyes : int
+        Places where lines of sight of a camera begin; zero for rays that begin anywhere.
     truth : bool
         Whether more than radiance and label is asked for.
     """
@@ -51,6 +54,7 @@ class Shape:
     state: Packing
     wavelengths: int
     states: int
+    eyes: int
     truth: bool
 
 
@@ -68,8 +72,24 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
         # Numbers that all lanes share are unpacked by a small kernel of their own: the large one reads each once.
         tables = tables | {"field_layer": layer(light, tables["field"], light["reference_depth"][0])}
         dr.eval(light, tables["field_layer"], *([state] if shape.states == 1 else []))
+        if shape.eyes and ("source" in geometry or "water" in geometry):
+            tables["veil"] = veil_table(
+                light,
+                lambda row: shape.state.unpack(state_rows, row)[WORLD],
+                geometry,
+                tables["field_layer"],
+                eyes=shape.eyes,
+                states=shape.states,
+            )
+            dr.eval(tables["veil"])
         inputs = Inputs(
-            rays=rays, geometry=geometry, tables=tables, light=light, state=state, wavelengths=shape.wavelengths
+            rays=rays,
+            geometry=geometry,
+            tables=tables,
+            light=light,
+            state=state,
+            wavelengths=shape.wavelengths,
+            eyes=shape.eyes,
         )
         path = follow(inputs)
         seen, reflected = describe(path, inputs)

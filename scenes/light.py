@@ -14,21 +14,22 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from optics.arrays import opaque
-from optics.backend import Array3f32, Float32, Float64, UInt32
+from optics.backend import Float32, Float64, UInt32
 from optics.inherent_optics import InherentOptics, inherent_optics
 from optics.materials import aluminium_index
-from optics.pure_water import DEPOLARISATION
+from optics.pure_water import DEPOLARISATION, molecular_phase
 from optics.radiative_transfer import RadianceField, radiance_field
 from optics.refraction import conductor_reflectance
 from optics.scattering import PhaseFunction
 from rigs import Water
 from scenes.field_table import DEPTH_SCALE_M, DEPTHS, azimuth_from, depths_m, field_table, looked_up, resampled
+from scenes.forward_cone import forward_cone_table, hidden_shares
 from scenes.materials import albedo_table, colour_basis
-from scenes.packing import Packing, pairs_of, rows_of
+from scenes.packing import Packing, pairs_of, rows_of, vectors
 from scenes.sky import Daylight, sky_numbers, sky_table
 from scenes.spectrum import Bands, water_bands
 from scenes.sun import Sun
@@ -47,9 +48,6 @@ SIDES: dict[str, Callable[[FloatArray], NDArray[np.bool_]]] = {
 
 FORWARD_RAD = np.radians(0.5)
 """Light scattered by less is not told apart from what was not scattered."""
-SURROUNDINGS_RAD = np.radians(30.0)
-"""A surface of the world is taken to go on so far around what is seen of it: what is scattered into the view by less
-comes from more of the same, and not from open water."""
 DEEPEST_M = 120.0
 """Where the tables of light end."""
 METAL_DEGREE = 6
@@ -97,10 +95,17 @@ class Light:
         packing = Packing.of(numbers)
         light = packing.unpack(packing.upload(numbers), UInt32(0))
         depth = Float32(depth_m.astype(np.float32))
-        normal = Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in normals.T))
+        normal = vectors(normals)
         azimuth = azimuth_from(light["sun_azimuth"], normal)
         found = looked_up(light, field_table(self.ambient_nodes), depth, normal.z, azimuth)
         return np.stack([channel.numpy() for channel in found], axis=-1)
+
+    def ambient_up(self, depth_m: ArrayLike) -> FloatArray:
+        """Irradiance in open water of planes that face up, by all but the direct sun, by channel; shape (..., 3)."""
+        nodes = depths_m(DEEPEST_M)
+        level = np.log(self.ambient_nodes[:, -1, 0]) - np.multiply.outer(nodes, self.table_decay)
+        depth = np.asarray(depth_m, dtype=np.float64)
+        return np.stack([np.exp(np.interp(depth, nodes, channel)) for channel in level.T], axis=-1)
 
     def tables(self, *, without_peak: bool = False) -> dict[str, Any]:
         """What the kernels look up: the phase function, light by direction and depth, the sky, the materials.
@@ -113,6 +118,7 @@ class Light:
             "field": field_table(self.field_nodes),
             "ambient": field_table(self.ambient_nodes),
             "sky": sky_table(self.daylight),
+            "forward_cone": forward_cone_table(self.hidden_shares),
             "albedo": rows_of(albedo_table(self.bands), SPECTRUM_ROW),
         }
 
@@ -137,10 +143,13 @@ class Light:
             "sun_azimuth": sun[:2] / tilt if tilt > 0 else np.array([1.0, 0.0]),
             "weight": bands.weight.sum(axis=0),
             "c": field.beam_attenuation,
-            "c_world": optics.beam_attenuation - optics.scattering * self._from_surroundings,
+            "ambient_up": self.ambient_up(depth_m),
+            "ambient_fall": np.log(self.ambient_up(depth_m - 0.5) / self.ambient_up(depth_m + 0.5)),
+            "channel_c": self.channel_means(depth_m)["attenuation"],
             "k_sun": field.beam_attenuation / field.sun_cosine,
             "sun": field.sun_irradiance,
             "b": optics.scattering,
+            "b_veil": optics.scattering * (1 - field.forward_fraction),
             "b_sun": optics.scattering * field.sun_irradiance,
             "molecular": optics.molecular_fraction,
             "molecular_anisotropy": (1 - DEPOLARISATION) / (1 + DEPOLARISATION),
@@ -172,6 +181,34 @@ class Light:
         """What the tables' values fall off with, by channel, 1/m: they hold what is left to be interpolated."""
         return np.array([self.field.asymptotic_attenuation[row > 0].min() for row in self.bands.weight])
 
+    @cached_property
+    def hidden_shares(self) -> FloatArray:
+        """Share of the scattered light that comes from what a way ends at, at the nodes of `scenes.forward_cone`."""
+        molecular = float(np.median(self.optics.molecular_fraction))
+        return hidden_shares(lambda angle: self.phase_without_peak(angle, molecular))
+
+    def channel_means(self, depth_m: float) -> dict[str, FloatArray]:
+        """Means over each channel's light at a depth: attenuation, scattering, that by more than the peak, molecules.
+
+        Wavelengths count as there is light of them around.
+        """
+        around = [np.interp(depth_m, self.field.depth_m, row) for row in self.field.scalar]
+        weight = self.bands.weight * around
+        weight /= weight.sum(axis=1, keepdims=True)
+        values = {
+            "attenuation": self.field.beam_attenuation,
+            "scattering": self.optics.scattering,
+            "veil": self.optics.scattering * (1 - self.field.forward_fraction),
+            "molecular": self.optics.molecular_fraction,
+        }
+        return {name: np.asarray(weight @ each) for name, each in values.items()}
+
+    def phase_without_peak(self, angle_rad: FloatArray, molecular: float) -> FloatArray:
+        """Phase function of particles and a share of molecules, 1/sr, without what counts as not scattered."""
+        table = self._phase_table(without_peak=True)
+        particles = np.interp(angle_rad, np.linspace(0, np.pi, PHASE_TABLE_SIZE), table)
+        return np.asarray((1 - molecular) * particles + molecular * molecular_phase(angle_rad))
+
     def _nodes(self, values: FloatArray) -> FloatArray:
         field = self.field
         axes = field.depth_m, field.cosine, field.azimuth_rad
@@ -182,11 +219,6 @@ class Light:
         left = self.table_decay.repeat(len(decay) // 3) - decay
         nodes = nodes * np.exp(np.multiply.outer(depths_m(DEEPEST_M), left))[:, np.newaxis, np.newaxis]
         return np.asarray(nodes @ self.bands.weight.T)
-
-    @cached_property
-    def _from_surroundings(self) -> FloatArray:
-        """Share of the scattered light that comes from where a surface's own surroundings are."""
-        return np.asarray((1 - self.optics.molecular_fraction) * self.optics.phase.fraction_within(SURROUNDINGS_RAD))
 
     @cached_property
     def _by_side(self) -> dict[str, FloatArray]:
@@ -219,7 +251,10 @@ class Light:
         angle = np.maximum(np.linspace(0, np.pi, PHASE_TABLE_SIZE), FORWARD_RAD)
         if not without_peak:
             return np.asarray(self.optics.phase(angle))
-        share = float(np.mean(self.field.forward_fraction / (1 - self.optics.molecular_fraction)))
+        particles = 1 - self.optics.molecular_fraction
+        if not particles.any():
+            return np.asarray(self.optics.phase(angle))
+        share = float(np.mean(self.field.forward_fraction / particles))
         return without_forward_peak(self.optics.phase, share, angle)
 
 

@@ -147,9 +147,9 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
                 depth=depth,
                 length=length,
                 active=in_water,
-                on_world=mi.Bool(False),
                 sunlit=mi.Float(1),
-                kept=[mi.Float(0)] * 3,
+                end_radius=mi.Float(0),
+                veil=[mi.Float(0)] * 3,
             ),
         )
         throughput = [dr.select(in_water, after, t) for after, t in zip(dimmed, path["throughput"], strict=True)]

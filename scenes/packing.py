@@ -67,6 +67,11 @@ def vector(numbers: Numbers, name: str) -> Any:
     return Array3f32(*numbers[name])
 
 
+def vectors(rows: NDArray[np.float64]) -> Any:
+    """Rows, shape (n, 3), as vectors, one per lane."""
+    return Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in rows.T))
+
+
 def rows_of(table: NDArray[np.float64], width: int) -> Any:
     """Table of at most `width` columns as the kernels read it: padded rows, one after the other."""
     padded = np.zeros((len(table), width), dtype=np.float32)
@@ -84,9 +89,14 @@ def pairs_of(nodes: NDArray[np.float64], width: int) -> Any:
     width : int
         Of a row: two halves of at least c numbers.
     """
-    rows = np.zeros((*nodes.shape[:-1], 2, width // 2))
-    rows[..., 0, : nodes.shape[-1]] = nodes
-    rows[..., 1, : nodes.shape[-1]] = np.concatenate([nodes[..., 1:, :], nodes[..., -1:, :]], axis=-2)
+    return halves_of(nodes, np.concatenate([nodes[..., 1:, :], nodes[..., -1:, :]], axis=-2), width)
+
+
+def halves_of(first: NDArray[np.float64], second: NDArray[np.float64], width: int) -> Any:
+    """Table whose rows hold numbers of two arrays, each of shape (..., c) with c up to half the width."""
+    rows = np.zeros((*first.shape[:-1], 2, width // 2))
+    rows[..., 0, : first.shape[-1]] = first
+    rows[..., 1, : first.shape[-1]] = second
     return rows_of(rows.reshape(-1, width), width)
 
 

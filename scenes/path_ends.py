@@ -8,8 +8,9 @@ from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.status import Region
 from scenes.ambient_cube import changed_irradiance
 from scenes.flicker import flicker
+from scenes.forward_cone import more_light
 from scenes.frame import Label
-from scenes.geometry import ROW, WORLD, FaceColumn, VertexColumn, face_code, from_octahedron
+from scenes.geometry import ROW, TARGET, WORLD, FaceColumn, VertexColumn, face_code, from_octahedron
 from scenes.lamps import lamp_irradiance, towards_lamps
 from scenes.light import SPECTRUM_ROW
 from scenes.materials import Material
@@ -34,6 +35,7 @@ from scenes.tracing import (
     turn,
     turn_back,
 )
+from scenes.world_shade_table import FARTHEST_M, kept_from_surface
 
 SHADOW_OFFSET_M = 1e-4
 """How far a shadow ray starts off its surface: hits at tank scale are placed to about 1e-6 m in single precision."""
@@ -66,9 +68,7 @@ def describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], list
     material = dr.select(on_group, of_face, UInt32(int(Material.MIRROR_BACK)))
     material = dr.select(thing == int(Thing.BALL), UInt32(state["ball_material"][0]), material)
     towards_sun = vector(state, "towards_sun")
-    sun_cosine = dr.maximum(dr.dot(shading_normal, towards_sun), 0) * _sunlit(
-        inputs, point, flat_normal, lit & (dr.dot(flat_normal, towards_sun) > 0)
-    )
+    open_to_sun, sunlit = _sunlit(inputs, point, flat_normal, lit & (dr.dot(flat_normal, towards_sun) > 0))
 
     def share_of_surroundings(normal: Any, place: Any, ambient: list[Any]) -> list[Any]:
         around = ambient_irradiance(light, inputs.tables["ambient"], normal, -place.z)
@@ -82,6 +82,18 @@ def describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], list
 
     place, outward = move(state[WORLD], point), turn(state[WORLD], shading_normal)
     ambient = dr.if_stmt((outward, place, ambient), lit & ~baked, share_of_surroundings, as_gathered)
+    if "shade" in geometry:
+        kept = _kept_by_robot(inputs, place, outward, lit & _stands_around(thing, geometry["groups"]))
+        # The water before the robot's shadow on the world is lit by it: it is seen darker than it is.
+        darker, _ = more_light(
+            inputs.tables["forward_cone"],
+            light["b_veil"][inputs.wavelengths // 2],
+            path["length"],
+            dr.select(baked, geometry["shade"]["radius"][0], 0),
+        )
+        ambient = [a - k * (1 + darker) for a, k in zip(ambient, kept, strict=True)]
+        sunlit = sunlit - darker * (open_to_sun - sunlit)
+    sun_cosine = dr.maximum(dr.dot(shading_normal, towards_sun), 0) * sunlit
     illumination = Illumination(
         ambient=ambient,
         sun_cosine=sun_cosine,
@@ -118,8 +130,8 @@ def _blended_corners(vertices: Any, face: list[Any], textured: Any, u: Any, v: A
     return normal, blended[VertexColumn.COLOUR : VertexColumn.AMBIENT], blended[VertexColumn.AMBIENT :]
 
 
-def _sunlit(inputs: Inputs, point: Any, normal: Any, active: Any) -> Any:
-    """Share of the sun that reaches points of the body frame: 0 in the shadow, 1 in the light."""
+def _sunlit(inputs: Inputs, point: Any, normal: Any, active: Any) -> tuple[Any, Any]:
+    """Share of the sun that the world leaves points of the body frame, and that robot and target leave them of it."""
     groups, state = inputs.geometry["groups"], inputs.state
     share = dr.select(active, Float32(1), Float32(0))
     if "sun_map" in inputs.geometry:
@@ -129,7 +141,31 @@ def _sunlit(inputs: Inputs, point: Any, normal: Any, active: Any) -> Any:
     towards_sun = vector(state, "towards_sun")
     start = point + normal * SHADOW_OFFSET_M
     free = is_free(groups, state, start, towards_sun, Float32(FAR_M), share > 0)
-    return dr.select(free, share, 0)
+    return share, dr.select(free, share, 0)
+
+
+def _stands_around(thing: Any, groups: dict[str, dict[str, Any]]) -> Any:
+    """Whether things are the world's, or the target: what the robot is not."""
+    around = thing == int(Thing.BALL)
+    for position, name in enumerate(groups):
+        if name in (WORLD, TARGET):
+            around = around | (thing == Thing.FIRST_GROUP + position)
+    return around
+
+
+def _kept_by_robot(inputs: Inputs, place: Any, normal: Any, active: Any) -> list[Any]:
+    """Irradiance by channel that the robot keeps from surfaces (world frame); little far from it."""
+    shade = inputs.geometry["shade"]
+    from_robot = place - move(inputs.state[WORLD], Array3f32(*shade["middle"]))
+    near = active & (dr.squared_norm(from_robot) < FARTHEST_M**2) & (dr.dot(from_robot, normal) < 0)
+
+    def kept(from_robot: Any, normal: Any, depth: Any) -> list[Any]:
+        return kept_from_surface(shade, inputs.light, from_robot, normal, depth)
+
+    def nothing(from_robot: Any, normal: Any, depth: Any) -> list[Any]:
+        return [Float32(0)] * 3
+
+    return dr.if_stmt((from_robot, normal, -place.z), near, kept, nothing)  # type: ignore[no-any-return]
 
 
 def _flicker(inputs: Inputs, place: Any, in_sun: Any) -> Spectrum:

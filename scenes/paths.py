@@ -35,7 +35,7 @@ from scenes.tracing import (
     turn,
     turn_back,
 )
-from scenes.water_shade_table import ELEVATIONS, kept_from_water
+from scenes.veil import ELEVATIONS, drawn_veil, veil
 from scenes.waves import surface_normal
 
 LARGEST_BOUNCE_COUNT = 6
@@ -45,9 +45,10 @@ the sea surface."""
 LEAST_FACET_COSINE = 0.02
 """Between the view and the normal of a facet of the sea."""
 
-BEHIND_M = 0.15
-"""What is seen before the sun keeps it from the water on the way, as a disc of this radius would: a target, a mirror,
-the mount; a ball has its own. The hull is larger: some of its shadow counts as lit."""
+PART_RADIUS_M = 0.15
+"""What is seen keeps light from the water before it as a disc would: mirrors and a ball have a radius of their own,
+hull, mount and other targets have this one. The hull is larger: some of the water that it hides counts as lit."""
+
 BESIDE_SUN_COSINE = math.cos(math.pi / (ELEVATIONS - 1))
 """Within one node of it the robot's table cannot tell what stands before the sun from what is beside it."""
 
@@ -62,13 +63,15 @@ class Inputs:
     light: Numbers
     state: Numbers
     wavelengths: int
+    eyes: int
 
 
 def follow(inputs: Inputs) -> dict[str, Any]:
     """Follow rays over mirrors and sea surface to the first Lambertian surface or into open water.
 
-    `seen_point` and `distance` are those of the first thing that sends light of its own into the view; behind the sea
-    surface, which lets some light through and reflects the rest, the ray goes on for its radiance alone.
+    `length` is that of the last segment. `seen_point` and `distance` are those of the first thing that sends light of
+    its own into the view; behind the sea surface, which lets some light through and reflects the rest, the ray goes on
+    for its radiance alone.
     """
     rays = inputs.rays
     alive = rays["gain"] > 0
@@ -79,6 +82,7 @@ def follow(inputs: Inputs) -> dict[str, Any]:
         "direction": Array3f32(rays["direction"]),
         "active": Bool(alive),
         "distance": dr.zeros(Float32, count),
+        "length": dr.zeros(Float32, count),
         "throughput": [dr.ones(Float32, count) for _ in range(inputs.wavelengths)],
         "rgb": [dr.zeros(Float32, count) for _ in range(3)],
         "region": dr.select(alive, UInt32(int(Region.DIRECT)), UInt32(int(Region.HOUSING))),
@@ -103,16 +107,17 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
     hit = nearest(inputs.geometry["groups"], state, origin, direction, active=active, known=_known(path, inputs.rays))
     world_direction = turn(state[WORLD], direction)
     depth = -move(state[WORLD], origin).z
-    names = list(inputs.geometry["groups"])
-    on_world = hit.thing == Thing.FIRST_GROUP + names.index(WORLD) if WORLD in names else Bool(False)
+    radius, on_part = _end_radius(inputs, hit)
     through = Segment(
         direction=world_direction,
         depth=depth,
         length=hit.distance,
         active=active,
-        on_world=active & on_world,
-        sunlit=_sunlit_way(inputs, origin, world_direction, hit, active),
-        kept=_kept_from_water(inputs, path, hit.distance),
+        sunlit=_sunlit_way(inputs, origin, world_direction, hit.distance, active)
+        * (1 - _behind_what_is_seen(inputs, world_direction, hit, radius)),
+        # What the robot keeps from the water is in the veil already.
+        end_radius=dr.select(on_part, 0, radius),
+        veil=_veil(inputs, path, world_direction, hit.distance),
     )
     added, throughput = scattered_in(light, tables, path["throughput"], through)
     if "lamp_exponent" in light:
@@ -160,6 +165,7 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
         "direction": dr.select(goes_on, reflected, direction),
         "active": goes_on,
         "distance": dr.select(path["unseen"] & active, path["distance"] + hit.distance, path["distance"]),
+        "length": dr.select(active, hit.distance, path["length"]),
         "throughput": throughput,
         "rgb": rgb,
         "region": dr.select(
@@ -215,58 +221,72 @@ def _known(path: dict[str, Any], rays: dict[str, Any]) -> Known:
     )
 
 
-def _sunlit_way(inputs: Inputs, origin: Any, direction: Any, hit: Hit, active: Any) -> Any:
-    """Share of a way, from the body frame's `origin` along the world frame's `direction`, that lies in the sun.
+def _sunlit_way(inputs: Inputs, origin: Any, direction: Any, length: Any, active: Any) -> Any:
+    """Share of a way, from the body frame's `origin` along the world frame's `direction`, that the world leaves lit.
 
-    The world's shadow is followed along long ways.
+    Its shadow is followed along long ways.
     """
     state = inputs.state
-    share = Float32(1)
-    if "sun_map" in inputs.geometry:
-        grid, attenuation = inputs.geometry["sun_map"], inputs.light["c"][inputs.wavelengths // 2]
-        share = dr.if_stmt(
-            (origin, direction, hit.distance),
-            active & (hit.distance > SHORT_M),
-            lambda origin, direction, length: sunlit_way(
-                grid, move(state[WORLD], origin), direction, length, attenuation
-            ),
-            lambda origin, direction, length: Float32(1),
-        )
-    return share * (1 - _behind_what_is_seen(inputs, direction, hit))
+    if "sun_map" not in inputs.geometry:
+        return Float32(1)
+    grid, attenuation = inputs.geometry["sun_map"], inputs.light["c"][inputs.wavelengths // 2]
+    return dr.if_stmt(
+        (origin, direction, length),
+        active & (length > SHORT_M),
+        lambda origin, direction, length: sunlit_way(grid, move(state[WORLD], origin), direction, length, attenuation),
+        lambda origin, direction, length: Float32(1),
+    )
 
 
-def _behind_what_is_seen(inputs: Inputs, direction: Any, hit: Hit) -> Any:
+def _behind_what_is_seen(inputs: Inputs, direction: Any, hit: Hit, radius: Any) -> Any:
     """Share of a way that the thing at its end keeps the sun from: the target anywhere, the robot close to the sun.
 
-    From the thing up to ``r / tan(a)``: a is the angle between the way and the sun's, r the radius of a disc about its
-    end that stands for the thing.
+    From the thing up to ``r / tan(a)``: a is the angle between the way and the sun's.
     """
     cosine = dr.dot(direction, vector(inputs.light, "refracted_sun"))
+    on_target = hit.thing == int(Thing.BALL)
     names = list(inputs.geometry["groups"])
-    things = {name: hit.thing == Thing.FIRST_GROUP + k for k, name in enumerate(names)}
-    on_ball = hit.thing == int(Thing.BALL)
-    on_target = on_ball
-    on_robot = cosine > BESIDE_SUN_COSINE
-    if TARGET in things:
-        on_target = on_target | things[TARGET]
-    on_part = Bool(False)
-    for side in (*FRONTS, *BACKS):
-        on_part = on_part | (hit.thing == int(side))
-    for name in names:
-        if name not in (WORLD, TARGET, SNOW):
-            on_part = on_part | things[name]
+    if TARGET in names:
+        on_target = on_target | (hit.thing == Thing.FIRST_GROUP + names.index(TARGET))
     slope = dr.safe_sqrt(1 - dr.square(cosine)) / dr.maximum(cosine, 1e-6)
-    radius = dr.select(on_ball, inputs.state["ball"][3], BEHIND_M)
     share = dr.minimum(radius / dr.maximum(slope * hit.distance, 1e-6), 1)
-    return dr.select((cosine > 0) & (on_target | (on_part & on_robot)), share, 0)
+    return dr.select((cosine > 0) & (on_target | (cosine > BESIDE_SUN_COSINE)), share, 0)
 
 
-def _kept_from_water(inputs: Inputs, path: dict[str, Any], length: Any) -> list[Any]:
-    """Share by channel of open water's light that the robot keeps from a line of sight.
+def _end_radius(inputs: Inputs, hit: Hit) -> tuple[Any, Any]:
+    """Radius of a disc that stands for what a way ends at, and whether that is a part of the robot.
 
-    The eye is the camera, or the mirror that the line comes from.
+    It is zero for the world, flakes and open water.
     """
-    if "water" not in inputs.geometry:
-        return [Float32(0)] * 3
-    eye = dr.maximum(path["region"], 1) - 1
-    return kept_from_water(inputs.geometry["water"], eye, path["direction"], length)
+    radius = dr.select(hit.thing == int(Thing.BALL), inputs.state["ball"][3], 0)
+    for front, back in zip(FRONTS, BACKS, strict=True):
+        if front.name in inputs.state:
+            width, height = inputs.state[front.name][9:11]
+            on_mirror = (hit.thing == int(front)) | (hit.thing == int(back))
+            radius = dr.select(on_mirror, dr.sqrt(width * height), radius)
+    on_part = Bool(False)
+    for position, name in enumerate(inputs.geometry["groups"]):
+        if name not in (WORLD, SNOW):
+            on_group = hit.thing == Thing.FIRST_GROUP + position
+            radius = dr.select(on_group, PART_RADIUS_M, radius)
+            on_part = on_part if name == TARGET else on_part | on_group
+    return radius, on_part
+
+
+def _veil(inputs: Inputs, path: dict[str, Any], world_direction: Any, length: Any) -> list[Any]:
+    """Light by channel that robot and world add to a line of sight of open water.
+
+    It begins at the camera, or at the mirror that it comes from: those have a table. Of lines that begin anywhere, to
+    be averaged, each is given an estimate.
+    """
+    geometry, tables = inputs.geometry, inputs.tables
+    if "veil" in tables:
+        eye = dr.maximum(path["region"], 1) - 1
+        if "state" in inputs.rays:
+            eye = eye + inputs.rays["state"] * UInt32(inputs.eyes)
+        return veil(tables["veil"], eye, path["direction"], length)
+    if "source" in geometry:
+        seed = dr.arange(UInt32, dr.width(path["bounce"])) * LARGEST_BOUNCE_COUNT + path["bounce"]
+        point = move(inputs.state[WORLD], path["origin"])
+        return drawn_veil(geometry["source"], inputs.light, seed, point, world_direction, length)
+    return [Float32(0)] * 3

@@ -16,7 +16,6 @@ from optics.layout import Layout, camera_pose, pan_from_m2
 from optics.mesh import Group, PartMesh
 from rigs import Rig
 from rigs.specification import FlatMirror
-from scenes.ambient import with_ambient
 from scenes.ambient_volume import ambient_volume
 from scenes.clearance import Clearance
 from scenes.frame import Frame, Label
@@ -34,14 +33,16 @@ from scenes.geometry import (
 from scenes.kernel import Shape, compiled_frame, compiled_prefix
 from scenes.lamps import lamp_numbers
 from scenes.materials import Material
-from scenes.packing import Packing
+from scenes.packing import Packing, vectors
 from scenes.port_rays import port_rays
 from scenes.shade import at_rest, with_shade
+from scenes.source_volume import lit_world
 from scenes.stage import Stage
 from scenes.state import State
 from scenes.targets import MeshShape
 from scenes.tracing import Thing
 from scenes.water_shade import water_shade
+from scenes.world_shade import world_shade
 from scenes.worlds.snow import snow_offset_m
 
 FARTHEST_M = 1e5
@@ -89,23 +90,31 @@ class FastRenderer:
         if self._layout is not None:
             self._m1 = _packed_mirror(self._layout.body_from_m1.as_matrix(), rig.fold_mirror)
         meshes, names = rig_meshes_by_group(parts)
-        water = None
+        water = shade = None
         body_from = self._body_from(State())
         if meshes:
             hung = at_rest(stage.world_from_body)
             poses = {group: RigidTransform.from_matrix(matrix) for group, matrix in body_from.items()}
             meshes, robot = with_shade(meshes, poses, mirror_blockers(parts, poses), stage.light, hung=hung)
             water = water_shade(robot, hung, self._eyes(), stage.light)
+            shade = world_shade(robot, hung, stage.light)
         self.instance_names = (*names, *stage.world.instance_names, TARGET)
-        volume = None
+        volume = source = None
         if len(stage.world.faces):
-            meshes[WORLD] = with_ambient(world_mesh(stage.world, len(names)), stage.light)
-            volume = ambient_volume(meshes[WORLD], stage.light)
+            meshes[WORLD], source = lit_world(world_mesh(stage.world, len(names)), stage.light)
+            volume = ambient_volume(meshes[WORLD], stage.light, source)
         if stage.target is not None and isinstance(stage.target.shape, MeshShape):
             meshes[TARGET] = target_mesh(stage.target.shape, len(self.instance_names) - 1)
         if stage.snow is not None:
             meshes[SNOW] = snow_mesh(stage.snow)
-        self._geometry = replace(geometry_of(meshes, stage.light.towards_sun), volume=volume, water=water)
+        self._geometry = replace(
+            geometry_of(meshes, stage.light.towards_sun),
+            volume=volume,
+            source=source,
+            water=water,
+            shade=shade,
+            eyes=vectors(self._eyes()),
+        )
         self._clearance = Clearance(stage.world)
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
@@ -194,6 +203,7 @@ class FastRenderer:
             state=self._packing,
             wavelengths=len(self.stage.light.bands.wavelength_nm),
             states=count,
+            eyes=len(self._eyes()),
             truth=truth,
         )
         result: dict[str, Any] = compiled_frame(shape)(

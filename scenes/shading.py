@@ -14,6 +14,7 @@ import numpy as np
 from optics.backend import Float32, UInt32, dr
 from optics.refraction import dielectric_transmittance, refract
 from scenes.field_table import azimuth_from, looked_up, looked_up_in_layer
+from scenes.forward_cone import hidden_share
 from scenes.light import METAL_DEGREE, PHASE_ROW, PHASE_TABLE_SIZE
 from scenes.packing import Numbers, between, vector
 from scenes.powers import decay
@@ -66,21 +67,23 @@ class Segment:
         World frame, away from the eye.
     depth, length : Float32
         Depth of the near end, positive down; the length may be infinite.
-    active, on_world : Bool
-        Whether it is looked along at all, and whether it ends at a surface of the world.
+    active : Bool
+        Whether it is looked along at all.
     sunlit : Float32
         Share of it that the sun reaches past the world.
-    kept : list of Float32
-        Share by channel of the light of its near end that the robot keeps from it.
+    end_radius : Float32
+        Of the thing that it ends at, as a disc across it; zero for the world, which goes on around what is seen of it.
+    veil : list of Float32
+        Light by channel that robot and world add to what open water scatters into it; negative when they keep light.
     """
 
     direction: Any
     depth: Any
     length: Any
     active: Any
-    on_world: Any
     sunlit: Any
-    kept: list[Any]
+    end_radius: Any
+    veil: list[Any]
 
 
 def scattered_in(
@@ -93,46 +96,52 @@ def scattered_in(
     """
     azimuth = azimuth_from(light["sun_azimuth"], segment.direction)
     near = _field_at_near_end(light, tables, segment, azimuth)
+    hidden = hidden_share(tables["forward_cone"], segment.length, segment.end_radius)
 
     def long(  # noqa: PLR0917
         throughput: Spectrum,
         direction: Any,
         depth: Any,
         length: Any,
-        on_world: Any,
         sunlit: Any,
         azimuth: Any,
         near: list[Any],
-        kept: list[Any],
+        veil: list[Any],
+        hidden: Any,
     ) -> tuple[list[Any], Spectrum]:
         far_depth = depth - direction.z * length
         far = looked_up(light, tables["field"], far_depth, direction.z, azimuth)
         # Behind much water what is at the far end has no weight; nor has it a depth.
         visible = length < LONG_M
         far = [dr.select(visible, f, 0) for f in far]
-        to_surface = far_depth / dr.maximum(direction.z, 1e-6)
         passed, once = [], []
-        for c, c_world, k in zip(light["c"], light["c_world"], light["k_sun"], strict=True):
-            x, beam, at_surface = c - k * direction.z, decay(c * length), decay(c * to_surface)
+        for c, k in zip(light["c"], light["k_sun"], strict=True):
+            beam = decay(c * length)
             sun_near, sun_far = decay(k * depth), decay(k * far_depth)
-            through = dr.select(on_world, decay(c_world * length), beam)
-            way = _sun_on_way(x, length, sun_near, beam * sun_far)
-            # What is scattered on the way from the world's own surroundings is not scattered sunlight.
-            behind = _sun_on_way(x, to_surface, sun_far, at_surface)
-            once.append(way * sunlit - dr.select(on_world & visible, (through - beam) * behind, 0))
-            passed.append(through)
-        return _added(light, tables, throughput, direction, passed=passed, once=once, ends=(near, far), kept=kept)
+            once.append(_sun_on_way(c - k * direction.z, length, sun_near, beam * sun_far) * sunlit)
+            passed.append(beam)
+        return _added(
+            light,
+            tables,
+            throughput,
+            direction,
+            passed=passed,
+            once=once,
+            ends=(near, far),
+            veil=veil,
+            cone=(hidden, length),
+        )
 
     def short(  # noqa: PLR0917
         throughput: Spectrum,
         direction: Any,
         depth: Any,
         length: Any,
-        on_world: Any,
         sunlit: Any,
         azimuth: Any,
         near: list[Any],
-        kept: list[Any],
+        veil: list[Any],
+        hidden: Any,
     ) -> tuple[list[Any], Spectrum]:
         up, down = dr.maximum(direction.z, 0), dr.minimum(direction.z, 0)
         names = ("field_decay", "field_decay_rise", "field_decay_fall")
@@ -142,7 +151,17 @@ def scattered_in(
         sun = [decay(k * depth) for k in light["k_sun"]]
         xs = [c - k * direction.z for c, k in zip(light["c"], light["k_sun"], strict=True)]
         once = [s * length * sunlit * _short_mean(x * length) for s, x in zip(sun, xs, strict=True)]
-        return _added(light, tables, throughput, direction, passed=passed, once=once, ends=(near, far), kept=kept)
+        return _added(
+            light,
+            tables,
+            throughput,
+            direction,
+            passed=passed,
+            once=once,
+            ends=(near, far),
+            veil=veil,
+            cone=(hidden, length),
+        )
 
     return dr.if_stmt(  # type: ignore[no-any-return]
         (
@@ -150,11 +169,11 @@ def scattered_in(
             segment.direction,
             segment.depth,
             segment.length,
-            segment.on_world,
             segment.sunlit,
             azimuth,
             near,
-            segment.kept,
+            segment.veil,
+            hidden,
         ),
         segment.active & (segment.length > SHORT_M),
         long,
@@ -171,11 +190,16 @@ def _added(
     passed: Spectrum,
     once: Spectrum,
     ends: tuple[list[Any], list[Any]],
-    kept: list[Any],
+    veil: list[Any],
+    cone: tuple[Any, Any],
 ) -> tuple[list[Any], Spectrum]:
-    """Light by channel, and throughput, from what is passed, the sun's way, and the field at both ends."""
+    """Light by channel, and throughput, from what is passed, the sun's way, and the field at both ends.
+
+    The thing at the end sends what is scattered from its own cone as well (`scenes.forward_cone`).
+    """
     near, far = ends
-    missing = [n * k for n, k in zip(near, kept, strict=True)]
+    hidden, length = cone
+    near = [n + v for n, v in zip(near, veil, strict=True)]
     cosine = dr.dot(vector(light, "refracted_sun"), direction)
     particles, molecules = phase(tables["phase"], cosine), molecular_phase(light, cosine)
     nodes = len(throughput) // 3
@@ -185,11 +209,12 @@ def _added(
         channel = k // nodes
         share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
         p = dr.lerp(particles, molecules, light["molecular"][k])
-        more = share * dr.fma(-passed[k], far[channel], near[channel] - missing[channel])
-        # What the robot keeps is known between nodes only: it cannot be more than there is.
+        more = share * (1 - hidden) * dr.fma(-passed[k], far[channel], near[channel])
+        # What robot and world keep is known between nodes only: it cannot be more than there is.
         new = dr.maximum(dr.fma(light["b_sun"][k] * p, once[k], more), 0)
         added[channel] = dr.fma(light["weight"][k] * t, new, added[channel])
-        left.append(t * passed[k])
+        exponent = light["b_veil"][k] * length * hidden
+        left.append(t * passed[k] * dr.fma(dr.fma(exponent, 0.5, 1), exponent, 1))
     return added, left
 
 

@@ -15,7 +15,7 @@ def rough_light():
 
     A robot's takes two seconds instead of fifteen. It never gets into the cache, which is for good light only.
     """
-    from scenes import ambient, ambient_volume, water_shade
+    from scenes import ambient, ambient_volume, robot_light, source_volume, water_shade, world_shade
 
     def gathered_once(mesh, light, name, make, *, places=()):
         key = f"{ambient._key(mesh, light, places)}-{name}"
@@ -24,9 +24,12 @@ def rough_light():
         return GATHERED[key]
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (ambient, ambient_volume, water_shade):
+        for module in (ambient, ambient_volume, source_volume, water_shade, world_shade):
             patch.setattr(module, "cached", gathered_once)
         patch.setattr(ambient, "LEAST_DIRECTIONS", 4)
         patch.setattr(ambient, "MOST_DIRECTIONS", 4)
-        patch.setattr(water_shade, "LOOKS", 4)
+        patch.setattr(robot_light, "LOOKS", 4)
+        patch.setattr(source_volume, "LOOKS", 16)
+        patch.setattr(source_volume, "MOST_POINTS", 6)
+        patch.setattr(source_volume, "MOST_TURNS", 0)
         yield

@@ -7,10 +7,13 @@ import pytest
 
 from optics.backend import Array3f32, Float32, UInt32
 from scenes.geometry import WORLD
-from scenes.paths import BEHIND_M, _behind_what_is_seen
+from scenes.paths import _behind_what_is_seen, _end_radius
 from scenes.tracing import Thing
 
 RADIUS_M = 0.1
+HALF_WIDTH_M, HALF_HEIGHT_M = 0.2, 0.1
+MIRROR = [Float32(0)] * 9 + [Float32(HALF_WIDTH_M), Float32(HALF_HEIGHT_M)]
+MIRROR_RADIUS_M = (HALF_WIDTH_M * HALF_HEIGHT_M) ** 0.5
 SUN = np.array([0.0, np.sin(0.4), np.cos(0.4)])
 
 
@@ -22,10 +25,11 @@ def share(angle_deg, length_m, thing):
     inputs = SimpleNamespace(
         light={"refracted_sun": [float(x) for x in SUN]},
         geometry={"groups": {WORLD: None}},
-        state={"ball": [0.0, 0.0, 0.0, RADIUS_M]},
+        state={"ball": [0.0, 0.0, 0.0, RADIUS_M], "M1": MIRROR},
     )
     hit = SimpleNamespace(thing=UInt32(int(thing)), distance=Float32(length_m))
-    return float(_behind_what_is_seen(inputs, Array3f32(*way.tolist()), hit)[0])
+    radius, _ = _end_radius(inputs, hit)
+    return float(_behind_what_is_seen(inputs, Array3f32(*way.tolist()), hit, radius)[0])
 
 
 @pytest.mark.parametrize("angle_deg", [2.0, 5.0, 20.0, 60.0])
@@ -44,7 +48,7 @@ def test_the_share_is_that_of_points_whose_way_to_the_sun_meets_the_disc(angle_d
 def test_the_robot_counts_beside_the_sun_only_and_the_world_never():
     """Elsewhere the robot's shadow is in its table; the world's is in the map of its shadows."""
     assert share(5.0, 1.0, Thing.M1_BACK) == share(5.0, 1.0, Thing.M1) == 1.0
-    assert share(7.4, 5.0, Thing.M1) == pytest.approx(BEHIND_M / (5.0 * np.tan(np.radians(7.4))), rel=1e-5)
+    assert share(7.4, 5.0, Thing.M1) == pytest.approx(MIRROR_RADIUS_M / (5.0 * np.tan(np.radians(7.4))), rel=1e-5)
     assert share(20.0, 1.0, Thing.M1_BACK) == 0.0
     assert share(0.5, 1.0, Thing.FIRST_GROUP) == share(0.5, 1.0, Thing.SEA_SURFACE) == 0.0
     assert share(120.0, 1.0, Thing.BALL) == 0.0

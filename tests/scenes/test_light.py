@@ -58,15 +58,15 @@ def columns(light):
     )
 
 
-def piece(direction, depth, length, *, on_world=False):
+def piece(direction, depth, length, *, end_radius=0.0, veil=0.0):
     return Segment(
         direction=Array3f32(*direction),
         depth=Float32(depth),
         length=Float32(length),
         active=Bool(True),
-        on_world=Bool(on_world),
         sunlit=Float32(1),
-        kept=[Float32(0)] * 3,
+        end_radius=Float32(end_radius),
+        veil=[Float32(veil)] * 3,
     )
 
 
@@ -127,6 +127,42 @@ def test_two_segments_are_one(kernel):
     # The cut's own term is divided among wavelengths once with 2 m of water before it and once without.
     np.testing.assert_allclose(near + [a[0] for a in added], whole, rtol=1e-4)
     np.testing.assert_allclose([t[0] for t in left], left_whole, rtol=SINGLE_PRECISION)
+
+
+@pytest.mark.parametrize("length", [0.3, 2.0])
+def test_a_veil_is_added_and_dimmed_no_more(kernel, length):
+    """The veil of a segment is what arrives at its near end: it is added as it is, weight by weight of the channel."""
+    numbers, tables = kernel
+    ones = [Float32(1) for _ in numbers["c"]]
+    without, with_veil = (
+        scattered_in(numbers, tables, ones, piece((0.6, 0.0, -0.8), DEPTH, length, veil=each)) for each in (0.0, 0.01)
+    )
+    more = [b[0] - a[0] for a, b in zip(without[0], with_veil[0], strict=True)]
+    np.testing.assert_allclose(more, 0.01, rtol=1e-3)
+    np.testing.assert_array_equal([t[0] for t in without[1]], [t[0] for t in with_veil[1]])
+
+
+@pytest.mark.parametrize("length", [0.3, 2.0])
+def test_a_thing_as_bright_as_open_water_is_not_seen(light, kernel, length):
+    """What a thing hides from the water before it, it sends itself: a disc as bright as the water changes nothing.
+
+    Its gain and the water's loss are the same share of different things, the one of what is scattered at the end, the
+    other of what is scattered all along, and the sun's part of open water is not hidden: they agree within 5 % of the
+    light, looking level across the sun.
+    """
+    numbers, tables = kernel
+    direction = DIRECTIONS["level, across the sun"]
+    ones = [Float32(1) for _ in numbers["c"]]
+    hidden = scattered_in(numbers, tables, ones, piece(direction, DEPTH, length, end_radius=0.1))
+    plain = scattered_in(numbers, tables, ones, piece(direction, DEPTH, length))
+    far = scattered_in(numbers, tables, ones, piece(direction, DEPTH, np.inf))[0]
+    water = np.array([f[0] for f in far])
+    seen = []
+    for added, left in (hidden, plain):
+        passed = np.array([t[0] for t in left]).reshape(3, -1) * light.bands.weight.sum(axis=0).reshape(3, -1)
+        seen.append(np.array([a[0] for a in added]) + passed.sum(axis=1) * water)
+    np.testing.assert_allclose(seen[0], seen[1], rtol=0.05)
+    assert all(h[0] < p[0] for h, p in zip(hidden[0], plain[0], strict=True))
 
 
 @pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-0.6, 0.0, 0.8)])

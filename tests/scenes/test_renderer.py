@@ -164,8 +164,10 @@ def test_a_plate_above_casts_its_shadow(aqua2):
     folded = lit.region == Region.FOLD
     ratio = shaded.radiance[folded].mean(axis=1) / lit.radiance[folded].mean(axis=1)
     # The fold view looks down at the floor: it holds the shadow's edge, so both kinds of pixel are there.
-    assert (ratio < 0.6).mean() > 0.05
-    assert (ratio > 0.999).mean() > 0.05
+    # The water before the shadow still shines, by the light of the floor around it.
+    assert (ratio < 0.65).mean() > 0.05
+    # All the rest loses the plate's part of the sky.
+    assert (ratio > 0.98).mean() > 0.05
     assert ratio.max() < 1 + 1e-6
 
 

@@ -11,10 +11,10 @@ from scenes.frame import Label
 from scenes.geometry import GroupMesh
 from scenes.light import underwater_light, without_forward_peak
 from scenes.materials import Material
-from scenes.packing import pairs_of
+from scenes.packing import halves_of
 from scenes.spectrum import bands_of_camera
-from scenes.water_shade import lengths_m, water_shade
-from scenes.water_shade_table import AZIMUTHS, ELEVATIONS, LENGTHS, ROW, kept_from_water
+from scenes.veil import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, veil
+from scenes.water_shade import water_shade
 from scenes.worlds.shapes import unit_sphere
 
 DEPTH_M, RADIUS_M, BELOW_M = 5.0, 0.3, 0.6
@@ -46,7 +46,8 @@ def shares(light):
     pose = RigidTransform.from_translation([0, 0, -DEPTH_M])
     eyes = np.array([[0, 0, -BELOW_M], [0, 0, -30.0], light.towards_sun * BELOW_M])
     table = water_shade(ball(), pose, eyes, light)
-    return np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, LENGTHS, 2, ROW // 2)[..., 0, :3]
+    pieces = np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, PIECES, 2, ROW // 2)[..., :3]
+    return np.concatenate([pieces[..., :1, 0, :], pieces[..., 1, :]], axis=3)
 
 
 def test_a_black_ball_keeps_what_a_direct_integral_says(light, shares):
@@ -157,8 +158,8 @@ def test_nothing_is_kept_far_away(shares):
 
 def test_kernel_gives_the_nodes_and_closes_the_circle():
     """At nodes the table itself; between the last azimuth and the first one half of each (float32: 1e-4)."""
-    nodes = np.random.default_rng(0).uniform(size=(1, ELEVATIONS, AZIMUTHS, LENGTHS, 3))
-    table = pairs_of(nodes, ROW)
+    nodes = np.random.default_rng(0).uniform(size=(1, ELEVATIONS, AZIMUTHS, PIECES + 1, 3))
+    table = halves_of(nodes[..., :-1, :], nodes[..., 1:, :], ROW)
     line, node = 7, 3
     elevation = np.pi * line / (ELEVATIONS - 1) - np.pi / 2
     for turn, expected in (
@@ -168,5 +169,5 @@ def test_kernel_gives_the_nodes_and_closes_the_circle():
         azimuth = 2 * np.pi * turn / AZIMUTHS
         way = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
         direction = Array3f32(*(Float32(float(x)) for x in way))
-        kept = kept_from_water(table, UInt32(0), direction, Float32(float(lengths_m()[node])))
+        kept = veil(table, UInt32(0), direction, Float32(float(lengths_m()[node])))
         np.testing.assert_allclose([float(k[0]) for k in kept], expected, atol=1e-3)

@@ -1,0 +1,135 @@
+"""What a robot changes of the light around it: looked at from around, it hides open water, and shines less."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.backend import Array3f32, Float32, UInt32, dr, mi
+from scenes.ambient import Surroundings
+from scenes.field_table import azimuth_from, field_table, looked_up
+from scenes.forward_cone import lengths_over_radius
+from scenes.geometry import GroupMesh
+from scenes.light import Light
+from scenes.packing import vectors
+from scenes.shading import channels, molecular_phase, phase
+
+FloatArray = NDArray[np.float64]
+
+LEAST_RADIUS_M = 1e-3
+
+LOOKS = 128
+"""Directions in which a point looks at the robot."""
+
+
+class RobotLight:
+    """What a robot changes of the light at points of the water."""
+
+    def __init__(self, robot: GroupMesh, light: Light):
+        corners = robot.vertices_m[np.unique(robot.faces)]
+        self.middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+        self.radius = float(np.linalg.norm(corners - self.middle, axis=1).max())
+        depth = -float(self.middle[2])
+        self._with, self._without = (Surroundings(mesh, light, depth_m=depth) for mesh in (robot, None))
+        self._scene, self._tables, self._numbers = self._with.scene, self._with.tables, self._with.numbers
+        self._field = field_table(light.field_nodes)
+        means = light.channel_means(depth)
+        # Of a disc as large as the ellipse in the robot's outline seen from above: so wide is its shadow.
+        self.shadow_radius = max(float(np.sqrt(np.prod(np.ptp(corners[:, :2], axis=0)))) / 2, LEAST_RADIUS_M)
+        self._hidden_shares = light.hidden_shares
+        self._mean = [{name: float(values[k]) for name, values in means.items()} for k in range(3)]
+
+    def open_water(self, eye: FloatArray, directions: FloatArray) -> FloatArray:
+        """Radiance of open water as the field's table holds it, shape (n, 3)."""
+        way = vectors(directions)
+        azimuth = azimuth_from(self._numbers["sun_azimuth"], way)
+        found = looked_up(self._numbers, self._field, Float32(-float(eye[2])), way.z, azimuth)
+        return np.stack([channel.numpy() for channel in found], axis=-1)
+
+    def missing_from_line(self, eye: FloatArray, directions: FloatArray, distance: float) -> FloatArray:
+        """Light per metre, shape (n, 3), that a point at a distance does not scatter towards the eye.
+
+        Whether the robot itself stands before the point does not count: what is looked up there belongs to lines
+        between the nodes, which may pass beside it.
+        """
+        way = vectors(directions)
+        begin = Array3f32(*(float(x) for x in eye))
+        point = begin + way * distance
+        sun = Array3f32(*self._numbers["refracted_sun"])
+        in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=True)
+        from_sun = self._scattered_sun(way, -point.z, distance)
+        from_around = self._missing(
+            point, lambda looking, owner, _: self._phases(looking, dr.gather(Array3f32, way, owner))
+        )
+        result = []
+        # Dark water is seen through dark water: what is scattered on the way comes from the shadow as well.
+        share = np.interp(distance / self.shadow_radius, lengths_over_radius(), self._hidden_shares)
+        for mean, s, a in zip(self._mean, from_sun, from_around, strict=True):
+            reaching = mean["scattering"] * float(np.exp(-mean["attenuation"] * distance))
+            gain = float(np.exp(mean["veil"] * share * distance))
+            total = (dr.select(in_shadow, s, 0) + a * reaching) * gain
+            result.append(total.numpy())
+        return np.stack(result, axis=-1)
+
+    def _scattered_sun(self, way: Any, depth: Any, distance: float) -> list[Any]:
+        """The sun's light by channel that points scatter against the way, as it arrives from a distance."""
+        numbers = self._numbers
+        cosine = dr.dot(Array3f32(*numbers["refracted_sun"]), way)
+        particles, molecules = phase(self._tables["phase"], cosine), molecular_phase(numbers, cosine)
+        once = [
+            b * dr.lerp(particles, molecules, m) * dr.exp(-k * depth - c * distance)
+            for b, m, k, c in zip(*(numbers[name] for name in ("b_sun", "molecular", "k_sun", "c")), strict=True)
+        ]
+        return channels(numbers, once)
+
+    def missing_from_plane(self, points: FloatArray) -> FloatArray:
+        """Irradiance, shape (n, 3), that the robot keeps from planes at points that face its middle."""
+        missing = self._missing(vectors(points), lambda looking, _, axis: [dr.dot(looking, axis)] * 3)
+        return np.stack([channel.numpy() for channel in missing], axis=-1)
+
+    def _phases(self, looking: Any, way: Any) -> list[Any]:
+        """Phase function by channel of light that comes along the one direction and is seen along the other."""
+        cosine = dr.dot(looking, way)
+        particles, molecules = phase(self._tables["phase"], cosine), molecular_phase(self._numbers, cosine)
+        return [dr.lerp(particles, molecules, mean["molecular"]) for mean in self._mean]
+
+    def _missing(self, point: Any, weights: Callable[[Any, Any, Any], list[Any]]) -> list[Any]:
+        """Light that the robot keeps from points, by channel, weighted and integrated over directions.
+
+        Weights are told the directions, the points they belong to, and the direction of the robot's middle.
+        """
+        count = dr.width(point)
+        lane = dr.arange(UInt32, count * LOOKS)
+        place, look = lane // LOOKS, lane % LOOKS
+        origin = dr.gather(Array3f32, point, place)
+        towards = Array3f32(*(float(x) for x in self.middle)) - origin
+        distance = dr.norm(towards)
+        # The cone about the ball around the robot; from within it all directions.
+        narrowest = dr.safe_sqrt(1 - dr.square(self.radius / distance))
+        lowest = dr.select(distance > self.radius, narrowest, -1)
+        cosine = 1 - (1 - lowest) * ((Float32(look) + 0.5) / LOOKS)
+        sine = dr.safe_sqrt(1 - dr.square(cosine))
+        turns = Float32(place % 4096) * 0.618033988749895
+        s, c = dr.sincos(Float32(look) * 2.399963229728653 + 2 * np.pi * (turns - dr.floor(turns)))
+        axis = towards / distance
+        frame = mi.Frame3f(mi.Normal3f(axis))
+        looking = Array3f32(frame.to_world(mi.Vector3f(sine * c, sine * s, cosine)))
+        hit = self._scene.ray_test(mi.Ray3f(origin, looking), coherent=True)
+        found = dr.compress(hit)
+        if not dr.width(found):
+            return [dr.zeros(Float32, count)] * 3
+        o, d = dr.gather(Array3f32, origin, found), dr.gather(Array3f32, looking, found)
+        shown, instead = self._with.radiance(o, d), self._without.radiance(o, d)
+        owner = dr.gather(UInt32, place, found)
+        weight = weights(d, owner, dr.gather(Array3f32, axis, found))
+        solid = dr.gather(Float32, 2 * np.pi * (1 - lowest) / LOOKS, found)
+        result = []
+        for each, is_there, was_there in zip(weight, shown, instead, strict=True):
+            total = dr.zeros(Float32, count)
+            dr.scatter_reduce(dr.ReduceOp.Add, total, each * solid * (was_there - is_there), owner)
+            result.append(total)
+        dr.eval(result)
+        return result

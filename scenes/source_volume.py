@@ -1,0 +1,161 @@
+"""What a world changes of the light that water scatters: a grid of points, and directions at each.
+
+Water shines by the light around it. Along a line of sight in the direction w it sends, per metre,
+
+    b int p(w, w') L(w') dw',
+
+the source function of radiative transfer. Open water's is part of its radiance F, which needs no source; near a world L
+is another light, and the difference
+
+    J(x, w) = b int p(w, w') (L(x, w') - F(w')) dw'
+
+is found here: from each point the world is looked at in many directions. Light on its surfaces and J hang on each
+other, and are found in turns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from scenes.ambient import RAYS_AT_ONCE, Surroundings, ambient_light, cached, settled
+from scenes.geometry import GroupMesh
+from scenes.grid import grid_axes, grid_numbers, grid_points
+from scenes.light import Light
+from scenes.packing import rows_of, vectors
+from scenes.veil import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW, node_directions
+
+FloatArray = NDArray[np.float64]
+
+SPACING_M = 0.35
+MOST_POINTS = 24
+"""Along each axis of the grid."""
+
+INSET_M = 0.02
+"""Points of the grid keep off the world's bounding box, where a basin has its walls."""
+
+LOOKS = 256
+"""Directions in which a point looks."""
+
+SUN_RINGS_RAD = np.radians(np.geomspace(0.7, 15, 10))
+SUN_AROUND = 12
+"""Rings about the sun, and directions on each."""
+
+SETTLED = 0.05
+"""Share of the source by which the last turn may change it."""
+
+MOST_TURNS = 12
+"""Times at most that the light on the surfaces and in the water are found in turn."""
+
+RINGS, AROUND = 64, 48
+"""Points at which the phase function is taken to share out a direction's light, by angle and around."""
+
+
+def lit_world(mesh: GroupMesh, light: Light) -> tuple[GroupMesh, dict[str, Any]]:
+    """World with the irradiance at its vertices by all but the direct sun, and its source volume.
+
+    From the cache when it can be; the volume is as `scenes.veil` takes it.
+    """
+    axes = grid_axes(mesh, spacing_m=SPACING_M, most=MOST_POINTS, inset_m=INSET_M)
+    found = cache(lambda: _in_turns(mesh, light, axes))
+    ambient = cached(mesh, light, "world", lambda: found()[0])
+    source = cached(mesh, light, "source", lambda: found()[1])
+    return replace(mesh, ambient=ambient), source_volume(axes, source)
+
+
+def source_volume(axes: list[FloatArray], source: FloatArray) -> dict[str, Any]:
+    """Grid of sources, shape (n, elevations, azimuths, 3), as `scenes.veil` takes it."""
+    return {"values": rows_of(source.reshape(-1, 3), SOURCE_ROW), **grid_numbers(axes)}
+
+
+def _in_turns(mesh: GroupMesh, light: Light, axes: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Irradiance at the vertices and source at the points, in turns: each adds a scattering, some a reflection."""
+    water = _Water(light, grid_points(axes))
+    ambient = ambient_light(mesh, light)
+    source = water.source(replace(mesh, ambient=ambient), None)
+    for _ in range(MOST_TURNS):
+        volume = source_volume(axes, source)
+        scattered, source = source, water.source(replace(mesh, ambient=ambient), volume)
+        if np.abs(source - scattered).mean() < SETTLED * np.abs(source).mean():
+            before, ambient = ambient, ambient_light(replace(mesh, ambient=ambient), light, volume, rounds=1)
+            if settled(before, ambient):
+                break
+    return ambient, source
+
+
+class _Water:
+    """Points of the water, and what they scatter of what they see."""
+
+    def __init__(self, light: Light, points: FloatArray):
+        self._light, self._points = light, points
+        self._depth = float(-np.median(points[:, 2]))
+        self._directions = looks(light.towards_sun)
+        means = light.channel_means(self._depth)
+        shares = shares_of_looks(light, means["molecular"], self._directions)
+        self._scattering = (means["scattering"][:, np.newaxis, np.newaxis] * shares).astype(np.float32)
+        # Open water's radiance hangs on the height alone.
+        heights, self._height = np.unique(points[:, 2], return_inverse=True)
+        column = np.stack([0 * heights, 0 * heights, heights], axis=-1)
+        self._open_water = self._seen(Surroundings(None, light, depth_m=self._depth), column)
+
+    def source(self, mesh: GroupMesh, volume: dict[str, Any] | None) -> FloatArray:
+        """Source at the points beside a lit mesh, shape (n, elevations, azimuths, 3)."""
+        around = Surroundings(mesh, self._light, depth_m=self._depth, source=volume)
+        pieces = max(1, len(self._points) * len(self._directions) // RAYS_AT_ONCE)
+        parts = []
+        for part in np.array_split(np.arange(len(self._points)), pieces):
+            change = self._seen(around, self._points[part]) - self._open_water[:, self._height[part]]
+            parts.append(np.moveaxis(change @ self._scattering.swapaxes(1, 2), 0, -1))
+        return np.concatenate(parts).reshape(-1, SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3)
+
+    def _seen(self, around: Surroundings, points: FloatArray) -> FloatArray:
+        """Radiance in all directions, shape (3, n, looks)."""
+        count = len(self._directions)
+        origins, directions = np.repeat(points, count, axis=0), np.tile(self._directions, (len(points), 1))
+        seen = around.radiance(vectors(origins), vectors(directions))
+        return np.stack([channel.numpy().reshape(len(points), count) for channel in seen])
+
+
+def looks(towards_sun: FloatArray) -> FloatArray:
+    """Directions, shape (n, 3): a spiral of equal shares of the sphere, and rings about the sun.
+
+    Around the sun lies what was scattered forward, which a shadow takes away; spread evenly, directions would miss it.
+    """
+    height = 1 - 2 * (np.arange(LOOKS) + 0.5) / LOOKS
+    angle = np.arange(LOOKS) * np.pi * (3 - np.sqrt(5))
+    level = np.sqrt(1 - height**2)
+    even = np.stack([level * np.cos(angle), level * np.sin(angle), height], axis=-1)
+    across = np.linalg.svd(towards_sun[np.newaxis])[2][1:]
+    ring = np.repeat(SUN_RINGS_RAD, SUN_AROUND)[:, np.newaxis]
+    around = np.tile(np.arange(SUN_AROUND) * (2 * np.pi / SUN_AROUND), len(SUN_RINGS_RAD))[:, np.newaxis]
+    rings = np.cos(ring) * towards_sun + np.sin(ring) * (np.cos(around) * across[0] + np.sin(around) * across[1])
+    return np.concatenate([even, rings])
+
+
+def shares_of_looks(light: Light, molecular: FloatArray, directions: FloatArray) -> FloatArray:
+    """Integral of the phase function over the part of the sphere nearest to each look, shape (3, nodes, looks).
+
+    By channel, for the shares that molecules have of the scattering; without what is scattered by so little that it
+    counts as not scattered.
+    """
+    ring = np.radians(np.geomspace(0.2, 180, RINGS + 1))
+    ring[0] = 0
+    middle = (ring[:-1] + ring[1:]) / 2
+    solid = 2 * np.pi * (np.cos(ring[:-1]) - np.cos(ring[1:])) / AROUND
+    weight = [np.repeat(light.phase_without_peak(middle, share) * solid, AROUND) for share in molecular]
+    angle = np.repeat(middle, AROUND)[:, np.newaxis]
+    around = np.tile(np.arange(AROUND) * (2 * np.pi / AROUND), RINGS)[:, np.newaxis]
+    tree = cKDTree(directions)
+    nodes = node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS)
+    result = np.zeros((3, len(nodes), len(directions)))
+    for k, node in enumerate(nodes):
+        across = np.linalg.svd(node[np.newaxis])[2][1:]
+        beside = np.cos(around) * across[0] + np.sin(around) * across[1]
+        nearest = tree.query(np.cos(angle) * node + np.sin(angle) * beside)[1]
+        result[:, k] = [np.bincount(nearest, each, minlength=len(directions)) for each in weight]
+    return result

@@ -1,0 +1,49 @@
+"""What the robot keeps from the world around it: its shadow in the light that comes from everywhere but the sun."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from optics.backend import Float32, dr
+from scenes.ambient import cached
+from scenes.geometry import GroupMesh
+from scenes.light import Light
+from scenes.packing import pairs_of
+from scenes.robot_light import RobotLight
+from scenes.veil import node_directions
+from scenes.world_shade_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m
+
+FloatArray = NDArray[np.float64]
+
+
+def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light) -> dict[str, Any]:
+    """Table of what the robot keeps from surfaces, as `scenes.world_shade_table` takes it.
+
+    Parameters
+    ----------
+    robot : GroupMesh
+        All parts in the world frame, lit (`scenes.ambient`).
+    world_from_body : RigidTransform
+        Where it hangs.
+    light : Light
+    """
+    around = RobotLight(robot, light)
+
+    def kept() -> FloatArray:
+        distance = distances_m(around.radius)
+        offset = node_directions(AZIMUTHS, ELEVATIONS)[:, np.newaxis] * distance[:, np.newaxis]
+        points = around.middle + offset.reshape(-1, 3)
+        share = around.missing_from_plane(points) / light.ambient_up(-points[:, 2])
+        return share.reshape(-1, DISTANCES, 3) * distance[:, np.newaxis] ** 2
+
+    middle = world_from_body.inv().apply(around.middle)
+    return {
+        "values": pairs_of(cached(robot, light, "shadow", kept), ROW),
+        "middle": [dr.opaque(Float32, float(x)) for x in middle],
+        "nearest": [dr.opaque(Float32, around.radius)],
+        "radius": [dr.opaque(Float32, around.shadow_radius)],
+    }
