@@ -26,7 +26,7 @@ SHORTEST, LONGEST = 2.0**-4, 2.0**12
 
 ROW = 2
 
-RINGS, AROUND, OFFSETS = 192, 24, 8
+RINGS, AROUND, OFFSETS = 96, 16, 8
 """Points at which the phase function, and lines that end on a disc, are taken."""
 
 
@@ -45,7 +45,7 @@ def hidden_shares(phase: Callable[[FloatArray], FloatArray]) -> FloatArray:
 
     At the nodes of `lengths_over_radius`, for a phase function of the scattering angle in radians, 1/sr.
     """
-    edges = np.concatenate([[0], np.geomspace(SHORTEST / 64, LONGEST, 4 * NODES)])
+    edges = np.concatenate([[0], np.geomspace(SHORTEST / 64, LONGEST, 2 * NODES)])
     distance = (edges[:-1] + edges[1:]) / 2
     share = np.array([_share_from(each, phase) for each in distance])
     whole = np.concatenate([[0], np.cumsum(share * np.diff(edges))])

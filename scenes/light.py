@@ -48,6 +48,7 @@ SIDES: dict[str, Callable[[FloatArray], NDArray[np.bool_]]] = {
 
 FORWARD_RAD = np.radians(0.5)
 """Light scattered by less is not told apart from what was not scattered."""
+PHASE_ANGLES_RAD = np.maximum(np.linspace(0, np.pi, PHASE_TABLE_SIZE), FORWARD_RAD)
 DEEPEST_M = 120.0
 """Where the tables of light end."""
 METAL_DEGREE = 6
@@ -113,8 +114,9 @@ class Light:
         An eye sees light that was scattered forward. What lights a surface counts it with the direct sun: for that the
         phase function is taken `without_peak`.
         """
+        phase = self._phase_table_without_peak if without_peak else self._phase_table
         return {
-            "phase": pairs_of(self._phase_table(without_peak=without_peak)[:, np.newaxis], PHASE_ROW),
+            "phase": pairs_of(phase[:, np.newaxis], PHASE_ROW),
             "field": field_table(self.field_nodes),
             "ambient": field_table(self.ambient_nodes),
             "sky": sky_table(self.daylight),
@@ -205,8 +207,7 @@ class Light:
 
     def phase_without_peak(self, angle_rad: FloatArray, molecular: float) -> FloatArray:
         """Phase function of particles and a share of molecules, 1/sr, without what counts as not scattered."""
-        table = self._phase_table(without_peak=True)
-        particles = np.interp(angle_rad, np.linspace(0, np.pi, PHASE_TABLE_SIZE), table)
+        particles = np.interp(angle_rad, PHASE_ANGLES_RAD, self._phase_table_without_peak)
         return np.asarray((1 - molecular) * particles + molecular * molecular_phase(angle_rad))
 
     def _nodes(self, values: FloatArray) -> FloatArray:
@@ -246,16 +247,19 @@ class Light:
         ]
         return np.asarray(np.polynomial.polynomial.polyfit(cosine, np.array(rows).T, METAL_DEGREE).T)
 
-    def _phase_table(self, *, without_peak: bool) -> FloatArray:
-        """Phase function at even steps; forward, where it grows without bounds, it is held constant."""
-        angle = np.maximum(np.linspace(0, np.pi, PHASE_TABLE_SIZE), FORWARD_RAD)
-        if not without_peak:
-            return np.asarray(self.optics.phase(angle))
+    @cached_property
+    def _phase_table(self) -> FloatArray:
+        """Phase function of particles at even steps; forward, where it grows without bounds, it is held constant."""
+        return np.asarray(self.optics.phase(PHASE_ANGLES_RAD))
+
+    @cached_property
+    def _phase_table_without_peak(self) -> FloatArray:
+        """The same without what counts as not scattered."""
         particles = 1 - self.optics.molecular_fraction
         if not particles.any():
-            return np.asarray(self.optics.phase(angle))
+            return self._phase_table
         share = float(np.mean(self.field.forward_fraction / particles))
-        return without_forward_peak(self.optics.phase, share, angle)
+        return without_forward_peak(self.optics.phase, share, PHASE_ANGLES_RAD)
 
 
 def underwater_light(water: Water, daylight: Daylight | None = None, bands: Bands | None = None) -> Light:

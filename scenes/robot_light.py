@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,20 +26,45 @@ LOOKS = 128
 """Directions in which a point looks at the robot."""
 
 
+@dataclass(frozen=True)
+class Extent:
+    """How large a robot is, world frame.
+
+    Attributes
+    ----------
+    middle : array, shape (3,)
+    radius : float
+        Of a ball about the middle that holds it.
+    shadow_radius : float
+        Of a disc as large as the ellipse in its outline seen from above: so wide is its shadow.
+    """
+
+    middle: FloatArray
+    radius: float
+    shadow_radius: float
+
+
+def extent_of(robot: GroupMesh) -> Extent:
+    """Extent of a robot's mesh."""
+    corners = robot.vertices_m[np.unique(robot.faces)]
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    return Extent(
+        middle=middle,
+        radius=float(np.linalg.norm(corners - middle, axis=1).max()),
+        shadow_radius=max(float(np.sqrt(np.prod(np.ptp(corners[:, :2], axis=0)))) / 2, LEAST_RADIUS_M),
+    )
+
+
 class RobotLight:
     """What a robot changes of the light at points of the water."""
 
     def __init__(self, robot: GroupMesh, light: Light):
-        corners = robot.vertices_m[np.unique(robot.faces)]
-        self.middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-        self.radius = float(np.linalg.norm(corners - self.middle, axis=1).max())
-        depth = -float(self.middle[2])
+        self._extent = extent_of(robot)
+        depth = -float(self._extent.middle[2])
         self._with, self._without = (Surroundings(mesh, light, depth_m=depth) for mesh in (robot, None))
         self._scene, self._tables, self._numbers = self._with.scene, self._with.tables, self._with.numbers
         self._field = field_table(light.field_nodes)
         means = light.channel_means(depth)
-        # Of a disc as large as the ellipse in the robot's outline seen from above: so wide is its shadow.
-        self.shadow_radius = max(float(np.sqrt(np.prod(np.ptp(corners[:, :2], axis=0)))) / 2, LEAST_RADIUS_M)
         self._hidden_shares = light.hidden_shares
         self._mean = [{name: float(values[k]) for name, values in means.items()} for k in range(3)]
 
@@ -66,7 +92,7 @@ class RobotLight:
         )
         result = []
         # Dark water is seen through dark water: what is scattered on the way comes from the shadow as well.
-        share = np.interp(distance / self.shadow_radius, lengths_over_radius(), self._hidden_shares)
+        share = np.interp(distance / self._extent.shadow_radius, lengths_over_radius(), self._hidden_shares)
         for mean, s, a in zip(self._mean, from_sun, from_around, strict=True):
             reaching = mean["scattering"] * float(np.exp(-mean["attenuation"] * distance))
             gain = float(np.exp(mean["veil"] * share * distance))
@@ -105,11 +131,11 @@ class RobotLight:
         lane = dr.arange(UInt32, count * LOOKS)
         place, look = lane // LOOKS, lane % LOOKS
         origin = dr.gather(Array3f32, point, place)
-        towards = Array3f32(*(float(x) for x in self.middle)) - origin
+        towards = Array3f32(*(float(x) for x in self._extent.middle)) - origin
         distance = dr.norm(towards)
         # The cone about the ball around the robot; from within it all directions.
-        narrowest = dr.safe_sqrt(1 - dr.square(self.radius / distance))
-        lowest = dr.select(distance > self.radius, narrowest, -1)
+        narrowest = dr.safe_sqrt(1 - dr.square(self._extent.radius / distance))
+        lowest = dr.select(distance > self._extent.radius, narrowest, -1)
         cosine = 1 - (1 - lowest) * ((Float32(look) + 0.5) / LOOKS)
         sine = dr.safe_sqrt(1 - dr.square(cosine))
         turns = Float32(place % 4096) * 0.618033988749895

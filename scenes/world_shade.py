@@ -13,7 +13,7 @@ from scenes.ambient import cached
 from scenes.geometry import GroupMesh
 from scenes.light import Light
 from scenes.packing import pairs_of
-from scenes.robot_light import RobotLight
+from scenes.robot_light import RobotLight, extent_of
 from scenes.veil import node_directions
 from scenes.world_shade_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m
 
@@ -31,19 +31,19 @@ def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light)
         Where it hangs.
     light : Light
     """
-    around = RobotLight(robot, light)
+    extent = extent_of(robot)
 
     def kept() -> FloatArray:
-        distance = distances_m(around.radius)
+        distance = distances_m(extent.radius)
         offset = node_directions(AZIMUTHS, ELEVATIONS)[:, np.newaxis] * distance[:, np.newaxis]
-        points = around.middle + offset.reshape(-1, 3)
-        share = around.missing_from_plane(points) / light.ambient_up(-points[:, 2])
+        points = extent.middle + offset.reshape(-1, 3)
+        share = RobotLight(robot, light).missing_from_plane(points) / light.ambient_up(-points[:, 2])
         return share.reshape(-1, DISTANCES, 3) * distance[:, np.newaxis] ** 2
 
-    middle = world_from_body.inv().apply(around.middle)
+    middle = world_from_body.inv().apply(extent.middle)
     return {
         "values": pairs_of(cached(robot, light, "shadow", kept), ROW),
         "middle": [dr.opaque(Float32, float(x)) for x in middle],
-        "nearest": [dr.opaque(Float32, around.radius)],
-        "radius": [dr.opaque(Float32, around.shadow_radius)],
+        "nearest": [dr.opaque(Float32, extent.radius)],
+        "radius": [dr.opaque(Float32, extent.shadow_radius)],
     }
