@@ -66,14 +66,13 @@ def _share_from(distance: float, phase: Callable[[FloatArray], FloatArray]) -> f
     return float(seen @ weight / weight.sum())
 
 
-def more_light(table: Any, scattering: Any, length: Any, radius: Any) -> tuple[Any, Any]:
-    """Kernel: what a thing's light gains on a way that ends at it, over what arrives unscattered; and the share k.
+def gain_of_light(scattering: Any, length: Any, share: Any) -> Any:
+    """Kernel: what a thing's light gains on a way that ends at it, over what arrives unscattered.
 
-    The gain is ``exp(k b r) - 1`` to second order; its exponent is small, since k falls off with length.
+    It is ``exp(k b r) - 1`` to second order; the exponent is small, since the share k falls off with length.
     """
-    share = hidden_share(table, length, radius)
     exponent = scattering * length * share
-    return exponent * dr.fma(exponent, 0.5, 1), share
+    return exponent * dr.fma(exponent, 0.5, 1)
 
 
 def hidden_share(table: Any, length: Any, radius: Any) -> Any:

@@ -8,7 +8,7 @@ from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.status import Region
 from scenes.ambient_cube import changed_irradiance
 from scenes.flicker import flicker
-from scenes.forward_cone import more_light
+from scenes.forward_cone import gain_of_light, hidden_share
 from scenes.frame import Label
 from scenes.geometry import ROW, TARGET, WORLD, FaceColumn, VertexColumn, face_code, from_octahedron
 from scenes.lamps import lamp_irradiance, towards_lamps
@@ -85,12 +85,9 @@ def describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], list
     if "shade" in geometry:
         kept = _kept_by_robot(inputs, place, outward, lit & _stands_around(thing, geometry["groups"]))
         # The water before the robot's shadow on the world is lit by it: it is seen darker than it is.
-        darker, _ = more_light(
-            inputs.tables["forward_cone"],
-            light["b_veil"][inputs.wavelengths // 2],
-            path["length"],
-            dr.select(baked, geometry["shade"]["radius"][0], 0),
-        )
+        radius = dr.select(baked, geometry["shade"]["radius"][0], 0)
+        share = hidden_share(inputs.tables["forward_cone"], path["length"], radius)
+        darker = gain_of_light(light["b_veil"][inputs.wavelengths // 2], path["length"], share)
         ambient = [a - k * (1 + darker) for a, k in zip(ambient, kept, strict=True)]
         sunlit = sunlit - darker * (open_to_sun - sunlit)
     sun_cosine = dr.maximum(dr.dot(shading_normal, towards_sun), 0) * sunlit

@@ -14,7 +14,7 @@ import numpy as np
 from optics.backend import Float32, UInt32, dr
 from optics.refraction import dielectric_transmittance, refract
 from scenes.field_table import azimuth_from, looked_up, looked_up_in_layer
-from scenes.forward_cone import hidden_share
+from scenes.forward_cone import gain_of_light, hidden_share
 from scenes.light import METAL_DEGREE, PHASE_ROW, PHASE_TABLE_SIZE
 from scenes.packing import Numbers, between, vector
 from scenes.powers import decay
@@ -213,8 +213,7 @@ def _added(
         # What robot and world keep is known between nodes only: it cannot be more than there is.
         new = dr.maximum(dr.fma(light["b_sun"][k] * p, once[k], more), 0)
         added[channel] = dr.fma(light["weight"][k] * t, new, added[channel])
-        exponent = light["b_veil"][k] * length * hidden
-        left.append(t * passed[k] * dr.fma(dr.fma(exponent, 0.5, 1), exponent, 1))
+        left.append(t * passed[k] * (1 + gain_of_light(light["b_veil"][k], length, hidden)))
     return added, left
 
 
