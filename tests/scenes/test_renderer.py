@@ -18,6 +18,8 @@ from scenes.image import WHITE_LEVEL, display_image
 from scenes.renderer import FastRenderer
 from scenes.stage import ball, stage
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 DEPTH = 4.0
 # Where the camera does not see the ball beside M1 as well.
 POSES = [(0.0, 0.0), (30.0, -18.0), (-60.0, 5.0), (15.0, 60.0)]

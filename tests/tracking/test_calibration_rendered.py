@@ -16,6 +16,8 @@ from tracking.calibration.model import ErrorModel
 from tracking.calibration.observations import TargetObservations
 from tracking.calibration.simulation import remaining
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 DEPTH_M = 3.0
 
 BACK_M = 1.2
