@@ -99,10 +99,12 @@ class FakeMaestro(threading.Thread):
             0x13: lambda: bytes([self.moving]),
             0x21: lambda: self.errors.to_bytes(2, "little"),
         }
-        if not self._silent:
-            os.write(self.end, answers[command]())
+        answer = answers[command]()
         if command == 0x21:
+            # Before the answer, after which the test's own thread goes on and may set new ones.
             self.errors = 0
+        if not self._silent:
+            os.write(self.end, answer)
 
 
 @pytest.fixture

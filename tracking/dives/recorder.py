@@ -78,8 +78,7 @@ class Recorder:
             raise self._error
 
     def abandon(self) -> None:
-        """Stop without a word: the segment that is not finished is lost."""
-        self._error = self._error or InterruptedError()
+        """Stop without a word: what waits is recorded still, and only the segment that has no end is lost."""
         self._waiting.put(None)
         self._thread.join()
 

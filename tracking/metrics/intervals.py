@@ -61,7 +61,9 @@ def mean_interval(values: ArrayLike, *, seed: int = 0, confidence: float = CONFI
         method="percentile",
         rng=np.random.default_rng(seed),
     ).confidence_interval
-    return Interval(estimate=mean, low=float(found.low), high=float(found.high), count=len(finite))
+    # Between resamples that are all the same, the quantiles' interpolation may round them past each other.
+    low, high = sorted((float(found.low), float(found.high)))
+    return Interval(estimate=mean, low=low, high=high, count=len(finite))
 
 
 def fraction_interval(successes: int, trials: int, *, confidence: float = CONFIDENCE) -> Interval:

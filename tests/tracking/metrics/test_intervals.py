@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tracking.metrics.intervals import difference_interval, fraction_interval, mean_interval
@@ -38,6 +38,7 @@ def test_impossible_counts_are_refused(successes, trials):
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=12))
+@example([-1.9, -1.9, -1.9])
 def test_a_bootstrap_stays_within_its_numbers_and_holds_their_mean(values):
     found = mean_interval(values)
     assert found.estimate == pytest.approx(np.mean(values), rel=1e-12, abs=1e-9)
