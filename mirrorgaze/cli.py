@@ -7,6 +7,8 @@ wrapping here turns that into a sentence and an exit status.
 
 from __future__ import annotations
 
+import logging
+
 import typer
 
 from mirrorgaze.commands import (
@@ -83,6 +85,9 @@ for command in COMMANDS:
 
 def main() -> None:
     """Run the command line; the entry point of the installed `mirrorgaze`."""
+    # What takes long and is not a result is logged: people see it on stderr.
+    logging.basicConfig(format="%(message)s", level=logging.WARNING)
+    logging.getLogger("scenes").setLevel(logging.INFO)
     app()
 
 

@@ -9,7 +9,9 @@ any averaging: where nothing is in the way there is no noise.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import logging
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -28,6 +30,8 @@ from scenes.packing import Packing
 from scenes.tracing import FAR_M
 
 FloatArray = NDArray[np.float64]
+
+LOG = logging.getLogger(__name__)
 
 MOST_ROUNDS = 16
 """Reflections between surfaces that are followed at most."""
@@ -52,7 +56,7 @@ def with_ambient(mesh: GroupMesh, light: Light) -> GroupMesh:
     """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
     if not len(mesh.faces):
         return mesh
-    return replace(mesh, ambient=cached(mesh, light, "ambient", lambda: ambient_light(mesh, light)))
+    return replace(mesh, ambient=cached(mesh, light, "light on the robot", lambda: ambient_light(mesh, light)))
 
 
 def cached(
@@ -60,16 +64,16 @@ def cached(
 ) -> FloatArray:
     """Array that comes from a mesh under a light, kept on disk under the hash of both and of this package's code.
 
-    `places` are whatever else it comes from.
+    `places` are whatever else it comes from. The log tells what is not there yet: it takes seconds to a minute.
     """
-    path = cache_folder() / f"{_key(mesh, light, places)}-{name}.npz"
-    try:
+    path = cache_folder() / f"{_key(mesh, light, places)}-{name.replace(' ', '-')}.npz"
+    # Absent or damaged: either way it is made again.
+    with contextlib.suppress(OSError, KeyError, ValueError, zipfile.BadZipFile):
         return load_arrays(path)[name]
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
-        # Absent or damaged: either way it is made again.
-        made = make()
-        save_arrays(path, {name: made})
-        return made
+    LOG.info("finding the %s; it is kept for the next time", name)
+    made = make()
+    save_arrays(path, {name: made})
+    return made
 
 
 def _key(mesh: GroupMesh, light: Light, places: Sequence[FloatArray]) -> str:

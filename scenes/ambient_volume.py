@@ -36,5 +36,5 @@ def ambient_volume(mesh: GroupMesh, light: Light, source: dict[str, Any] | None 
     def changes() -> FloatArray:
         return gathered(mesh, origins, normals, light, source) - gathered(None, origins, normals, light)
 
-    values = cached(mesh, light, "volume", changes)
+    values = cached(mesh, light, "light in the water", changes)
     return {"values": rows_of(values, ROW), **grid_numbers(axes)}

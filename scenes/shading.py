@@ -57,9 +57,9 @@ def molecular_phase(light: Numbers, cosine: Any) -> Any:
     return 3 * (1 + f * dr.square(cosine)) / (4 * np.pi * (3 + f))
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class Segment:
-    """Piece of a line of sight: Dr.Jit arrays.
+    """Piece of a line of sight: Dr.Jit arrays. Not frozen, as Dr.Jit writes into what a branch is given.
 
     Attributes
     ----------
@@ -98,112 +98,63 @@ def scattered_in(
     near = _field_at_near_end(light, tables, segment, azimuth)
     hidden = hidden_share(tables["forward_cone"], segment.length, segment.end_radius)
 
-    def long(  # noqa: PLR0917
-        throughput: Spectrum,
-        direction: Any,
-        depth: Any,
-        length: Any,
-        sunlit: Any,
-        azimuth: Any,
-        near: list[Any],
-        veil: list[Any],
-        hidden: Any,
+    def long(
+        throughput: Spectrum, segment: Segment, azimuth: Any, near: list[Any], hidden: Any
     ) -> tuple[list[Any], Spectrum]:
-        far_depth = depth - direction.z * length
-        far = looked_up(light, tables["field"], far_depth, direction.z, azimuth)
+        length, rise = segment.length, segment.direction.z
+        far_depth = segment.depth - rise * length
+        far = looked_up(light, tables["field"], far_depth, rise, azimuth)
         # Behind much water what is at the far end has no weight; nor has it a depth.
         visible = length < LONG_M
         far = [dr.select(visible, f, 0) for f in far]
         passed, once = [], []
         for c, k in zip(light["c"], light["k_sun"], strict=True):
             beam = decay(c * length)
-            sun_near, sun_far = decay(k * depth), decay(k * far_depth)
-            once.append(_sun_on_way(c - k * direction.z, length, sun_near, beam * sun_far) * sunlit)
+            sun_near, sun_far = decay(k * segment.depth), decay(k * far_depth)
+            once.append(_sun_on_way(c - k * rise, length, sun_near, beam * sun_far) * segment.sunlit)
             passed.append(beam)
-        return _added(
-            light,
-            tables,
-            throughput,
-            direction,
-            passed=passed,
-            once=once,
-            ends=(near, far),
-            veil=veil,
-            cone=(hidden, length),
-        )
+        return _added(light, tables, throughput, segment, hidden, passed=passed, once=once, ends=(near, far))
 
-    def short(  # noqa: PLR0917
-        throughput: Spectrum,
-        direction: Any,
-        depth: Any,
-        length: Any,
-        sunlit: Any,
-        azimuth: Any,
-        near: list[Any],
-        veil: list[Any],
-        hidden: Any,
+    def short(
+        throughput: Spectrum, segment: Segment, azimuth: Any, near: list[Any], hidden: Any
     ) -> tuple[list[Any], Spectrum]:
-        up, down = dr.maximum(direction.z, 0), dr.minimum(direction.z, 0)
+        length, rise = segment.length, segment.direction.z
+        up, down = dr.maximum(rise, 0), dr.minimum(rise, 0)
         names = ("field_decay", "field_decay_rise", "field_decay_fall")
         decays = [K + Ku * up + Kd * down for K, Ku, Kd in zip(*(light[name] for name in names), strict=True)]
-        far = [n * (1 + K * direction.z * length) for n, K in zip(near, decays, strict=True)]
+        far = [n * (1 + K * rise * length) for n, K in zip(near, decays, strict=True)]
         passed = [_short_exponential(c * length) for c in light["c"]]
-        sun = [decay(k * depth) for k in light["k_sun"]]
-        xs = [c - k * direction.z for c, k in zip(light["c"], light["k_sun"], strict=True)]
-        once = [s * length * sunlit * _short_mean(x * length) for s, x in zip(sun, xs, strict=True)]
-        return _added(
-            light,
-            tables,
-            throughput,
-            direction,
-            passed=passed,
-            once=once,
-            ends=(near, far),
-            veil=veil,
-            cone=(hidden, length),
-        )
+        sun = [decay(k * segment.depth) for k in light["k_sun"]]
+        xs = [c - k * rise for c, k in zip(light["c"], light["k_sun"], strict=True)]
+        once = [s * length * segment.sunlit * _short_mean(x * length) for s, x in zip(sun, xs, strict=True)]
+        return _added(light, tables, throughput, segment, hidden, passed=passed, once=once, ends=(near, far))
 
-    return dr.if_stmt(  # type: ignore[no-any-return]
-        (
-            throughput,
-            segment.direction,
-            segment.depth,
-            segment.length,
-            segment.sunlit,
-            azimuth,
-            near,
-            segment.veil,
-            hidden,
-        ),
-        segment.active & (segment.length > SHORT_M),
-        long,
-        short,
-    )
+    away = segment.active & (segment.length > SHORT_M)
+    added: tuple[list[Any], Spectrum] = dr.if_stmt((throughput, segment, azimuth, near, hidden), away, long, short)
+    return added
 
 
 def _added(
     light: Numbers,
     tables: dict[str, Any],
     throughput: Spectrum,
-    direction: Any,
+    segment: Segment,
+    hidden: Any,
     *,
     passed: Spectrum,
     once: Spectrum,
     ends: tuple[list[Any], list[Any]],
-    veil: list[Any],
-    cone: tuple[Any, Any],
 ) -> tuple[list[Any], Spectrum]:
     """Light by channel, and throughput, from what is passed, the sun's way, and the field at both ends.
 
     The thing at the end sends what is scattered from its own cone as well (`scenes.forward_cone`).
     """
     near, far = ends
-    hidden, length = cone
-    near = [n + v for n, v in zip(near, veil, strict=True)]
-    cosine = dr.dot(vector(light, "refracted_sun"), direction)
+    near = [n + v for n, v in zip(near, segment.veil, strict=True)]
+    cosine = dr.dot(vector(light, "refracted_sun"), segment.direction)
     particles, molecules = phase(tables["phase"], cosine), molecular_phase(light, cosine)
     nodes = len(throughput) // 3
-    rise = dr.maximum(direction.z, 0)
+    rise = dr.maximum(segment.direction.z, 0)
     added, left = [Float32(0)] * 3, []
     for k, t in enumerate(throughput):
         channel = k // nodes
@@ -213,7 +164,7 @@ def _added(
         # What robot and world keep is known between nodes only: it cannot be more than there is.
         new = dr.maximum(dr.fma(light["b_sun"][k] * p, once[k], more), 0)
         added[channel] = dr.fma(light["weight"][k] * t, new, added[channel])
-        left.append(t * passed[k] * (1 + gain_of_light(light["b_veil"][k], length, hidden)))
+        left.append(t * passed[k] * (1 + gain_of_light(light["b_veil"][k], segment.length, hidden)))
     return added, left
 
 

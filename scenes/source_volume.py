@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from scenes.ambient import RAYS_AT_ONCE, Surroundings, ambient_light, cached, settled
+from scenes.ambient import LOG, RAYS_AT_ONCE, Surroundings, ambient_light, cached, settled
 from scenes.geometry import GroupMesh
 from scenes.grid import grid_axes, grid_numbers, grid_points
 from scenes.light import Light
@@ -63,8 +63,8 @@ def lit_world(mesh: GroupMesh, light: Light) -> tuple[GroupMesh, dict[str, Any]]
     """
     axes = grid_axes(mesh, spacing_m=SPACING_M, most=MOST_POINTS, inset_m=INSET_M)
     found = cache(lambda: _in_turns(mesh, light, axes))
-    ambient = cached(mesh, light, "world", lambda: found()[0])
-    source = cached(mesh, light, "source", lambda: found()[1])
+    ambient = cached(mesh, light, "light on the world", lambda: found()[0])
+    source = cached(mesh, light, "light that the water scatters", lambda: found()[1])
     return replace(mesh, ambient=ambient), source_volume(axes, source)
 
 
@@ -78,10 +78,12 @@ def _in_turns(mesh: GroupMesh, light: Light, axes: list[FloatArray]) -> tuple[Fl
     water = _Water(light, grid_points(axes))
     ambient = ambient_light(mesh, light)
     source = water.source(replace(mesh, ambient=ambient), None)
-    for _ in range(MOST_TURNS):
+    for turn in range(1, MOST_TURNS + 1):
         volume = source_volume(axes, source)
         scattered, source = source, water.source(replace(mesh, ambient=ambient), volume)
-        if np.abs(source - scattered).mean() < SETTLED * np.abs(source).mean():
+        change = np.abs(source - scattered).mean() / np.abs(source).mean()
+        LOG.info("turn %d of at most %d: the water's light changed by %.0f %%", turn, MOST_TURNS, 100 * change)
+        if change < SETTLED:
             before, ambient = ambient, ambient_light(replace(mesh, ambient=ambient), light, volume, rounds=1)
             if settled(before, ambient):
                 break

@@ -49,7 +49,13 @@ def water_shade(robot: GroupMesh, world_from_body: RigidTransform, eyes_m: Float
     light : Light
     """
     places = (world_from_body.as_matrix(), eyes_m)
-    shares = cached(robot, light, "water", lambda: _shares(robot, world_from_body, eyes_m, light), places=places)
+    shares = cached(
+        robot,
+        light,
+        "shadow of the robot in the water",
+        lambda: _shares(robot, world_from_body, eyes_m, light),
+        places=places,
+    )
     return halves_of(shares[..., :-1, :], shares[..., 1:, :], ROW)
 
 

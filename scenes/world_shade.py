@@ -42,7 +42,7 @@ def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light)
 
     middle = world_from_body.inv().apply(extent.middle)
     return {
-        "values": pairs_of(cached(robot, light, "shadow", kept), ROW),
+        "values": pairs_of(cached(robot, light, "shadow of the robot on the world", kept), ROW),
         "middle": [dr.opaque(Float32, float(x)) for x in middle],
         "nearest": [dr.opaque(Float32, extent.radius)],
         "radius": [dr.opaque(Float32, extent.shadow_radius)],

@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 from mirrorgaze.cli import app
 from optics.backend import mi
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 SMALL = ("--width", "16", "--height", "12", "--samples", "8")
 
 

@@ -24,7 +24,7 @@ DIVE = varied(validation_dive(RIG), frames=6).model_copy(update={"world": "blue"
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(tmp_path_factory, rough_light):
     folder = tmp_path_factory.mktemp("dossier") / "aqua2"
     lines = []
     design(RIG, folder, announce=lines.append, dive=DIVE)

@@ -5,24 +5,20 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from optics.mesh import Group
-from rigs import Rig
 from scenes.ambient import cached, gathered, with_ambient
 from scenes.ambient_cube import ROW, SIDES
 from scenes.ambient_volume import ambient_volume
 from scenes.frame import Label
 from scenes.geometry import GroupMesh
-from scenes.light import underwater_light
 from scenes.materials import Material, albedo_table
 from scenes.shade import at_rest, with_shade
-from scenes.spectrum import bands_of_camera
 
 UP, DOWN, LEVEL = [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 
 
 @pytest.fixture(scope="module")
-def light():
-    rig = Rig.load("aqua2")
-    return underwater_light(rig.water, bands=bands_of_camera(rig.camera))
+def light(aqua2_light):
+    return aqua2_light
 
 
 def plate(half_m, height_m, material=Material.TILE_WHITE, *, cells=1):
@@ -119,11 +115,13 @@ def test_parts_under_a_roof_are_in_its_shade(light):
     assert len(whole.faces) >= len(roof.faces) + len(below.faces)
 
 
-def test_what_is_kept_on_disk_is_of_the_places_too(light, tmp_path, monkeypatch):
-    """Asked again it is not made again; for an eye elsewhere it is."""
+def test_what_is_kept_on_disk_is_of_the_places_too(light, tmp_path, monkeypatch, caplog):
+    """Asked again it is not made again; for an eye elsewhere it is. What is made is told."""
     monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
+    caplog.set_level("INFO", logger="scenes")
     made = [
-        float(cached(plate(1.0, 0.0), light, "kept", lambda k=k: np.array([k]), places=[np.array([eye_m])])[0])
+        float(cached(plate(1.0, 0.0), light, "light", lambda k=k: np.array([k]), places=[np.array([eye_m])])[0])
         for k, eye_m in enumerate((0.5, 0.5, 0.6))
     ]
     assert made == [0, 0, 2]
+    assert [record.getMessage() for record in caplog.records] == ["finding the light; it is kept for the next time"] * 2

@@ -5,22 +5,18 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 from optics.pure_water import molecular_phase
-from rigs import Rig
 from scenes.frame import Label
 from scenes.geometry import GroupMesh
-from scenes.light import underwater_light
 from scenes.materials import Material
 from scenes.source_volume import lit_world, looks, shares_of_looks
-from scenes.spectrum import bands_of_camera
 from scenes.veil import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW, node_directions
 
 FLOOR_M, HALF_M = 6.0, 4.0
 
 
 @pytest.fixture(scope="module")
-def light():
-    rig = Rig.load("aqua2")
-    return underwater_light(rig.water, bands=bands_of_camera(rig.camera))
+def light(aqua2_light):
+    return aqua2_light
 
 
 def floor(colour, cells=8):

@@ -6,46 +6,25 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial.transform import RigidTransform
 
 from optics.backend import Array3f32, Float32, UInt32
-from rigs import Rig
-from scenes.frame import Label
-from scenes.geometry import GroupMesh
-from scenes.light import underwater_light, without_forward_peak
-from scenes.materials import Material
+from scenes.light import without_forward_peak
 from scenes.packing import halves_of
-from scenes.spectrum import bands_of_camera
 from scenes.veil import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, veil
 from scenes.water_shade import water_shade
-from scenes.worlds.shapes import unit_sphere
 
 DEPTH_M, RADIUS_M, BELOW_M = 5.0, 0.3, 0.6
 
 
 @pytest.fixture(scope="module")
-def light():
-    rig = Rig.load("aqua2")
-    return underwater_light(rig.water, bands=bands_of_camera(rig.camera))
-
-
-def ball():
-    """Ball at the depth that no light from around reaches: from below it is black."""
-    vertices, faces = unit_sphere(4)
-    return GroupMesh(
-        vertices_m=vertices * RADIUS_M - [0, 0, DEPTH_M],
-        faces=faces.astype(np.int32),
-        material=np.full(len(faces), Material.NEOPRENE, dtype=np.int32),
-        label=np.full(len(faces), Label.HULL, dtype=np.int32),
-        instance=np.zeros(len(faces), dtype=np.int32),
-        colour=np.ones((len(vertices), 3), dtype=np.float32),
-        ambient=np.zeros((len(vertices), 3)),
-    )
+def light(aqua2_light):
+    return aqua2_light
 
 
 @pytest.fixture(scope="module")
-def shares(light):
+def shares(light, black_ball):
     """From an eye below the ball, one far below it, and one before the sun; (3, elevations, azimuths, lengths, 3)."""
     pose = RigidTransform.from_translation([0, 0, -DEPTH_M])
     eyes = np.array([[0, 0, -BELOW_M], [0, 0, -30.0], light.towards_sun * BELOW_M])
-    table = water_shade(ball(), pose, eyes, light)
+    table = water_shade(black_ball, pose, eyes, light)
     pieces = np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, PIECES, 2, ROW // 2)[..., :3]
     return np.concatenate([pieces[..., :1, 0, :], pieces[..., 1, :]], axis=3)
 

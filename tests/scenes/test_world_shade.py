@@ -6,43 +6,22 @@ from scipy.interpolate import interpn
 from scipy.spatial.transform import RigidTransform
 
 from optics.backend import Array3f32, Float32
-from rigs import Rig
-from scenes.frame import Label
-from scenes.geometry import GroupMesh
-from scenes.light import underwater_light
-from scenes.materials import Material
 from scenes.packing import pairs_of
-from scenes.spectrum import bands_of_camera
 from scenes.veil import node_directions
 from scenes.world_shade import world_shade
 from scenes.world_shade_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m, kept_from_surface
-from scenes.worlds.shapes import unit_sphere
 
 DEPTH_M, RADIUS_M = 5.0, 0.3
 
 
 @pytest.fixture(scope="module")
-def light():
-    rig = Rig.load("aqua2")
-    return underwater_light(rig.water, bands=bands_of_camera(rig.camera))
-
-
-def ball():
-    vertices, faces = unit_sphere(4)
-    return GroupMesh(
-        vertices_m=vertices * RADIUS_M - [0, 0, DEPTH_M],
-        faces=faces.astype(np.int32),
-        material=np.full(len(faces), Material.NEOPRENE, dtype=np.int32),
-        label=np.full(len(faces), Label.HULL, dtype=np.int32),
-        instance=np.zeros(len(faces), dtype=np.int32),
-        colour=np.ones((len(vertices), 3), dtype=np.float32),
-        ambient=np.zeros((len(vertices), 3)),
-    )
+def light(aqua2_light):
+    return aqua2_light
 
 
 @pytest.fixture(scope="module")
-def shade(light):
-    return world_shade(ball(), RigidTransform.from_translation([0, 0, -DEPTH_M]), light)
+def shade(light, black_ball):
+    return world_shade(black_ball, RigidTransform.from_translation([0, 0, -DEPTH_M]), light)
 
 
 def test_a_far_black_ball_keeps_its_solid_angle_of_open_water(light, shade):
