@@ -30,6 +30,10 @@ def track(
         Path | None,
         typer.Option(metavar="FILE", help="Joints of a recording: CSV with time_s, q1_deg, q2_deg, or a log.parquet."),
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="What calibrate -o wrote: signs and joint offsets of the built rig."),
+    ] = None,
     mirrors: Annotated[
         str, typer.Option(metavar="DRIVER", help="Turns the mirror of a live camera: none, maestro:PORT.")
     ] = "none",
@@ -48,9 +52,10 @@ def track(
     \b
     Example:
       mirrorgaze track dive.mkv --rig aqua2 --joints joints.csv -o out/track
-      mirrorgaze track /dev/video0 --rig my-auv.toml --mirrors maestro:/dev/ttyACM0
+      mirrorgaze track /dev/video0 --rig my-auv.toml --calibration built.toml --mirrors maestro:/dev/ttyACM0
     """
     from mirrorgaze.loading import load_usable_rig
+    from tracking.calibration.calibrated_rig import CalibratedRig
     from tracking.cameras import LiveCamera, open_camera
     from tracking.loop import TrackingLoop
     from tracking.mirrors import NO_MIRRORS, open_mirrors
@@ -58,6 +63,8 @@ def track(
     from tracking.offline import track as run
 
     loaded = load_usable_rig(rig)
+    if calibration is not None:
+        loaded = CalibratedRig.load(calibration, loaded).with_joint_offsets()
     chosen = variant_named(variant, turning=mirrors != NO_MIRRORS)
     looks = detector_named(detector)
     folder = output or Path("out") / f"{loaded.name}-track"
@@ -79,6 +86,7 @@ def track(
                 "detector": detector,
                 "mirrors": mirrors,
                 "joints": None if joints is None else str(joints),
+                "calibration": None if calibration is None else str(calibration),
             },
             clock=camera.now_s if isinstance(camera, LiveCamera) else None,
             progress=_progress(camera.expected_pictures),

@@ -16,7 +16,10 @@ import pytest
 from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
+from optics.layout import camera_pose
 from rigs import Rig
+from tracking.calibration.calibrated_rig import CalibratedRig
+from tracking.calibration.knowledge import Knowledge
 from tracking.cameras import VideoCamera
 from tracking.perception import Crop, ExactCorners
 
@@ -30,8 +33,11 @@ def mirrorgaze(*arguments: object):
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
     """A video of aqua2's camera at q = (10, -5) degrees with a red disc in the middle of the gaze; its joints."""
-    folder = tmp_path_factory.mktemp("recording")
-    crop = Crop.of(ExactCorners(Rig.load("aqua2")).corners(np.radians([10.0, -5.0])))
+    return recorded(ExactCorners(Rig.load("aqua2")), tmp_path_factory.mktemp("recording"))
+
+
+def recorded(corners, folder):
+    crop = Crop.of(corners.corners(np.radians([10.0, -5.0])))
     centre = crop.to_image(np.array([[159.5, 119.5]]))[0]
     with av.open(str(folder / "dive.mkv"), "w") as video:
         stream = video.add_stream("ffv1", rate=30)
@@ -83,6 +89,39 @@ def test_a_log_serves_as_joints(recording, tmp_path):
     logs = [pq.read_table(folder / "log.parquet") for folder in (first, again)]
     assert logs[0]["detected"].to_pylist() == [True] * PICTURES
     np.testing.assert_allclose(*(np.array(log["centroid_x_px"]) for log in logs), atol=1e-9)
+
+
+def test_with_a_calibration_the_target_is_where_the_built_rig_sees_it(tmp_path):
+    """A pan horn that sits two degrees aside: the loop's direction is the traced ray's only when it knows that.
+
+    The ray leaves M2 beside its middle, from which the loop counts: 0.1 degrees at the distance it expects.
+    """
+    knowledge = Knowledge(
+        names=("pan",),
+        scales=np.ones(1),
+        covariance=np.eye(1),
+        unobservable=np.empty((0, 1)),
+        data_deviation=np.ones(1),
+        has_prior=True,
+    )
+    built = CalibratedRig(rig=Rig.load("aqua2"), errors={"pan": np.radians(2.0)}, knowledge=knowledge)
+    built.save(tmp_path / "calibration.toml")
+    folder = recorded(built, tmp_path)
+    q = np.radians([10.0, -5.0])
+    middle = Crop.of(built.corners(q)).to_image(np.array([[159.5, 119.5]]))
+    seen = built.train(*q).trace(middle)
+    x, y, z = camera_pose(built.rig.camera).rotation.apply(seen.direction[0])
+    true_deg = np.degrees([np.arctan2(y, x), np.arcsin(z)])
+    options = ("track", folder / "dive.mkv", "--rig", "aqua2", "--detector", "narrow-hue", "--joints")
+    off_deg = {}
+    for name, more in {"drawn": (), "built": ("--calibration", tmp_path / "calibration.toml")}.items():
+        result = mirrorgaze(*options, folder / "joints.csv", *more, "-o", tmp_path / name)
+        assert result.exit_code == 0, result.output
+        log = pq.read_table(tmp_path / name / "log.parquet")
+        believed = [log[f"believed_{angle}_deg"].to_pylist()[-1] for angle in ("azimuth", "elevation")]
+        off_deg[name] = np.subtract(believed, true_deg)
+    np.testing.assert_allclose(off_deg["built"], 0, atol=0.1)
+    assert abs(off_deg["drawn"][0]) == pytest.approx(2.0, abs=0.1)
 
 
 def test_a_folder_of_pictures_without_joints(recording, tmp_path):
