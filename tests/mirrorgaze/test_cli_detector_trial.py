@@ -9,6 +9,8 @@ from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
 
+pytestmark = pytest.mark.usefixtures("rough_light")
+
 
 def mirrorgaze(*arguments: str):
     return CliRunner().invoke(app, ["detector-trial", *arguments])

@@ -151,7 +151,7 @@ def test_anything_but_a_picture_is_refused(crop):
 
 
 @pytest.fixture(scope="module")
-def tank():
+def tank(rough_light):
     """Mirrors alone: what is looked at is known exactly."""
     rig = Rig.load("aqua2")
     return FastRenderer(rig, [], stage(rig))
