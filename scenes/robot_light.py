@@ -92,10 +92,10 @@ class RobotLight:
         )
         result = []
         # Dark water is seen through dark water: what is scattered on the way comes from the shadow as well.
-        share = np.interp(distance / self._extent.shadow_radius, lengths_over_radius(), self._hidden_shares)
+        share = self._share_scattered_within(np.array(distance))
         for mean, s, a in zip(self._mean, from_sun, from_around, strict=True):
             reaching = mean["scattering"] * float(np.exp(-mean["attenuation"] * distance))
-            gain = float(np.exp(mean["veil"] * share * distance))
+            gain = float(np.exp(mean["veil"] * float(share) * distance))
             total = (dr.select(in_shadow, s, 0) + a * reaching) * gain
             result.append(total.numpy())
         return np.stack(result, axis=-1)
@@ -152,10 +152,19 @@ class RobotLight:
         owner = dr.gather(UInt32, place, found)
         weight = weights(d, owner, dr.gather(Array3f32, axis, found))
         solid = dr.gather(Float32, 2 * np.pi * (1 - lowest) / LOOKS, found)
+        # Most of what the water scatters on the way to the point comes from the robot's side of it, and is missing too.
+        middle = Array3f32(*(float(x) for x in self._extent.middle))
+        metres = dr.norm(middle - point).numpy().astype(np.float64)
+        shared_way = Float32(metres * self._share_scattered_within(metres))
         result = []
-        for each, is_there, was_there in zip(weight, shown, instead, strict=True):
+        for each, is_there, was_there, mean in zip(weight, shown, instead, self._mean, strict=True):
             total = dr.zeros(Float32, count)
             dr.scatter_reduce(dr.ReduceOp.Add, total, each * solid * (was_there - is_there), owner)
-            result.append(total)
+            result.append(total * dr.exp(mean["veil"] * shared_way))
         dr.eval(result)
         return result
+
+    def _share_scattered_within(self, distance: FloatArray) -> FloatArray:
+        """Share of the light scattered on ways of these lengths that comes from within the robot's shadow."""
+        nodes = lengths_over_radius()
+        return np.asarray(np.interp(distance / self._extent.shadow_radius, nodes, self._hidden_shares))

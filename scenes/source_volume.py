@@ -39,14 +39,11 @@ MOST_POINTS = 24
 INSET_M = 0.02
 """Points of the grid keep off the world's bounding box, where a basin has its walls."""
 
-LOOKS = 256
-"""Directions in which a point looks."""
-
 SUN_RINGS_RAD = np.radians(np.geomspace(0.7, 15, 10))
 SUN_AROUND = 12
 """Rings about the sun, and directions on each."""
 
-SETTLED = 0.05
+SETTLED = 0.02
 """Share of the source by which the last turn may change it."""
 
 MOST_TURNS = 12
@@ -124,19 +121,18 @@ class _Water:
 
 
 def looks(towards_sun: FloatArray) -> FloatArray:
-    """Directions, shape (n, 3): a spiral of equal shares of the sphere, and rings about the sun.
+    """Directions, shape (n, 3): those at which the source is known, and rings about the sun.
 
-    Around the sun lies what was scattered forward, which a shadow takes away; spread evenly, directions would miss it.
+    Most of what water sends along a direction comes from closely about it: looked at beside it, the light would be
+    scattered wider than it is. Around the sun lies what was scattered forward, which a shadow takes away.
     """
-    height = 1 - 2 * (np.arange(LOOKS) + 0.5) / LOOKS
-    angle = np.arange(LOOKS) * np.pi * (3 - np.sqrt(5))
-    level = np.sqrt(1 - height**2)
-    even = np.stack([level * np.cos(angle), level * np.sin(angle), height], axis=-1)
+    # At the poles all azimuths are one direction.
+    nodes = np.unique(np.round(node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS), 12), axis=0)
     across = np.linalg.svd(towards_sun[np.newaxis])[2][1:]
     ring = np.repeat(SUN_RINGS_RAD, SUN_AROUND)[:, np.newaxis]
     around = np.tile(np.arange(SUN_AROUND) * (2 * np.pi / SUN_AROUND), len(SUN_RINGS_RAD))[:, np.newaxis]
     rings = np.cos(ring) * towards_sun + np.sin(ring) * (np.cos(around) * across[0] + np.sin(around) * across[1])
-    return np.concatenate([even, rings])
+    return np.concatenate([nodes, rings])
 
 
 def shares_of_looks(light: Light, molecular: FloatArray, directions: FloatArray) -> FloatArray:

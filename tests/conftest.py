@@ -5,8 +5,25 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from xdist.scheduler import LoadFileScheduling
 
 GATHERED: dict[str, Any] = {}
+
+SHARING_FOLDERS = ("tests/cad/checks", "tests/cad/export")
+"""Whose files share solids, checks and an export that take half a minute to make."""
+
+
+class Sharing(LoadFileScheduling):
+    """A file's tests go to one process, which makes what they share once; so do those of a folder whose files share."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.split("::", maxsplit=1)[0]
+        folder = file.rpartition("/")[0]
+        return folder if folder in SHARING_FOLDERS else file
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling:
+    return Sharing(config, log)
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +46,6 @@ def rough_light():
         patch.setattr(ambient, "LEAST_DIRECTIONS", 4)
         patch.setattr(ambient, "MOST_DIRECTIONS", 4)
         patch.setattr(robot_light, "LOOKS", 4)
-        patch.setattr(source_volume, "LOOKS", 16)
         patch.setattr(source_volume, "MOST_POINTS", 6)
         patch.setattr(source_volume, "MOST_TURNS", 0)
         yield

@@ -15,7 +15,7 @@ CHORDS = 0.01
 
 
 def test_every_part_but_the_hull_is_on_the_bill_once(built):
-    rig, assembly, meshes = built
+    rig, assembly, meshes = built.rig, built.assembly, built.meshes
     items = bill_of_materials(rig, assembly, meshes)
     named = [name for item in items for name in item.parts]
     assert sorted(named) == sorted(part.name for part in assembly.parts if part.role is not Role.HULL)
@@ -24,7 +24,7 @@ def test_every_part_but_the_hull_is_on_the_bill_once(built):
 
 
 def test_prints_weigh_volume_times_density(built):
-    rig, assembly, meshes = built
+    rig, assembly, meshes = built.rig, built.assembly, built.meshes
     density = MATERIALS[rig.mount.material].density_kg_per_m3
     prints = [item for item in bill_of_materials(rig, assembly, meshes) if item.kind == "print"]
     assert [item.name for item in prints] == [part.name for part in assembly.parts if part.printed]

@@ -40,7 +40,7 @@ def test_an_l_is_two_pieces_without_waste():
 
 
 def test_pieces_hold_the_part_and_little_else(aqua2):
-    for mesh in aqua2[2]:
+    for mesh in aqua2.meshes:
         if mesh.role is Role.HULL:
             continue
         pieces = convex_pieces(mesh)

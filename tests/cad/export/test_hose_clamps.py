@@ -57,7 +57,7 @@ def test_what_is_bolted_needs_none():
 
 def test_clamps_are_on_the_bill(aqua2):
     """aqua2's parts stand in: clamps come from the seats, not from the parts."""
-    _, assembly, meshes = aqua2
+    assembly, meshes = aqua2.assembly, aqua2.meshes
     clamps = [item for item in bill_of_materials(Rig.load("torpedo"), assembly, meshes) if "Hose clamp" in item.name]
     assert [(item.kind, item.count) for item in clamps] == [("buy", 2)]
     assert clamps[0].name.startswith("Hose clamp DIN 3017-1 form A, band 12 mm, range around 23")

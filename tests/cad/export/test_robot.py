@@ -45,7 +45,7 @@ def turned(rig: Rig) -> Rig:
 @pytest.fixture(scope="module", params=["as it is", "turned"])
 def described(request, aqua2, tmp_path_factory):
     """Layout, and the folder of a robot description; only frames matter here, so the meshes may be the rig's own."""
-    own, _, meshes = aqua2
+    own, meshes = aqua2.rig, aqua2.meshes
     rig = own if request.param == "as it is" else turned(own)
     layout = Layout.from_rig(rig)
     folder = tmp_path_factory.mktemp("robot")
@@ -213,7 +213,7 @@ def test_the_description_can_be_moved_as_a_folder(exported, tmp_path):
 
 def test_a_fold_mirror_on_a_hinge_swings_as_the_solids_do(aqua2, tmp_path):
     """The joint `stow` turns M1 to where `cad` stows it."""
-    rig = aqua2[0]
+    rig = aqua2.rig
     joints = rig.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
     stowable = rig.model_copy(update={"joints": joints})
     assembly = build_assembly(stowable)

@@ -16,7 +16,7 @@ from rigs.mounting import StowJoint
 
 @pytest.fixture(scope="module")
 def steps(built):
-    _, assembly, meshes = built
+    assembly, meshes = built.assembly, built.meshes
     return assembly, assembly_steps(assembly, meshes)
 
 
@@ -55,7 +55,7 @@ def test_servos_mirrors_and_inserts_come_before_the_hull(steps):
 
 def test_a_hinge_is_put_together_before_it_goes_to_the_hull(aqua2):
     """With `joints.stow` an arm holds M1 and hangs in the bracket."""
-    rig = aqua2[0]
+    rig = aqua2.rig
     joints = rig.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
     assembly = build_assembly(rig.model_copy(update={"joints": joints}))
     titles = [step.title for step in assembly_steps(assembly, tessellate(assembly))]
