@@ -112,9 +112,17 @@ class RobotLight:
         return channels(numbers, once)
 
     def missing_from_plane(self, points: FloatArray) -> FloatArray:
-        """Irradiance, shape (n, 3), that the robot keeps from planes at points that face its middle."""
+        """Irradiance, shape (n, 3), that the robot keeps from planes at points that face its middle.
+
+        What the water scatters on the way to a plane comes mostly from the robot's side of it, and is missing as well.
+        """
         missing = self._missing(vectors(points), lambda looking, _, axis: [dr.dot(looking, axis)] * 3)
-        return np.stack([channel.numpy() for channel in missing], axis=-1)
+        distance = np.linalg.norm(points - self._extent.middle, axis=1)
+        way = self._share_scattered_within(distance) * distance
+        gained = [
+            channel.numpy() * np.exp(mean["veil"] * way) for channel, mean in zip(missing, self._mean, strict=True)
+        ]
+        return np.stack(gained, axis=-1)
 
     def _phases(self, looking: Any, way: Any) -> list[Any]:
         """Phase function by channel of light that comes along the one direction and is seen along the other."""
@@ -152,15 +160,11 @@ class RobotLight:
         owner = dr.gather(UInt32, place, found)
         weight = weights(d, owner, dr.gather(Array3f32, axis, found))
         solid = dr.gather(Float32, 2 * np.pi * (1 - lowest) / LOOKS, found)
-        # Most of what the water scatters on the way to the point comes from the robot's side of it, and is missing too.
-        middle = Array3f32(*(float(x) for x in self._extent.middle))
-        metres = dr.norm(middle - point).numpy().astype(np.float64)
-        shared_way = Float32(metres * self._share_scattered_within(metres))
         result = []
-        for each, is_there, was_there, mean in zip(weight, shown, instead, self._mean, strict=True):
+        for each, is_there, was_there in zip(weight, shown, instead, strict=True):
             total = dr.zeros(Float32, count)
             dr.scatter_reduce(dr.ReduceOp.Add, total, each * solid * (was_there - is_there), owner)
-            result.append(total * dr.exp(mean["veil"] * shared_way))
+            result.append(total)
         dr.eval(result)
         return result
 

@@ -6,6 +6,7 @@ from scipy.interpolate import interpn
 from scipy.spatial.transform import RigidTransform
 
 from optics.backend import Array3f32, Float32
+from scenes.forward_cone import lengths_over_radius
 from scenes.packing import pairs_of
 from scenes.veil import node_directions
 from scenes.world_shade import world_shade
@@ -29,7 +30,7 @@ def test_a_far_black_ball_keeps_its_solid_angle_of_open_water(light, shade):
 
     Expected: from level with the ball, across the sun, where the field is even, the table's last node is pi r^2 times
     open water's radiance, with ``exp(-c (d - r))`` of it for the water before the ball, over what lights a level plane;
-    green, 10 %.
+    with what that water scatters by less than the ball is wide, ``exp(k b d)``; green, 10 %.
     """
     values = np.array(shade["values"]).reshape(ELEVATIONS, AZIMUTHS, DISTANCES, 2, ROW // 2)[..., 0, :3]
     sun = light.towards_sun
@@ -40,7 +41,9 @@ def test_a_far_black_ball_keeps_its_solid_angle_of_open_water(light, shade):
     direction = node_directions(AZIMUTHS, ELEVATIONS).reshape(ELEVATIONS, AZIMUTHS, 3)[ELEVATIONS // 2, column]
     radiance = open_water(light, -direction)
     attenuation = light.channel_means(DEPTH_M)["attenuation"][1]
-    expected = np.pi * RADIUS_M**2 * radiance * np.exp(-attenuation * (distance - RADIUS_M))
+    share = np.interp(distance / RADIUS_M, lengths_over_radius(), light.hidden_shares)
+    scattered = np.exp(share * light.channel_means(DEPTH_M)["veil"][1] * distance)
+    expected = np.pi * RADIUS_M**2 * radiance * np.exp(-attenuation * (distance - RADIUS_M)) * scattered
     found = values[ELEVATIONS // 2, column, node, 1] * light.ambient_up(DEPTH_M)[1]
     assert distance > 5 * RADIUS_M
     assert found == pytest.approx(expected, rel=0.1)
