@@ -22,6 +22,7 @@ class Sharing(LoadFileScheduling):
         return folder if folder in SHARING_FOLDERS else file
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling:
     return Sharing(config, log)
 
