@@ -12,6 +12,9 @@ from scenes.geometry import GroupMesh
 
 FloatArray = NDArray[np.float64]
 
+ABOVE_M = 3.0
+"""Water above a mesh that the grid spans: there a floor still lights what swims, and what the water scatters."""
+
 HIGHEST_M = -0.05
 """The grid stays below the surface."""
 
@@ -19,12 +22,12 @@ HIGHEST_M = -0.05
 def grid_axes(mesh: GroupMesh, *, spacing_m: float, most: int, inset_m: float = 0.0) -> list[FloatArray]:
     """Places along x, y and z: a spacing apart, or farther where there would be more than so many.
 
-    They span the mesh, but for an inset on all sides, and a spacing of water above it. What is thin is given a spacing:
-    a floor above it, a wall to both sides.
+    They span the mesh, but for an inset on all sides, and the water above it. What is thin is given a spacing: a floor
+    above it, a wall to both sides.
     """
     used = mesh.vertices_m[np.unique(mesh.faces)]
     lowest, highest = used.min(axis=0) + inset_m, used.max(axis=0) - inset_m
-    highest[2] = max(min(highest[2] + spacing_m, HIGHEST_M), lowest[2] + spacing_m)
+    highest[2] = max(min(highest[2] + ABOVE_M, HIGHEST_M), lowest[2] + spacing_m)
     thin = np.maximum(spacing_m - (highest - lowest), 0) / 2
     lowest, highest = lowest - thin, highest + thin
     counts = np.clip(np.ceil((highest - lowest) / spacing_m).astype(int) + 1, 2, most)
