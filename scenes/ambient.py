@@ -81,7 +81,8 @@ def _key(mesh: GroupMesh, light: Light, places: Sequence[FloatArray]) -> str:
     digest = hashlib.sha256()
     arrays = [mesh.vertices_m, mesh.faces, mesh.material, light.field_nodes, light.ambient_nodes]
     colour = [] if mesh.colour is None else [mesh.colour]
-    for array in [*arrays, *light.numbers(1.0).values(), *colour, *places]:
+    mirrors = [] if mesh.mirrors is None else list(mesh.mirrors.values())
+    for array in [*arrays, *light.numbers(1.0).values(), *colour, *mirrors, *places]:
         content = np.ascontiguousarray(array)
         digest.update(f"{content.shape} {content.dtype} ".encode())
         digest.update(content.tobytes())
@@ -159,6 +160,8 @@ class Surroundings:
             "ball_material": 0.0,
             "ball_instance": 0.0,
         }
+        if mesh is not None and mesh.mirrors is not None:
+            still |= mesh.mirrors
         light_packing, state_packing = Packing.of(numbers), Packing.of(still)
         self._rows = light_packing.upload(numbers), state_packing.upload(still)
         self._shape = Shape(

@@ -62,6 +62,7 @@ class VertexColumn(IntEnum):
     """By channel: irradiance of all but the direct sun, or which share of the light around arrives."""
 
 
+BEFORE_PLATE_M = 2e-4
 LABELS, MATERIALS = 16, 64
 """More than there are of each, for `face_code`."""
 
@@ -81,6 +82,8 @@ class GroupMesh:
         Irradiance at the vertices by all but the direct sun, by channel, W / (m^2 nm).
     shade : array, shape (n, 3), optional
         Instead, for what moves: how much of the light around reaches the vertices past the rest of it, by channel.
+    mirrors : dict of arrays, shape (11,), optional
+        Mirrors among the triangles, packed by name as the kernels take them: they throw light on what is around them.
     """
 
     vertices_m: NDArray[np.float64]
@@ -91,6 +94,7 @@ class GroupMesh:
     colour: NDArray[np.float32] | None = None
     ambient: NDArray[np.float64] | None = None
     shade: NDArray[np.float64] | None = None
+    mirrors: dict[str, NDArray[np.float64]] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,8 +161,12 @@ def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh]
     return meshes, names
 
 
-def mirror_blockers(parts: Sequence[PartMesh], body_from: Mapping[str, RigidTransform]) -> GroupMesh | None:
-    """The mirrors' plates in the body frame: they are in the light's way like any other part."""
+def mirror_plates(
+    parts: Sequence[PartMesh],
+    body_from: Mapping[str, RigidTransform],
+    mirrors: Mapping[str, NDArray[np.float64]],
+) -> GroupMesh | None:
+    """The mirrors' plates in the body frame, in the light's way like any other part, with the mirrors before them."""
     plates = [
         replace(part, vertices_m=body_from[str(part.group)].apply(part.vertices_m))
         for part in parts
@@ -174,11 +182,27 @@ def mirror_blockers(parts: Sequence[PartMesh], body_from: Mapping[str, RigidTran
         label=np.full(len(faces), Label.MIRROR_BACK, dtype=np.int32),
         instance=np.full(len(faces), -1, dtype=np.int32),
         colour=np.ones((len(vertices), 3), dtype=np.float32),
+        mirrors={name: _before_its_plate(mirror) for name, mirror in mirrors.items()},
     )
 
 
+def _before_its_plate(mirror: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Packed mirror, brought forward a little: the plate has a face in its plane."""
+    normal = np.cross(mirror[3:6], mirror[6:9])
+    return np.concatenate([mirror[:3] + BEFORE_PLATE_M * normal, mirror[3:]])
+
+
+def moved_mesh(mesh: GroupMesh, pose: RigidTransform) -> GroupMesh:
+    """Mesh carried into another frame."""
+    mirrors = mesh.mirrors and {
+        name: np.concatenate([pose.apply(m[:3]), pose.rotation.apply(m[3:9].reshape(2, 3)).ravel(), m[9:]])
+        for name, m in mesh.mirrors.items()
+    }
+    return replace(mesh, vertices_m=pose.apply(mesh.vertices_m), mirrors=mirrors)
+
+
 def joined_meshes(meshes: Sequence[GroupMesh]) -> GroupMesh:
-    """Several coloured meshes of one frame as one, in the given order."""
+    """Several coloured meshes of one frame as one, in the given order, with all their mirrors."""
     starts = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])
     return GroupMesh(
         vertices_m=np.concatenate([mesh.vertices_m for mesh in meshes]),
@@ -187,6 +211,7 @@ def joined_meshes(meshes: Sequence[GroupMesh]) -> GroupMesh:
         label=np.concatenate([mesh.label for mesh in meshes]),
         instance=np.concatenate([mesh.instance for mesh in meshes]),
         colour=np.concatenate([mesh.colour for mesh in meshes if mesh.colour is not None]),
+        mirrors={name: mirror for mesh in meshes for name, mirror in (mesh.mirrors or {}).items()} or None,
     )
 
 

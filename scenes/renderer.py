@@ -24,7 +24,7 @@ from scenes.geometry import (
     TARGET,
     WORLD,
     geometry_of,
-    mirror_blockers,
+    mirror_plates,
     rig_meshes_by_group,
     snow_mesh,
     target_mesh,
@@ -95,7 +95,8 @@ class FastRenderer:
         if meshes:
             hung = at_rest(stage.world_from_body)
             poses = {group: RigidTransform.from_matrix(matrix) for group, matrix in body_from.items()}
-            meshes, robot = with_shade(meshes, poses, mirror_blockers(parts, poses), stage.light, hung=hung)
+            mirrors = mirror_plates(parts, poses, self._mirrors(body_from))
+            meshes, robot = with_shade(meshes, poses, mirrors, stage.light, hung=hung)
             water = water_shade(robot, hung, self._eyes(), stage.light)
             shade = world_shade(robot, hung, stage.light)
         self.instance_names = (*names, *stage.world.instance_names, TARGET)
@@ -281,11 +282,15 @@ class FastRenderer:
             body_from = self._body_from(state)
             for group in (Group.PAN, Group.TILT):
                 numbers[str(group)] = _packed_pose(np.asarray(np.linalg.inv(body_from[str(group)])))
-            numbers |= {
-                Thing.M1.name: self._m1,
-                Thing.M2.name: _packed_mirror(body_from[str(Group.TILT)], self.rig.gaze_mirror),
-            }
+            numbers |= self._mirrors(body_from)
         return numbers
+
+    def _mirrors(self, body_from: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        """Packed mirrors, body frame."""
+        if self._layout is None:
+            return {}
+        tilt = body_from[str(Group.TILT)]
+        return {Thing.M1.name: self._m1, Thing.M2.name: _packed_mirror(tilt, self.rig.gaze_mirror)}
 
     def _repeated_rays(self, count: int) -> dict[str, Any]:
         """Rays of the port once for each state, and which state each lane belongs to."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from scenes.ambient import with_ambient
-from scenes.geometry import GroupMesh, face_normals, joined_meshes
+from scenes.geometry import GroupMesh, face_normals, joined_meshes, moved_mesh
 from scenes.light import Light
 
 FloatArray = NDArray[np.float64]
@@ -37,7 +37,7 @@ LARGEST_SHARE = 2.0
 def with_shade(
     meshes: Mapping[str, GroupMesh],
     body_from: Mapping[str, RigidTransform],
-    blockers: GroupMesh | None,
+    mirrors: GroupMesh | None,
     light: Light,
     *,
     hung: RigidTransform,
@@ -50,14 +50,14 @@ def with_shade(
     ----------
     body_from : mapping of RigidTransform
         Pose of each group in the body frame.
-    blockers : GroupMesh, optional
-        What else is in the light's way, body frame: the mirrors.
+    mirrors : GroupMesh, optional
+        In the light's way, and throwing some back, body frame (`scenes.geometry.mirror_plates`).
     hung : RigidTransform
         Pose of the body in the world (`at_rest`).
     """
     fine = {name: _divided(mesh) for name, mesh in meshes.items()}
-    placed = [_moved(mesh, hung * body_from[name]) for name, mesh in fine.items()]
-    whole = joined_meshes([*placed, *([] if blockers is None else [_moved(blockers, hung)])])
+    placed = [moved_mesh(mesh, hung * body_from[name]) for name, mesh in fine.items()]
+    whole = joined_meshes([*placed, *([] if mirrors is None else [moved_mesh(mirrors, hung)])])
     lit = with_ambient(whole, light)
     assert lit.ambient is not None
     result, start = {}, 0
@@ -94,7 +94,3 @@ def _divided(mesh: GroupMesh) -> GroupMesh:
         instance=mesh.instance[origin],
         colour=np.ones((len(split), 3), dtype=np.float32),
     )
-
-
-def _moved(mesh: GroupMesh, pose: RigidTransform) -> GroupMesh:
-    return replace(mesh, vertices_m=pose.apply(mesh.vertices_m))

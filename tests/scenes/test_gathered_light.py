@@ -1,5 +1,7 @@
 """Light gathered from what stands around, where it is known otherwise: open water, a lid, a floor close by."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
@@ -84,6 +86,22 @@ def test_a_floor_close_by_sends_its_albedo(light):
     expected = (light.bands.weight @ (white * received)).ravel()
     found = gathered(floor, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light)[0]
     np.testing.assert_allclose(found, expected, rtol=0.02)
+
+
+def test_a_mirror_close_by_sends_what_comes_from_above(light):
+    """A plane that faces a wide level mirror from 20 mm above receives open water's light from above, less its loss.
+
+    The loss is Fresnel's, at some cosine; 2 % for directions and the water between.
+    """
+    depth = 5.0
+    level = np.array([0.0, 0.0, -depth, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 3.0, 3.0])
+    mirror = replace(plate(3.0, -depth - 1e-3, Material.MIRROR_BACK), mirrors={"M1": level})
+    cosine = np.linspace(0.05, 1, 50)
+    loss = [np.polynomial.polynomial.polyval(cosine, light.numbers(depth)[f"metal_{k}"]) for k in range(9)]
+    found = gathered(mirror, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light)[0]
+    share = found / light.open_water_irradiance(np.array([depth]), np.array([UP]))[0]
+    assert 0.98 * np.min(loss) < share.min()
+    assert share.max() < 1.02 * np.max(loss)
 
 
 def test_the_volume_over_a_floor_is_what_is_gathered_there(light):
