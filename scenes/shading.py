@@ -119,10 +119,7 @@ def scattered_in(
         throughput: Spectrum, segment: Segment, azimuth: Any, near: list[Any], hidden: Any
     ) -> tuple[list[Any], Spectrum]:
         length, rise = segment.length, segment.direction.z
-        up, down = dr.maximum(rise, 0), dr.minimum(rise, 0)
-        names = ("field_decay", "field_decay_rise", "field_decay_fall")
-        decays = [K + Ku * up + Kd * down for K, Ku, Kd in zip(*(light[name] for name in names), strict=True)]
-        far = [n * (1 + K * rise * length) for n, K in zip(near, decays, strict=True)]
+        far = [n * (1 + g * length) for n, g in zip(near, _field_growth(light, rise), strict=True)]
         passed = [_short_exponential(c * length) for c in light["c"]]
         sun = [decay(k * segment.depth) for k in light["k_sun"]]
         xs = [c - k * rise for c, k in zip(light["c"], light["k_sun"], strict=True)]
@@ -155,17 +152,27 @@ def _added(
     particles, molecules = phase(tables["phase"], cosine), molecular_phase(light, cosine)
     nodes = len(throughput) // 3
     rise = dr.maximum(segment.direction.z, 0)
+    growth = _field_growth(light, segment.direction.z)
     added, left = [Float32(0)] * 3, []
     for k, t in enumerate(throughput):
         channel = k // nodes
         share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
         p = dr.lerp(particles, molecules, light["molecular"][k])
-        more = share * (1 - hidden) * dr.fma(-passed[k], far[channel], near[channel])
+        # Of the source (c - g) F, which lets F grow with g along the way, b F is scattered on straight.
+        behind = hidden * light["b_veil"][k] / (light["c"][k] - growth[channel])
+        more = share * (1 - behind) * dr.fma(-passed[k], far[channel], near[channel])
         # What robot and world keep is known between nodes only: it cannot be more than there is.
         new = dr.maximum(dr.fma(light["b_sun"][k] * p, once[k], more), 0)
         added[channel] = dr.fma(light["weight"][k] * t, new, added[channel])
         left.append(t * passed[k] * (1 + gain_of_light(light["b_veil"][k], segment.length, hidden)))
     return added, left
+
+
+def _field_growth(light: Numbers, rise: Any) -> list[Any]:
+    """How fast the field at the robot's depth grows along a direction, by channel, 1/m."""
+    up, down = dr.maximum(rise, 0), dr.minimum(rise, 0)
+    names = ("field_decay", "field_decay_rise", "field_decay_fall")
+    return [(K + Ku * up + Kd * down) * rise for K, Ku, Kd in zip(*(light[name] for name in names), strict=True)]
 
 
 def _field_at_near_end(light: Numbers, tables: dict[str, Any], segment: Segment, azimuth: Any) -> list[Any]:
