@@ -147,7 +147,6 @@ def _added(
     The thing at the end sends what is scattered from its own cone as well (`scenes.forward_cone`).
     """
     near, far = ends
-    near = [n + v for n, v in zip(near, segment.veil, strict=True)]
     cosine = dr.dot(vector(light, "refracted_sun"), segment.direction)
     particles, molecules = phase(tables["phase"], cosine), molecular_phase(light, cosine)
     nodes = len(throughput) // 3
@@ -158,9 +157,11 @@ def _added(
         channel = k // nodes
         share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
         p = dr.lerp(particles, molecules, light["molecular"][k])
-        # Of the source (c - g) F, which lets F grow with g along the way, b F is scattered on straight.
+        # Of open water's source (c - g) F, which lets F grow with g along the way, b F is scattered on straight. What
+        # a world adds is about as strong behind the thing as around it.
         behind = hidden * light["b_veil"][k] / (light["c"][k] - growth[channel])
-        more = share * (1 - behind) * dr.fma(-passed[k], far[channel], near[channel])
+        more = (1 - behind) * dr.fma(-passed[k], far[channel], near[channel])
+        more = share * dr.fma(1 - hidden, segment.veil[channel], more)
         # What robot and world keep is known between nodes only: it cannot be more than there is.
         new = dr.maximum(dr.fma(light["b_sun"][k] * p, once[k], more), 0)
         added[channel] = dr.fma(light["weight"][k] * t, new, added[channel])

@@ -20,8 +20,8 @@ def test_a_ball_hides_as_much_light_as_paths_say():
     """Rationale: seen from 2 m in type III a third of what the water scatters would come from straight behind the ball.
 
     Expected: overcast, on the mean over the ball within 6 % by channel: it is 1 to 3 % too bright in red, where its
-    own light counts, and 4 to 5 % too dark in green and blue. Were the light behind it as strong as the water's mean, it
-    would be 20 and 24 % too dark there.
+    own light counts, and 4 to 5 % too dark in green and blue. Were the light behind it as strong as the water's mean,
+    it would be 20 and 24 % too dark there.
     """
     rig = Rig.load("bench")
     narrow = {"fx_px": 4 * rig.camera.fx_px, "fy_px": 4 * rig.camera.fy_px}
