@@ -43,11 +43,16 @@ class Shape:
     ----------
     light, state : Packing
         Order of the packed numbers.
-    wavelengths, states : int
+    wavelengths : int
+    states : int
+        Frames, each of one instant.
     eyes : int
         Places where lines of sight of a camera begin; zero for rays that begin anywhere.
     truth : bool
         Whether more than radiance and label is asked for.
+    rows, knots : int
+        Of a single frame whose rows are exposed one after the other: how many there are, and how many states at even
+        times from the first to the last are given. Zero for frames of one instant.
     """
 
     light: Packing
@@ -56,6 +61,8 @@ class Shape:
     states: int
     eyes: int
     truth: bool
+    rows: int = 0
+    knots: int = 0
 
 
 @cache
@@ -68,14 +75,19 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
         rays: dict[str, Any], geometry: dict[str, Any], tables: dict[str, Any], light_row: Any, state_rows: Any
     ) -> Any:
         light = shape.light.unpack(light_row, UInt32(0))
-        state = shape.state.unpack(state_rows, UInt32(0) if shape.states == 1 else rays["state"])
+        one_instant = shape.states == 1 and not shape.rows
+        if shape.rows:
+            state_rows = _rows_between(state_rows, shape)
+            dr.eval(state_rows)
+        state = shape.state.unpack(state_rows, UInt32(0) if one_instant else rays["row" if shape.rows else "state"])
         # Numbers that all lanes share are unpacked by a small kernel of their own: the large one reads each once.
         tables = tables | {"field_layer": layer(light, tables["field"], light["reference_depth"][0])}
-        dr.eval(light, tables["field_layer"], *([state] if shape.states == 1 else []))
+        dr.eval(light, tables["field_layer"], *([state] if one_instant else []))
         if shape.eyes and ("source" in geometry or "water" in geometry):
             tables["veil"] = veil_table(
                 light,
-                lambda row: shape.state.unpack(state_rows, row)[WORLD],
+                # The robot hardly turns while a frame is read out: its veil is that of the middle row.
+                lambda row: shape.state.unpack(state_rows, row + shape.rows // 2)[WORLD],
                 geometry,
                 tables["field_layer"],
                 eyes=shape.eyes,
@@ -97,6 +109,17 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
         return _in_place({"rgb": rgb, **(seen if shape.truth else {"label": seen["label"]})}, rays.get("place"))
 
     return frame
+
+
+def _rows_between(knots: Any, shape: Shape) -> Any:
+    """Kernel: packed numbers of every row of a frame, linear between the knots."""
+    width = shape.state.width
+    lane = dr.arange(UInt32, shape.rows * width)
+    position = Float32(lane // width) * ((shape.knots - 1) / max(shape.rows - 1, 1))
+    knot = dr.minimum(UInt32(position), shape.knots - 2)
+    near = knot * width + lane % width
+    first, second = dr.gather(Float32, knots, near), dr.gather(Float32, knots, near + width)
+    return dr.lerp(first, second, position - Float32(knot))
 
 
 def _in_place(found: dict[str, Any], place: Any) -> dict[str, Any]:

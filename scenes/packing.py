@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 
 from optics.backend import Array3f32, ArrayXf32, Float32, dr
 
+AT_ONCE = 8
+"""Numbers of a row that are read together."""
+
 Numbers = dict[str, list[Any]]
 """Unpacked numbers by name, each a list of Dr.Jit arrays of width 1 or of one entry per lane."""
 
@@ -36,14 +39,17 @@ class Packing:
 
     @property
     def width(self) -> int:
-        """Numbers in a row."""
-        return sum(count for _, count in self.counts)
+        """Numbers in a row, which is filled up to a multiple of what is read at once."""
+        return -(-sum(count for _, count in self.counts) // AT_ONCE) * AT_ONCE
 
     def row(self, numbers: Mapping[str, Any]) -> NDArray[np.float32]:
         """Numbers in their order, shape (width,)."""
         if Packing.of(numbers) != self:
             raise ValueError(f"expected numbers {self.counts}, got {Packing.of(numbers).counts}")
-        return np.concatenate([np.ravel(np.asarray(value, dtype=np.float32)) for value in numbers.values()])
+        row = np.zeros(self.width, dtype=np.float32)
+        found = [np.ravel(np.asarray(value, dtype=np.float32)) for value in numbers.values()]
+        np.concatenate(found, out=row[: sum(each.size for each in found)])
+        return row
 
     def upload(self, *rows: Mapping[str, Any]) -> Any:
         """Rows of numbers, one after the other, as a kernel takes them."""
@@ -53,11 +59,12 @@ class Packing:
 
     def unpack(self, packed: Any, row: Any) -> Numbers:
         """Kernel: numbers of a row for every lane; of width 1 when `row` is."""
-        first = row * self.width
+        pieces = self.width // AT_ONCE
+        every = [number for piece in range(pieces) for number in row_of(packed, row * pieces + piece, AT_ONCE)]
         result: Numbers = {}
         position = 0
         for name, count in self.counts:
-            result[name] = [dr.gather(Float32, packed, first + (position + k)) for k in range(count)]
+            result[name] = every[position : position + count]
             position += count
         return result
 

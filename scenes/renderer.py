@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -156,11 +157,22 @@ class FastRenderer:
         Light is computed for the mean depth of the robot, and falls off from there with depth: states of one call
         should lie within a metre or so of depth.
         """
-        arrays = self.arrays(states)
+        return self._frames(self.arrays(states), len(states))
+
+    def render_sweep(self, states: Sequence[State]) -> Frame:
+        """Render one frame whose rows are exposed one after the other, as a rolling shutter does.
+
+        `states` are two or more, at even times from the first row's to the last row's. Between them joints, robot and
+        target move evenly; waves and flakes are those of the middle one.
+        """
+        return self._frames(self.sweep_arrays(states), 1)[0]
+
+    def _frames(self, arrays: dict[str, Any], count: int) -> list[Frame]:
+        """Frames of what a kernel returned."""
 
         def samples(values: Any) -> NDArray[Any]:
-            """As images, shape (states, height, width, samples)."""
-            return np.asarray(values.numpy()).reshape(len(states), *self.shape, self.samples)
+            """As images, shape (frames, height, width, samples)."""
+            return np.asarray(values.numpy()).reshape(count, *self.shape, self.samples)
 
         def first(values: Any) -> NDArray[Any]:
             """What the first sample of each pixel sees."""
@@ -184,7 +196,7 @@ class FastRenderer:
                 instance=instance[k],
                 target_fraction=share[k],
             )
-            for k in range(len(states))
+            for k in range(count)
         ]
 
     def arrays(self, states: Sequence[State], *, truth: bool = True) -> dict[str, Any]:
@@ -197,20 +209,57 @@ class FastRenderer:
             raise ValueError("expected at least one state, got none")
         count = len(states)
         rays = self._rays if count == 1 else self._repeated_rays(count)
-        depth = float(np.mean([-self._body_pose(state).translation[2] for state in states]))
-        light_packing, light_row = self._light_row(depth)
+        return self._computed(rays, self._rows(states), self._depth(states), frames=count, truth=truth)
+
+    def sweep_arrays(self, states: Sequence[State], *, truth: bool = True) -> dict[str, Any]:
+        """Same as `render_sweep`, left on the device as `arrays` does."""
+        if len(states) < 2:
+            raise ValueError(f"expected the states of the first and the last row at least, got {len(states)}")
+        numbers = [self._numbers(state) for state in states]
+        middle = numbers[len(numbers) // 2]
+        # Phases wrap, and the flakes' frame steps: there is nothing between them.
+        still = {name: middle[name] for name in (*self.stage.sea.moving_numbers(0.0), SNOW) if name in middle}
+        still["clearance_m"] = min(each["clearance_m"] for each in numbers)
+        knots = self._packing.upload(*(each | still for each in numbers))
+        sweep = {"rows": self.shape[0], "knots": len(states)}
+        return self._computed(self._swept_rays, knots, self._depth(states), frames=1, truth=truth, **sweep)
+
+    def _computed(
+        self,
+        rays: dict[str, Any],
+        state_rows: Any,
+        depth_m: float,
+        *,
+        frames: int,
+        truth: bool,
+        rows: int = 0,
+        knots: int = 0,
+    ) -> dict[str, Any]:
+        """What the kernel of `scenes.kernel.Shape` returns."""
+        light_packing, light_row = self._light_row(depth_m)
         shape = Shape(
             light=light_packing,
             state=self._packing,
             wavelengths=len(self.stage.light.bands.wavelength_nm),
-            states=count,
+            states=frames,
             eyes=len(self._eyes()),
             truth=truth,
+            rows=rows,
+            knots=knots,
         )
-        result: dict[str, Any] = compiled_frame(shape)(
-            rays, self._geometry.arrays, self._tables, light_row, self._rows(states)
-        )
+        result: dict[str, Any] = compiled_frame(shape)(rays, self._geometry.arrays, self._tables, light_row, state_rows)
         return result
+
+    def _depth(self, states: Sequence[State]) -> float:
+        """Mean depth of the robot, metres."""
+        return float(np.mean([-self._body_pose(state).translation[2] for state in states]))
+
+    @cached_property
+    def _swept_rays(self) -> dict[str, Any]:
+        """Rays of the port, and which row of the frame each lane belongs to."""
+        row = self._rays["place"] // (self.shape[1] * self.samples)
+        dr.eval(row)
+        return self._rays | {"row": row}
 
     def _rows(self, states: Sequence[State]) -> Any:
         """Packed numbers of the states."""

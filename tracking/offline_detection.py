@@ -295,7 +295,7 @@ def _exposure(row: Row, label: NDArray[np.uint8]) -> Exposure:
         settings=CameraSettings(exposure_s=row["exposure_s"], gain_db=row["gain_db"], white_gains=(1.0, 1.0, 1.0)),
         label=label,
         smear_px=0.0,
-        samples=1,
+        sweeps=1,
     )
 
 

@@ -6,23 +6,21 @@ from scenes.sensor.colour import develop, grey_card_gains
 from scenes.sensor.model import ImageSensor
 from scenes.sensor.noise import frame_generator
 from scenes.sensor.readout import CameraSettings, RawImage, expose
-from scenes.sensor.shutter import ExposurePlan, assemble, exposure_plan, sample_count
+from scenes.sensor.shutter import sweep_count, sweep_times
 
 __all__ = [
     "CameraSettings",
     "Capture",
-    "ExposurePlan",
     "ImageSensor",
     "RawImage",
-    "assemble",
     "capture",
     "develop",
     "expose",
-    "exposure_plan",
     "frame_generator",
     "grey_card_gains",
     "next_settings",
-    "sample_count",
     "settled_settings",
     "start_settings",
+    "sweep_count",
+    "sweep_times",
 ]

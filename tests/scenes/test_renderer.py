@@ -17,6 +17,7 @@ from scenes.frame import Label
 from scenes.image import WHITE_LEVEL, display_image
 from scenes.renderer import FastRenderer
 from scenes.stage import ball, stage
+from scenes.state import State
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 
@@ -171,6 +172,34 @@ def test_a_plate_above_casts_its_shadow(aqua2):
     # All the rest loses the plate's part of the sky.
     assert (ratio > 0.98).mean() > 0.05
     assert ratio.max() < 1 + 1e-6
+
+
+def test_rows_of_a_sweep_are_those_of_frames_at_their_instants(bare):
+    """Both joints turn by 3 degrees while the frame is read out: two ways to what a row shows.
+
+    Expected: the first and the last row to the bit. Between knots poses are linear, wrong by the square of their angle
+    over eight, 1e-4: the ball seen in M2 is brighter or darker than at the row's own instant by far less than it moves.
+    """
+    rows = bare.shape[0]
+    first, last = (State(q1=np.radians(q1), q2=np.radians(q2)) for q1, q2 in ((20.0, -16.0), (23.0, -13.0)))
+    middle = State(q1=(first.q1 + last.q1) / 2, q2=(first.q2 + last.q2) / 2)
+    swept = bare.render_sweep([first, middle, last]).radiance
+    start = bare.render(q1=first.q1, q2=first.q2).radiance
+    for row in (0, rows // 3, rows - 1):
+        share = row / (rows - 1)
+        q1, q2 = (a + share * (b - a) for a, b in ((first.q1, last.q1), (first.q2, last.q2)))
+        own = bare.render(q1=q1, q2=q2).radiance[row]
+        if row in (0, rows - 1):
+            np.testing.assert_array_equal(swept[row], own)
+        else:
+            wrong, moved = np.abs(swept[row] - own).mean(), np.abs(start[row] - own).mean()
+            assert moved > 0.005 * own.mean()
+            assert wrong < 0.02 * moved
+
+
+def test_a_sweep_needs_two_states(bare):
+    with pytest.raises(ValueError, match="first and the last row at least, got 1"):
+        bare.render_sweep([State()])
 
 
 def test_same_input_gives_the_same_bytes(bare):

@@ -7,11 +7,11 @@ import pytest
 
 from cad.meshes import rig_meshes
 from scenes.renderer import FastRenderer
-from scenes.sensor import ImageSensor, capture, exposure_plan, frame_generator, start_settings
+from scenes.sensor import ImageSensor, capture, frame_generator, start_settings, sweep_times
 from tracking.dives import rendered_camera
 from tracking.dives.motions import Hover
 from tracking.dives.paths import body_pose, target_pose
-from tracking.dives.rendered_camera import MOST_SAMPLES, RenderedCamera, dive_stage
+from tracking.dives.rendered_camera import MOST_SWEEPS, RenderedCamera, dive_stage
 from tracking.dives.timed_mirrors import STEP_S, TimedMirrors
 from tracking.protocols import MirrorReport
 
@@ -113,12 +113,12 @@ def test_picture_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_
     sensor = ImageSensor.from_rig(rig)
     settings = start_settings(sensor, stage.light.white_radiance(still.depth_m))
     exposure = taken.exposure
-    assert exposure.samples == 1
-    # The camera renders at the middle of the exposure.
-    plan = exposure_plan(sensor, exposure_s=settings.exposure_s, start_s=exposure.start_s, samples=1)
-    assert plan.times_s == pytest.approx([0.0], abs=1e-12)
+    assert exposure.sweeps == 1
+    # The middle row is rendered at the middle of its exposure.
+    times = sweep_times(sensor, exposure_s=settings.exposure_s, start_s=exposure.start_s, sweeps=1)
+    assert times.mean() == pytest.approx(0.0, abs=1e-12)
     frame = FastRenderer(rig, parts, stage).render(
-        world_from_body=body_pose(still, 0.0), world_from_target=target_pose(still, 0.0), time_s=plan.times_s[0]
+        world_from_body=body_pose(still, 0.0), world_from_target=target_pose(still, 0.0), time_s=float(times.mean())
     )
     picture = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).picture
     assert np.array_equal(shot.image, picture)
@@ -136,15 +136,15 @@ def test_pictures_come_at_the_frame_rate_and_then_no_more(small_dive, rig, parts
     assert taken.next_time_s is None
 
 
-def test_a_fast_slew_is_rendered_at_several_instants_and_blurs(small_dive, rig, parts, monkeypatch):
-    """Sway alone leaves one instant; at 1 rad/s a joint moves the view by pixels while a row is open.
+def test_a_fast_slew_is_rendered_several_times_and_blurs(small_dive, rig, parts, monkeypatch):
+    """Sway alone leaves one frame; at 1 rad/s a joint moves the view by pixels while a row is open.
 
     By two of them, in this small picture: steps are made finer here.
     """
     monkeypatch.setattr(rendered_camera, "STEP_PX", 0.9)
     taken = camera(small_dive, rig, parts)
     taken.read()
-    assert taken.exposure.samples == 1
+    assert taken.exposure.sweeps == 1
     still_px = taken.exposure.smear_px
     taken.mirrors.command(np.array([0.5, 0.5]), 0.01)
     taken.read()
@@ -152,8 +152,8 @@ def test_a_fast_slew_is_rendered_at_several_instants_and_blurs(small_dive, rig, 
     # Pan 1 rad/s and tilt 2 rad/s of gaze: the chord of both, at the index times the focal length.
     expected = np.hypot(1.0, 2.0) * moved.settings.exposure_s * rig.camera.fx_px * 1.34
     assert moved.smear_px - still_px == pytest.approx(expected, rel=0.05)
-    assert moved.samples == min(MOST_SAMPLES, 1 + int(moved.smear_px / 0.9))
-    assert moved.samples > 1
+    assert moved.sweeps == min(MOST_SWEEPS, 1 + int(moved.smear_px / 0.9))
+    assert moved.sweeps > 1
 
 
 def test_camera_goes_on_from_a_snapshot_through_json(small_dive, rig, parts):

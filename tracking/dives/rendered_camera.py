@@ -1,13 +1,14 @@
 """A camera whose pictures are rendered: the rig in its world, and the image sensor with its own will.
 
 Each picture is exposed about its time: the middle of the middle row's exposure is the frame's number over the frame
-rate. What the sensor sets from one picture to the next (exposure, gain, white balance) and the frame's number are its
-whole state; noise is keyed by seed and frame.
+rate. Every row is rendered at its own instant, as the rolling shutter opens it. What the sensor sets from one picture
+to the next (exposure, gain, white balance) and the frame's number are its whole state; noise is keyed by seed and
+frame.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +21,7 @@ from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.renderer import FastRenderer
-from scenes.sensor import CameraSettings, ExposurePlan, ImageSensor, assemble, capture, exposure_plan, frame_generator
+from scenes.sensor import CameraSettings, ImageSensor, capture, frame_generator, sweep_count, sweep_times
 from scenes.sensor import start_settings as settings_at_start
 from scenes.stage import Stage, stage
 from scenes.state import State
@@ -31,11 +32,15 @@ from tracking.dives.specification import Dive
 from tracking.dives.timed_mirrors import TimedMirrors
 from tracking.protocols import Shot
 
-MOST_SAMPLES = 3
+MOST_SWEEPS = 3
 """Frames rendered for one exposure at most: during a fast slew a blur of three steps stands for a smooth one."""
 
-STEP_PX = 2.0
-"""How far the view may move between two of them: what is finer one sample per pixel does not resolve either."""
+STEP_PX = 4.0
+"""How far the view may move between two of them: one frame for a blur of so much differs from eight by less than the
+sensor's noise (`docs/dives.md`)."""
+
+KNOTS = 3
+"""Instants of a frame at which everything's place is known: between them, rows are taken to move evenly."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,11 +54,11 @@ class Exposure:
         Of the picture; of its first row's opening and its last row's closing.
     settings : CameraSettings
     label : array, shape (height, width)
-        `scenes.frame.Label` of what each pixel shows in the middle of the exposure.
+        `scenes.frame.Label` of what each pixel shows in the middle of its row's exposure.
     smear_px : float
         How far the view moved during the exposure of one row, at most.
-    samples : int
-        Instants that were rendered.
+    sweeps : int
+        Frames that were rendered.
     """
 
     frame: int
@@ -63,7 +68,7 @@ class Exposure:
     settings: CameraSettings
     label: NDArray[np.uint8]
     smear_px: float
-    samples: int
+    sweeps: int
 
 
 class RenderedCamera:
@@ -111,14 +116,13 @@ class RenderedCamera:
         half_s = ((self._sensor.height_px - 1) * self._sensor.row_time_s + self._settings.exposure_s) / 2
         self.mirrors.advance(time_s + half_s)
         smear_px = self._smear_px(time_s)
-        plan = exposure_plan(
+        sweeps = sweep_times(
             self._sensor,
             exposure_s=self._settings.exposure_s,
             start_s=time_s - half_s,
-            samples=int(min(MOST_SAMPLES, 1 + np.floor(smear_px / STEP_PX))),
+            sweeps=sweep_count(motion_px=smear_px, step_px=STEP_PX, most=MOST_SWEEPS),
         )
-        labels: list[NDArray[np.uint8]] = []
-        radiance = assemble(self._rendered(plan, labels), plan)
+        radiance, label = self._rendered(sweeps)
         taken = capture(radiance, self._sensor, self._settings, frame_generator(self.dive.seed, self._next))
         self.exposure = Exposure(
             frame=self._next,
@@ -126,9 +130,9 @@ class RenderedCamera:
             start_s=time_s - half_s,
             end_s=time_s + half_s,
             settings=self._settings,
-            label=labels[len(labels) // 2],
+            label=label,
             smear_px=smear_px,
-            samples=len(labels),
+            sweeps=len(sweeps),
         )
         self._settings = taken.next_settings
         self._next += 1
@@ -163,20 +167,23 @@ class RenderedCamera:
             time_s=time_s,
         )
 
-    def _rendered(self, plan: ExposurePlan, labels: list[NDArray[np.uint8]]) -> Iterator[NDArray[np.float32]]:
-        """Radiance at the plan's times; what the pixels show is put into `labels`."""
-        shape = (*self.renderer.shape, 3)
-        for time_s in plan.times_s.tolist():
+    def _rendered(self, sweeps: FloatArray) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+        """Mean radiance of sweeps between two instants each, and what the pixels of the middle one show."""
+        shape = self.renderer.shape
+        radiance = np.zeros((*shape, 3), dtype=np.float32)
+        label = np.empty(0, dtype=np.uint8)
+        for number, (first_s, last_s) in enumerate(sweeps.tolist()):
             # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
             # the frame.
-            arrays = self.renderer.arrays([self.state(time_s)], truth=False)
-            labels.append(arrays["label"].numpy().astype(np.uint8).reshape(shape[:2]))
-            radiance = np.empty(shape, dtype=np.float32)
+            states = [self.state(time_s) for time_s in np.linspace(first_s, last_s, KNOTS).tolist()]
+            arrays = self.renderer.sweep_arrays(states, truth=False)
+            if number == len(sweeps) // 2:
+                label = arrays["label"].numpy().astype(np.uint8).reshape(shape)
             for channel, values in enumerate(arrays["rgb"]):
                 # Scattered light is a difference of two fields, and may come out below nothing where it is dark. What
                 # is not a number stays one, and is told by the sensor.
-                np.maximum(values.numpy().reshape(shape[:2]), 0, out=radiance[..., channel])
-            yield radiance
+                radiance[..., channel] += np.maximum(values.numpy().reshape(shape), 0)
+        return radiance / np.float32(len(sweeps)), label
 
     def _smear_px(self, time_s: float) -> float:
         """How far the view moves while one row is exposed, pixels: mirrors, robot and target, at most.
