@@ -22,7 +22,7 @@ from cad.meshes import rig_meshes
 from optics.layout import Layout
 from rigs import Rig
 from scenes.renderer import FastRenderer
-from scenes.sensor import CameraSettings
+from scenes.sensor import CameraSettings, ImageSensor
 from scenes.state import State
 from tracking.cameras import PictureFolderCamera, VideoCamera
 from tracking.dives.files import DIVE_FILE, OVERLAY_FILE, VIDEO_FILE, json_text
@@ -188,19 +188,20 @@ def detect_again(
     gimbal = Gimbal(Layout.from_rig(rig))
     loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
     rows = recording.log.to_pylist()
+    sensor = ImageSensor.from_rig(rig)
+    half_s = (sensor.height_px - 1) * sensor.row_time_s / 2
     for number, (shot, recorded) in enumerate(zip(recording.shots(), rows, strict=True)):
         # Degrees and back may end a rounding beyond a joint's limit.
-        q_true = np.clip(_joints(recorded, "true"), gimbal.lowest, gimbal.highest)
-        state = State(
-            q1=float(q_true[0]),
-            q2=float(q_true[1]),
-            world_from_body=body_pose(dive, shot.time_s),
-            world_from_target=target_pose(dive, shot.time_s),
-            time_s=shot.time_s,
-        )
+        states = [
+            _state(dive, np.clip(_joints(recorded, name), gimbal.lowest, gimbal.highest), shot.time_s + later_s)
+            for name, later_s in (("first_row", -half_s), ("true", 0.0), ("last_row", half_s))
+        ]
+        state = states[1]
+        q_true = np.array([state.q1, state.q2])
         believed = MirrorReport(q=_joints(recorded, "believed"), time_s=shot.time_s, measured=False)
         step = _as_recorded(loop.step(shot, believed), recorded)
-        true = truth.of(_exposure(recorded, _labels(renderer, state)), state, step, np.zeros(2))
+        label = _labels(renderer, states)
+        true = truth.of(_exposure(recorded, label), state, step, np.zeros(2))
         yield DetectedAgain(shot=shot, step=step, row=_row(recorded, loop_columns(step, q_true) | true))
         progress(number + 1, len(rows))
 
@@ -278,9 +279,20 @@ def _row(recorded: Row, again: Row) -> Row:
     return recorded | {name: again[name] for name in DETECTION_COLUMNS} | {"cause_of_loss": cause}
 
 
-def _labels(renderer: FastRenderer, state: State) -> NDArray[np.uint8]:
-    """What each pixel shows, shape (height, width)."""
-    flat = renderer.arrays([state], truth=False)["label"].numpy()
+def _state(dive: Dive, q: FloatArray, time_s: float) -> State:
+    """Where everything was."""
+    return State(
+        q1=float(q[0]),
+        q2=float(q[1]),
+        world_from_body=body_pose(dive, time_s),
+        world_from_target=target_pose(dive, time_s),
+        time_s=time_s,
+    )
+
+
+def _labels(renderer: FastRenderer, states: list[State]) -> NDArray[np.uint8]:
+    """What each pixel shows, shape (height, width), as its rows went through the states."""
+    flat = renderer.sweep_arrays(states, truth=False)["label"].numpy()
     return np.asarray(flat.astype(np.uint8).reshape(renderer.shape))
 
 
@@ -293,6 +305,7 @@ def _exposure(row: Row, label: NDArray[np.uint8]) -> Exposure:
         start_s=row["time_s"] - half_s,
         end_s=row["time_s"] + half_s,
         settings=CameraSettings(exposure_s=row["exposure_s"], gain_db=row["gain_db"], white_gains=(1.0, 1.0, 1.0)),
+        rows_s=np.full(2, row["time_s"]),
         label=label,
         smear_px=0.0,
         sweeps=1,

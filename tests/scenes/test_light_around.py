@@ -7,7 +7,7 @@ from optics.backend import Array3f32, Float32
 from optics.ray_scene import mesh_scene
 from scenes.ambient_cube import ROW, SIDES, changed_irradiance
 from scenes.clearance import Clearance
-from scenes.packing import Packing, rows_of
+from scenes.packing import AT_ONCE, Packing, rows_of
 from scenes.sun_map import reached_by_sun, sun_map, sunlit_way
 from scenes.worlds import world_named
 from scenes.worlds.surface import surface
@@ -95,6 +95,6 @@ def test_ambient_cube_is_exact_for_a_linear_change():
 
 def test_other_numbers_than_a_packing_knows_are_refused():
     packing = Packing.of({"a": [1.0, 2.0], "b": 3.0})
-    assert packing.width == 3
+    assert packing.width == AT_ONCE
     with pytest.raises(ValueError, match="expected numbers"):
         packing.row({"a": [1.0], "b": 3.0})

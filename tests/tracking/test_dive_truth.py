@@ -76,7 +76,15 @@ def step_of(rig, now, picture, settings=RED_BALL):
 def exposure_of(frame):
     settings = CameraSettings(exposure_s=0.005, gain_db=0.0, white_gains=(1.0, 1.0, 1.0))
     return Exposure(
-        frame=0, time_s=0.0, start_s=0.0, end_s=0.01, settings=settings, label=frame.label, smear_px=0.0, samples=1
+        frame=0,
+        time_s=0.0,
+        start_s=0.0,
+        end_s=0.01,
+        settings=settings,
+        rows_s=np.full(2, 0.005),
+        label=frame.label,
+        smear_px=0.0,
+        sweeps=1,
     )
 
 

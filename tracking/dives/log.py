@@ -55,6 +55,10 @@ COLUMNS = (
         q2_believed_deg="tilt with which the loop read this picture",
         q1_true_deg="true pan at the picture's time",
         q2_true_deg="true tilt at the picture's time",
+        q1_first_row_deg="true pan in the middle of the first row's exposure",
+        q2_first_row_deg="true tilt in the middle of the first row's exposure",
+        q1_last_row_deg="true pan in the middle of the last row's exposure",
+        q2_last_row_deg="true tilt in the middle of the last row's exposure",
     ),
     Column("detected", pa.bool_(), "", "whether the detector found a spot"),
     *_counts("1", spots="spots that passed the filters"),
@@ -112,8 +116,7 @@ def loop_columns(step: Step, q_true: FloatArray) -> Row:
     area = sum(spot.area_px for spot in step.detection.spots)
     row: Row = {"time_s": step.time_s, "mode": str(step.mode)}
     for name, q in (("command", step.q_command), ("believed", step.q_believed), ("true", q_true)):
-        for joint, angle in zip(("q1", "q2"), np.degrees(q).tolist(), strict=True):
-            row[f"{joint}_{name}_deg"] = angle
+        row |= joint_columns(name, q)
     row |= {
         "detected": bool(step.detection.spots),
         "spots": len(step.detection.spots),
@@ -130,6 +133,11 @@ def loop_columns(step: Step, q_true: FloatArray) -> Row:
         x, y, z = step.target_direction.tolist()
         azimuth, elevation = np.degrees([np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))]).tolist()
     return row | {"believed_azimuth_deg": azimuth, "believed_elevation_deg": elevation}
+
+
+def joint_columns(name: str, q: FloatArray) -> Row:
+    """Columns of both joints, radians, shape (2,)."""
+    return {f"{joint}_{name}_deg": angle for joint, angle in zip(("q1", "q2"), np.degrees(q).tolist(), strict=True)}
 
 
 def table_of(rows: Sequence[Row]) -> pa.Table:

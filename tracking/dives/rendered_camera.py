@@ -39,9 +39,6 @@ STEP_PX = 4.0
 """How far the view may move between two of them: one frame for a blur of so much differs from eight by less than the
 sensor's noise (`docs/dives.md`)."""
 
-KNOTS = 3
-"""Instants of a frame at which everything's place is known: between them, rows are taken to move evenly."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Exposure:
@@ -53,6 +50,8 @@ class Exposure:
     time_s, start_s, end_s : float
         Of the picture; of its first row's opening and its last row's closing.
     settings : CameraSettings
+    rows_s : array, shape (2,)
+        Middle of the first and of the last row's exposure.
     label : array, shape (height, width)
         `scenes.frame.Label` of what each pixel shows in the middle of its row's exposure.
     smear_px : float
@@ -66,6 +65,7 @@ class Exposure:
     start_s: float
     end_s: float
     settings: CameraSettings
+    rows_s: FloatArray
     label: NDArray[np.uint8]
     smear_px: float
     sweeps: int
@@ -120,7 +120,8 @@ class RenderedCamera:
             self._sensor,
             exposure_s=self._settings.exposure_s,
             start_s=time_s - half_s,
-            sweeps=sweep_count(motion_px=smear_px, step_px=STEP_PX, most=MOST_SWEEPS),
+            # An odd number: one of them is the middle of the exposure.
+            sweeps=sweep_count(motion_px=smear_px, step_px=STEP_PX, most=MOST_SWEEPS) | 1,
         )
         radiance, label = self._rendered(sweeps)
         taken = capture(radiance, self._sensor, self._settings, frame_generator(self.dive.seed, self._next))
@@ -130,6 +131,7 @@ class RenderedCamera:
             start_s=time_s - half_s,
             end_s=time_s + half_s,
             settings=self._settings,
+            rows_s=sweeps.mean(axis=0),
             label=label,
             smear_px=smear_px,
             sweeps=len(sweeps),
@@ -175,8 +177,9 @@ class RenderedCamera:
         for number, (first_s, last_s) in enumerate(sweeps.tolist()):
             # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
             # the frame.
-            states = [self.state(time_s) for time_s in np.linspace(first_s, last_s, KNOTS).tolist()]
-            arrays = self.renderer.sweep_arrays(states, truth=False)
+            arrays = self.renderer.sweep_arrays(
+                [self.state(time_s) for time_s in (first_s, (first_s + last_s) / 2, last_s)], truth=False
+            )
             if number == len(sweeps) // 2:
                 label = arrays["label"].numpy().astype(np.uint8).reshape(shape)
             for channel, values in enumerate(arrays["rgb"]):

@@ -23,7 +23,7 @@ from optics.mesh import PartMesh
 from rigs import Rig
 from tracking.dives.files import finish_dive, is_finished
 from tracking.dives.journal import Journal
-from tracking.dives.log import Row, loop_columns
+from tracking.dives.log import Row, joint_columns, loop_columns
 from tracking.dives.recorder import Recorder
 from tracking.dives.rendered_camera import RenderedCamera
 from tracking.dives.specification import Dive
@@ -96,12 +96,15 @@ class ClosedLoop:
         clock.append(time.perf_counter())
         state = self.camera.state(time_s)
         q = self.mirrors.q(np.array([exposure.start_s, exposure.end_s]))
+        rows = self.mirrors.q(exposure.rows_s)
         speed = (q[1] - q[0]) / (exposure.end_s - exposure.start_s)
         row: Row = {
             "frame": exposure.frame,
             "exposure_s": exposure.settings.exposure_s,
             "gain_db": exposure.settings.gain_db,
             **loop_columns(step, np.array([state.q1, state.q2])),
+            **joint_columns("first_row", rows[0]),
+            **joint_columns("last_row", rows[1]),
             **self.truth.of(exposure, state, step, speed),
         }
         clock.append(time.perf_counter())
