@@ -149,6 +149,7 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
                 active=in_water,
                 sunlit=mi.Float(1),
                 end_radius=mi.Float(0),
+                leans=mi.Bool(False),
                 veil=[mi.Float(0)] * 3,
             ),
         )

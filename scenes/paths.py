@@ -108,6 +108,7 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
     world_direction = turn(state[WORLD], direction)
     depth = -move(state[WORLD], origin).z
     radius, on_part = _end_radius(inputs, hit)
+    at_m1, at_m2 = hit.thing == int(Thing.M1), hit.thing == int(Thing.M2)
     through = Segment(
         direction=world_direction,
         depth=depth,
@@ -117,6 +118,7 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
         * (1 - _behind_what_is_seen(inputs, world_direction, hit, radius)),
         # What the robot keeps from the water is in the veil already.
         end_radius=dr.select(on_part, 0, radius),
+        leans=at_m1 | at_m2,
         veil=_veil(inputs, path, world_direction, hit.distance),
     )
     added, throughput = scattered_in(light, tables, path["throughput"], through)
@@ -131,8 +133,7 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
         )
         from_lamps = [t * f for t, f in zip(path["throughput"], from_lamps, strict=True)]
         added = [a + f for a, f in zip(added, channels(light, from_lamps), strict=True)]
-    at_m1 = hit.thing == int(Thing.M1)
-    at_mirror = at_m1 | (hit.thing == int(Thing.M2))
+    at_mirror = at_m1 | at_m2
     at_surface = hit.thing == int(Thing.SEA_SURFACE)
     above = _at_sea_surface(inputs, origin + direction * hit.distance, world_direction, throughput, active & at_surface)
     normal = above["normal"]
@@ -158,7 +159,7 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
     rise = dr.select(at_surface, turn(state[WORLD], reflected).z, 0)
     reflected = reflected - turn_back(state[WORLD], Array3f32(0, 0, 1)) * dr.select(rise > 0, 2 * rise, 0)
     folded = at_m1 & (path["region"] == int(Region.DIRECT))
-    gazed = (hit.thing == int(Thing.M2)) & (path["region"] == int(Region.FOLD))
+    gazed = at_m2 & (path["region"] == int(Region.FOLD))
     return {
         "bounce": bounce,
         "origin": dr.select(goes_on, point + reflected * START_OFFSET_M, dr.select(active, point, origin)),

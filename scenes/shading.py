@@ -73,6 +73,8 @@ class Segment:
         Share of it that the sun reaches past the world.
     end_radius : Float32
         Of the thing that it ends at, as a disc across it; zero for the world, which goes on around what is seen of it.
+    leans : Bool
+        Whether that thing is a mirror, which leans over the way.
     veil : list of Float32
         Light by channel that robot and world add to what open water scatters into it; negative when they keep light.
     """
@@ -83,6 +85,7 @@ class Segment:
     active: Any
     sunlit: Any
     end_radius: Any
+    leans: Any
     veil: list[Any]
 
 
@@ -157,9 +160,11 @@ def _added(
         channel = k // nodes
         share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
         p = dr.lerp(particles, molecules, light["molecular"][k])
-        # Of open water's source (c - g) F, which lets F grow with g along the way, b F is scattered on straight. What
-        # a world adds is about as strong behind the thing as around it.
-        behind = hidden * light["b_veil"][k] / (light["c"][k] - growth[channel])
+        # Of open water's source (c - g) F, which lets F grow with g along the way, b F is scattered on straight. A
+        # mirror hides the brighter light from above as well, and what a world adds is about as strong everywhere: of
+        # both the whole share is missing.
+        straight_on = light["b_veil"][k] / (light["c"][k] - growth[channel])
+        behind = hidden * dr.select(segment.leans, 1, straight_on)
         more = (1 - behind) * dr.fma(-passed[k], far[channel], near[channel])
         more = share * dr.fma(1 - hidden, segment.veil[channel], more)
         # What robot and world keep is known between nodes only: it cannot be more than there is.

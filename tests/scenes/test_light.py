@@ -66,6 +66,7 @@ def piece(direction, depth, length, *, end_radius=0.0, veil=0.0):
         active=Bool(True),
         sunlit=Float32(1),
         end_radius=Float32(end_radius),
+        leans=Bool(False),
         veil=[Float32(veil)] * 3,
     )
 
