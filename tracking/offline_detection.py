@@ -305,7 +305,6 @@ def _exposure(row: Row, label: NDArray[np.uint8]) -> Exposure:
         start_s=row["time_s"] - half_s,
         end_s=row["time_s"] + half_s,
         settings=CameraSettings(exposure_s=row["exposure_s"], gain_db=row["gain_db"], white_gains=(1.0, 1.0, 1.0)),
-        rows_s=np.full(2, row["time_s"]),
         label=label,
         smear_px=0.0,
         sweeps=1,

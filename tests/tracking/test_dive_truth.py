@@ -81,7 +81,6 @@ def exposure_of(frame):
         start_s=0.0,
         end_s=0.01,
         settings=settings,
-        rows_s=np.full(2, 0.005),
         label=frame.label,
         smear_px=0.0,
         sweeps=1,

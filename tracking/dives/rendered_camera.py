@@ -50,8 +50,6 @@ class Exposure:
     time_s, start_s, end_s : float
         Of the picture; of its first row's opening and its last row's closing.
     settings : CameraSettings
-    rows_s : array, shape (2,)
-        Middle of the first and of the last row's exposure.
     label : array, shape (height, width)
         `scenes.frame.Label` of what each pixel shows in the middle of its row's exposure.
     smear_px : float
@@ -65,10 +63,15 @@ class Exposure:
     start_s: float
     end_s: float
     settings: CameraSettings
-    rows_s: FloatArray
     label: NDArray[np.uint8]
     smear_px: float
     sweeps: int
+
+    @property
+    def rows_s(self) -> FloatArray:
+        """Middle of the first and of the last row's exposure, shape (2,)."""
+        half_s = self.settings.exposure_s / 2
+        return np.array([self.start_s + half_s, self.end_s - half_s])
 
 
 class RenderedCamera:
@@ -131,7 +134,6 @@ class RenderedCamera:
             start_s=time_s - half_s,
             end_s=time_s + half_s,
             settings=self._settings,
-            rows_s=sweeps.mean(axis=0),
             label=label,
             smear_px=smear_px,
             sweeps=len(sweeps),
