@@ -91,32 +91,47 @@ def _key(mesh: GroupMesh, light: Light, places: Sequence[FloatArray]) -> str:
     return digest.hexdigest()
 
 
-def ambient_light(
-    mesh: GroupMesh, light: Light, source: dict[str, Any] | None = None, *, rounds: int = MOST_ROUNDS
-) -> FloatArray:
-    """Irradiance at the vertices, shape (n, 3), once its reflections have settled.
-
-    It begins with that of the mesh, when it has one. `source` is what the mesh changes of the water's light
-    (`scenes.source_volume`).
-    """
-    normals = vertex_normals(mesh.vertices_m, mesh.faces)
-    origins = _inset(mesh) + normals * OFFSET_M
-    open_water = light.open_water_irradiance(-origins[:, 2], normals)
-    unseen = gathered(None, origins, normals, light)
-    before = open_water if mesh.ambient is None else mesh.ambient
-    for _ in range(rounds):
-        seen = gathered(replace(mesh, ambient=before), origins, normals, light, source)
-        ambient = np.maximum(open_water + seen - unseen, 0)
-        if settled(before, ambient):
+def ambient_light(mesh: GroupMesh, light: Light) -> FloatArray:
+    """Irradiance at the vertices, shape (n, 3), once its reflections have settled."""
+    reflection = Reflection(mesh, light)
+    before = reflection.open_water
+    for _ in range(MOST_ROUNDS):
+        ambient = reflection.once(before)
+        if change_of_light(before, ambient) < SETTLED:
             return ambient
         before = ambient
     return before
 
 
-def settled(before: FloatArray, ambient: FloatArray) -> bool:
-    """Whether a round has changed the light at the vertices by little on the mean."""
-    change = np.abs((ambient - before).mean(axis=0)) / ambient.mean(axis=0)
-    return bool(change.max() < SETTLED)
+class Reflection:
+    """What the vertices of a mesh receive from each other.
+
+    Attributes
+    ----------
+    open_water : array, shape (n, 3)
+        Irradiance at the vertices by all but the direct sun if the mesh hid nothing and sent nothing.
+    """
+
+    def __init__(self, mesh: GroupMesh, light: Light):
+        self._mesh, self._light = mesh, light
+        self._normals = vertex_normals(mesh.vertices_m, mesh.faces)
+        self._origins = _inset(mesh) + self._normals * OFFSET_M
+        self.open_water = light.open_water_irradiance(-self._origins[:, 2], self._normals)
+        self._unseen = gathered(None, self._origins, self._normals, light)
+
+    def once(self, ambient: FloatArray, source: dict[str, Any] | None = None) -> FloatArray:
+        """Irradiance at the vertices, shape (n, 3), when the mesh is lit by what is given: one more reflection.
+
+        `source` is what the mesh changes of the water's light (`scenes.source_volume`).
+        """
+        lit = replace(self._mesh, ambient=ambient)
+        seen = gathered(lit, self._origins, self._normals, self._light, source)
+        return np.maximum(self.open_water + seen - self._unseen, 0)
+
+
+def change_of_light(before: FloatArray, ambient: FloatArray) -> float:
+    """By what share a round has changed the mean light at the vertices, in the channel where it is largest."""
+    return float((np.abs((ambient - before).mean(axis=0)) / ambient.mean(axis=0)).max())
 
 
 def gathered(

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from scenes.ambient import LOG, RAYS_AT_ONCE, Surroundings, ambient_light, cached, settled
+from scenes.ambient import LOG, RAYS_AT_ONCE, Reflection, Surroundings, cached, change_of_light
 from scenes.geometry import GroupMesh
 from scenes.grid import grid_axes, grid_numbers, grid_points
 from scenes.light import Light
@@ -43,10 +43,13 @@ SUN_RINGS_RAD = np.radians(np.geomspace(0.7, 15, 10))
 SUN_AROUND = 12
 """Rings about the sun, and directions on each."""
 
-SETTLED = 0.02
-"""Share of the source by which the last turn may change it."""
+SETTLED = 0.0025
+"""Share by which the last turn may change the light on the surfaces, and what the water scatters.
 
-MOST_TURNS = 12
+In turbid water each turn changes them by half of what the one before did: about so much is missing at the end.
+"""
+
+MOST_TURNS = 16
 """Times at most that the light on the surfaces and in the water are found in turn."""
 
 RINGS, AROUND = 64, 48
@@ -71,24 +74,28 @@ def source_volume(axes: list[FloatArray], source: FloatArray) -> dict[str, Any]:
 
 
 def _in_turns(mesh: GroupMesh, light: Light, axes: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Irradiance at the vertices and source at the points, in turns: each adds a scattering, some a reflection."""
-    water = _Water(light, grid_points(axes))
-    ambient = ambient_light(mesh, light)
-    source = water.source(replace(mesh, ambient=ambient), None)
+    """Irradiance at the vertices and source at the points, in turns: each adds one reflection and one scattering."""
+    water, reflection = _Water(light, grid_points(axes)), Reflection(mesh, light)
+    ambient, source = reflection.open_water, water.dark
     for turn in range(1, MOST_TURNS + 1):
         volume = source_volume(axes, source)
+        lit, ambient = ambient, reflection.once(ambient, volume)
         scattered, source = source, water.source(replace(mesh, ambient=ambient), volume)
-        change = np.abs(source - scattered).mean() / np.abs(source).mean()
-        LOG.info("turn %d of at most %d: the water's light changed by %.0f %%", turn, MOST_TURNS, 100 * change)
+        change = max(change_of_light(lit, ambient), np.abs(source - scattered).mean() / water.mean_source)
+        LOG.info("turn %d of at most %d: the light changed by %.1f %%", turn, MOST_TURNS, 100 * change)
         if change < SETTLED:
-            before, ambient = ambient, ambient_light(replace(mesh, ambient=ambient), light, volume, rounds=1)
-            if settled(before, ambient):
-                break
+            break
     return ambient, source
 
 
 class _Water:
-    """Points of the water, and what they scatter of what they see."""
+    """Points of the water, and what they scatter of what they see.
+
+    Attributes
+    ----------
+    mean_source : float
+        Mean of open water's source at the points.
+    """
 
     def __init__(self, light: Light, points: FloatArray):
         self._light, self._points = light, points
@@ -101,16 +108,26 @@ class _Water:
         heights, self._height = np.unique(points[:, 2], return_inverse=True)
         column = np.stack([0 * heights, 0 * heights, heights], axis=-1)
         self._open_water = self._seen(Surroundings(None, light, depth_m=self._depth), column)
+        self.mean_source = float(self._scattered(self._open_water)[self._height].mean())
 
-    def source(self, mesh: GroupMesh, volume: dict[str, Any] | None) -> FloatArray:
+    @property
+    def dark(self) -> FloatArray:
+        """Source of a world that changes nothing, shape (n, elevations, azimuths, 3)."""
+        return np.zeros((len(self._points), SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3), dtype=np.float32)
+
+    def source(self, mesh: GroupMesh, volume: dict[str, Any]) -> FloatArray:
         """Source at the points beside a lit mesh, shape (n, elevations, azimuths, 3)."""
         around = Surroundings(mesh, self._light, depth_m=self._depth, source=volume)
         pieces = max(1, len(self._points) * len(self._directions) // RAYS_AT_ONCE)
         parts = []
         for part in np.array_split(np.arange(len(self._points)), pieces):
             change = self._seen(around, self._points[part]) - self._open_water[:, self._height[part]]
-            parts.append(np.moveaxis(change @ self._scattering.swapaxes(1, 2), 0, -1))
+            parts.append(self._scattered(change))
         return np.concatenate(parts).reshape(-1, SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3)
+
+    def _scattered(self, seen: FloatArray) -> FloatArray:
+        """Source by radiance in all directions, shape (n, nodes, 3)."""
+        return np.moveaxis(seen @ self._scattering.swapaxes(1, 2), 0, -1)
 
     def _seen(self, around: Surroundings, points: FloatArray) -> FloatArray:
         """Radiance in all directions, shape (3, n, looks)."""

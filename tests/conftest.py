@@ -48,5 +48,5 @@ def rough_light():
         patch.setattr(ambient, "MOST_DIRECTIONS", 4)
         patch.setattr(robot_light, "LOOKS", 4)
         patch.setattr(source_volume, "MOST_POINTS", 6)
-        patch.setattr(source_volume, "MOST_TURNS", 0)
+        patch.setattr(source_volume, "MOST_TURNS", 2)
         yield

@@ -36,7 +36,7 @@ from tracking.dives.specification import parse_dive
 for module in (ambient, ambient_volume, source_volume, water_shade, world_shade):
     module.cached = lambda mesh, light, name, make, places=(): make()
 ambient.LEAST_DIRECTIONS = ambient.MOST_DIRECTIONS = robot_light.LOOKS = 4  # as `rough_light`
-source_volume.MOST_POINTS, source_volume.MOST_TURNS = 6, 0
+source_volume.MOST_POINTS, source_volume.MOST_TURNS = 6, 2
 journal.SEGMENT_FRAMES = 3
 folder = Path(sys.argv[1])
 dive = parse_dive((folder / "small_dive.toml").read_text(), source="small", folder=folder)
