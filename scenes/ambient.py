@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.cache import cache_folder, load_arrays, save_arrays
-from scenes.geometry import WORLD, GroupMesh, geometry_of, vertex_normals
+from scenes.geometry import geometry_of
+from scenes.group_mesh import WORLD, GroupMesh, vertex_normals
 from scenes.kernel import Shape, compiled_frame
 from scenes.light import Light
 from scenes.packing import Packing

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from scenes.ambient import cached, gathered
 from scenes.ambient_cube import ROW, SIDES
-from scenes.geometry import GroupMesh
 from scenes.grid import grid_axes, grid_numbers, grid_points
+from scenes.group_mesh import GroupMesh
 from scenes.light import Light
 from scenes.packing import rows_of
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from optics.status import Region
 
 FloatImage = NDArray[np.float32]
+
+FARTHEST_M = 1e5
+"""What is farther away is open water."""
 
 
 class Label(IntEnum):
@@ -74,3 +78,36 @@ class Frame:
         v, u = np.indices(weight.shape)
         total = float(weight.sum())
         return float((u * weight).sum()) / total, float((v * weight).sum()) / total
+
+
+def frames_of(arrays: dict[str, Any], count: int, shape: tuple[int, int], per_pixel: int) -> list[Frame]:
+    """Frames of what a kernel returned (`scenes.kernel.Shape`): frame by frame, row by row, sample by sample."""
+
+    def samples(values: Any) -> NDArray[Any]:
+        """As images, shape (frames, height, width, samples)."""
+        return np.asarray(values.numpy()).reshape(count, *shape, per_pixel)
+
+    def first(values: Any) -> NDArray[Any]:
+        """What the first sample of each pixel sees."""
+        return samples(values)[..., 0]
+
+    radiance = np.stack([samples(channel).mean(axis=-1) for channel in arrays["rgb"]], axis=-1)
+    share = (samples(arrays["label"]) == Label.TARGET).mean(axis=-1).astype(np.float32)
+    point, normal = (np.stack([first(each) for each in arrays[name]], axis=-1) for name in ("point", "normal"))
+    distance, instance = first(arrays["distance"]), first(arrays["instance"]).astype(np.int32) - 1
+    label, region = (first(arrays[name]).astype(np.uint8) for name in ("label", "region"))
+    distance = np.where(distance < FARTHEST_M, distance, np.inf).astype(np.float32)
+    point = np.where(np.isfinite(distance)[..., np.newaxis], point, np.nan).astype(np.float32)
+    return [
+        Frame(
+            radiance=radiance[k],
+            distance_m=distance[k],
+            point_m=point[k],
+            normal=normal[k],
+            label=label[k],
+            region=region[k],
+            instance=instance[k],
+            target_fraction=share[k],
+        )
+        for k in range(count)
+    ]

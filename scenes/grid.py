@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.backend import Float32, dr
-from scenes.geometry import GroupMesh
+from scenes.group_mesh import GroupMesh
 
 FloatArray = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from optics.freezing import frozen
 from optics.mesh import Group
 from optics.refraction import reflect
 from scenes.field_table import layer
-from scenes.geometry import WORLD
+from scenes.group_mesh import WORLD
 from scenes.packing import Packing
 from scenes.path_ends import describe
 from scenes.paths import Inputs, follow

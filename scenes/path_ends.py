@@ -10,7 +10,8 @@ from scenes.ambient_cube import changed_irradiance
 from scenes.flicker import flicker
 from scenes.forward_cone import gain_of_light, hidden_share
 from scenes.frame import Label
-from scenes.geometry import ROW, TARGET, WORLD, FaceColumn, VertexColumn, face_code, from_octahedron
+from scenes.geometry import ROW, FaceColumn, VertexColumn, face_code, from_octahedron
+from scenes.group_mesh import TARGET, WORLD
 from scenes.lamps import lamp_irradiance, towards_lamps
 from scenes.light import SPECTRUM_ROW
 from scenes.materials import Material

@@ -8,7 +8,7 @@ from typing import Any
 
 from optics.backend import Array3f32, Bool, Float32, UInt32, dr
 from optics.status import Region
-from scenes.geometry import SNOW, TARGET, WORLD
+from scenes.group_mesh import SNOW, TARGET, WORLD
 from scenes.lamps import lamp_backscatter
 from scenes.packing import Numbers, vector
 from scenes.shading import (

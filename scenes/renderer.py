@@ -19,12 +19,12 @@ from rigs import Rig
 from rigs.specification import FlatMirror
 from scenes.ambient_volume import ambient_volume
 from scenes.clearance import Clearance
-from scenes.frame import Frame, Label
-from scenes.geometry import (
+from scenes.frame import FARTHEST_M, Frame, frames_of
+from scenes.geometry import geometry_of
+from scenes.group_mesh import (
     SNOW,
     TARGET,
     WORLD,
-    geometry_of,
     mirror_plates,
     rig_meshes_by_group,
     snow_mesh,
@@ -45,9 +45,6 @@ from scenes.tracing import Thing
 from scenes.water_shade import water_shade
 from scenes.world_shade import world_shade
 from scenes.worlds.snow import snow_offset_m
-
-FARTHEST_M = 1e5
-"""What is farther away is open water."""
 
 
 class FastRenderer:
@@ -157,7 +154,7 @@ class FastRenderer:
         Light is computed for the mean depth of the robot, and falls off from there with depth: states of one call
         should lie within a metre or so of depth.
         """
-        return self._frames(self.arrays(states), len(states))
+        return frames_of(self.arrays(states), len(states), self.shape, self.samples)
 
     def render_sweep(self, states: Sequence[State]) -> Frame:
         """Render one frame whose rows are exposed one after the other, as a rolling shutter does.
@@ -165,39 +162,7 @@ class FastRenderer:
         `states` are two or more, at even times from the first row's to the last row's. Between them joints, robot and
         target move evenly; waves and flakes are those of the middle one.
         """
-        return self._frames(self.sweep_arrays(states), 1)[0]
-
-    def _frames(self, arrays: dict[str, Any], count: int) -> list[Frame]:
-        """Frames of what a kernel returned."""
-
-        def samples(values: Any) -> NDArray[Any]:
-            """As images, shape (frames, height, width, samples)."""
-            return np.asarray(values.numpy()).reshape(count, *self.shape, self.samples)
-
-        def first(values: Any) -> NDArray[Any]:
-            """What the first sample of each pixel sees."""
-            return samples(values)[..., 0]
-
-        radiance = np.stack([samples(channel).mean(axis=-1) for channel in arrays["rgb"]], axis=-1)
-        share = (samples(arrays["label"]) == Label.TARGET).mean(axis=-1).astype(np.float32)
-        point, normal = (np.stack([first(each) for each in arrays[name]], axis=-1) for name in ("point", "normal"))
-        distance, instance = first(arrays["distance"]), first(arrays["instance"]).astype(np.int32) - 1
-        label, region = (first(arrays[name]).astype(np.uint8) for name in ("label", "region"))
-        distance = np.where(distance < FARTHEST_M, distance, np.inf).astype(np.float32)
-        point = np.where(np.isfinite(distance)[..., np.newaxis], point, np.nan).astype(np.float32)
-        return [
-            Frame(
-                radiance=radiance[k],
-                distance_m=distance[k],
-                point_m=point[k],
-                normal=normal[k],
-                label=label[k],
-                region=region[k],
-                instance=instance[k],
-                target_fraction=share[k],
-            )
-            for k in range(count)
-        ]
+        return frames_of(self.sweep_arrays(states), 1, self.shape, self.samples)[0]
 
     def arrays(self, states: Sequence[State], *, truth: bool = True) -> dict[str, Any]:
         """Same as `render_states`, left on the device as flat arrays.

@@ -13,7 +13,7 @@ from optics.backend import Array3f32, Float32, UInt32, dr, mi
 from scenes.ambient import Surroundings
 from scenes.field_table import azimuth_from, field_table, looked_up
 from scenes.forward_cone import lengths_over_radius
-from scenes.geometry import GroupMesh
+from scenes.group_mesh import GroupMesh
 from scenes.light import Light
 from scenes.packing import vectors
 from scenes.shading import channels, molecular_phase, phase

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from scenes.ambient import with_ambient
-from scenes.geometry import GroupMesh, face_normals, joined_meshes, moved_mesh
+from scenes.group_mesh import GroupMesh, face_normals, joined_meshes, moved_mesh
 from scenes.light import Light
 
 FloatArray = NDArray[np.float64]

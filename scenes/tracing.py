@@ -11,7 +11,7 @@ from typing import Any
 
 from optics.backend import Array3f32, Bool, Float32, UInt32, dr, mi
 from optics.mesh import Group
-from scenes.geometry import WORLD
+from scenes.group_mesh import WORLD
 from scenes.packing import Numbers
 
 FAR_M = 1e6

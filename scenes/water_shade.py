@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from scenes.ambient import cached
-from scenes.geometry import GroupMesh
+from scenes.group_mesh import GroupMesh
 from scenes.light import Light
 from scenes.packing import halves_of
 from scenes.robot_light import RobotLight

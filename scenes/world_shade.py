@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.backend import Float32, dr
 from scenes.ambient import cached
-from scenes.geometry import GroupMesh
+from scenes.group_mesh import GroupMesh
 from scenes.light import Light
 from scenes.packing import pairs_of
 from scenes.robot_light import RobotLight, extent_of

@@ -121,10 +121,11 @@ class TrackFiles:
 
 
 def _place(path: Path, close: Callable[[], None]) -> None:
-    """Close a file and give it its name; remove it when that fails."""
+    """Close a file and give it its name; remove it when that fails. A video without a picture was never a file."""
     try:
         close()
-        _partial(path).replace(path)
+        if _partial(path).exists():
+            _partial(path).replace(path)
     finally:
         _partial(path).unlink(missing_ok=True)
 

@@ -5,7 +5,7 @@ import pytest
 
 from rigs import Rig
 from scenes.frame import Label
-from scenes.geometry import GroupMesh
+from scenes.group_mesh import GroupMesh
 from scenes.light import Light, underwater_light
 from scenes.materials import Material
 from scenes.spectrum import bands_of_camera

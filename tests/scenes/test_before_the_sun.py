@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from optics.backend import Array3f32, Float32, UInt32
-from scenes.geometry import WORLD
+from scenes.group_mesh import WORLD
 from scenes.paths import _behind_what_is_seen, _end_radius
 from scenes.tracing import Thing
 

@@ -11,7 +11,7 @@ from scenes.ambient import cached, gathered, with_ambient
 from scenes.ambient_cube import ROW, SIDES
 from scenes.ambient_volume import ambient_volume
 from scenes.frame import Label
-from scenes.geometry import GroupMesh
+from scenes.group_mesh import GroupMesh
 from scenes.materials import Material, albedo_table
 from scenes.shade import at_rest, with_shade
 

@@ -6,7 +6,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from optics.pure_water import molecular_phase
 from scenes.frame import Label
-from scenes.geometry import GroupMesh
+from scenes.group_mesh import GroupMesh
 from scenes.materials import Material
 from scenes.source_volume import lit_world, looks, shares_of_looks
 from scenes.veil import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW, node_directions

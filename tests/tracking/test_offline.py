@@ -213,6 +213,16 @@ def test_a_failure_loses_nothing_that_was_done(tmp_path, error):
     whole(tmp_path, 6)
 
 
+def test_a_failure_at_the_first_picture_is_the_one_that_is_told(tmp_path, monkeypatch):
+    def fails(*_: object) -> None:
+        raise KeyError("a column of the log")
+
+    monkeypatch.setattr(track_files, "overlay", fails)
+    with pytest.raises(KeyError, match="a column of the log"):
+        run(tmp_path, map(grey, range(3)))
+    assert {path.name for path in tmp_path.iterdir()} == {"log.parquet", "track.json"}
+
+
 def test_a_file_that_cannot_be_finished_leaves_nothing_half_written(tmp_path, monkeypatch):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device", str(tmp_path))
