@@ -116,9 +116,9 @@ def _segment(path: dict[str, Any], inputs: Inputs) -> dict[str, Any]:
         active=active,
         sunlit=_sunlit_way(inputs, origin, world_direction, hit.distance, active)
         * (1 - _behind_what_is_seen(inputs, world_direction, hit, radius)),
-        # What the robot keeps from the water is in the veil already.
-        end_radius=dr.select(on_part, 0, radius),
-        leans=at_m1 | at_m2,
+        # What the robot keeps from the water is in the veil already, but for what the gaze mirror hides.
+        end_radius=dr.select((on_part | at_m1) & ("water" in inputs.geometry), 0, radius),
+        leans=at_m1,
         veil=_veil(inputs, path, world_direction, hit.distance),
     )
     added, throughput = scattered_in(light, tables, path["throughput"], through)

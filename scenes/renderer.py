@@ -42,7 +42,8 @@ from scenes.stage import Stage
 from scenes.state import State
 from scenes.targets import MeshShape
 from scenes.tracing import Thing
-from scenes.water_shade import water_shade
+from scenes.veil import AZIMUTHS, ELEVATIONS
+from scenes.water_shade import folded_begins, water_shade
 from scenes.world_shade import world_shade
 from scenes.worlds.snow import snow_offset_m
 
@@ -95,7 +96,7 @@ class FastRenderer:
             poses = {group: RigidTransform.from_matrix(matrix) for group, matrix in body_from.items()}
             mirrors = mirror_plates(parts, poses, self._mirrors(body_from))
             meshes, robot = with_shade(meshes, poses, mirrors, stage.light, hung=hung)
-            water = water_shade(robot, hung, self._eyes(), stage.light)
+            water = water_shade(robot, hung, self._line_begins(), stage.light)
             shade = world_shade(robot, hung, stage.light)
         self.instance_names = (*names, *stage.world.instance_names, TARGET)
         volume = source = None
@@ -260,6 +261,14 @@ class FastRenderer:
         if self._layout is not None:
             eyes += [self._layout.body_from_m1.translation, self._layout.body_from_gimbal.translation]
         return np.array(eyes)
+
+    def _line_begins(self) -> NDArray[np.float64]:
+        """Where the lines of sight of each eye begin, by direction (`scenes.water_shade`), body frame."""
+        eyes = self._eyes()
+        begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
+        if self._layout is not None:
+            begins[1] = folded_begins(eyes[0], self._m1)
+        return begins
 
     def _numbers(self, state: State) -> dict[str, Any]:
         """Numbers of one state: poses of the groups seen from the body, mirrors, ball and sun in the body frame.

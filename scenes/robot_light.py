@@ -15,15 +15,17 @@ from scenes.field_table import azimuth_from, field_table, looked_up
 from scenes.forward_cone import lengths_over_radius
 from scenes.group_mesh import GroupMesh
 from scenes.light import Light
+from scenes.looks import Cone, Looks, scattered_density, scattered_directions
 from scenes.packing import vectors
 from scenes.shading import channels, molecular_phase, phase
+from scenes.tracing import Thing
 
 FloatArray = NDArray[np.float64]
 
 LEAST_RADIUS_M = 1e-3
 
 LOOKS = 128
-"""Directions in which a point looks at the robot."""
+"""Directions in which a point looks at the robot, of each kind of `scenes.looks`."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,7 @@ class RobotLight:
 
     def __init__(self, robot: GroupMesh, light: Light):
         self._extent = extent_of(robot)
+        self._gaze_mirror = (robot.mirrors or {}).get(Thing.M2.name)
         depth = -float(self._extent.middle[2])
         self._with, self._without = (Surroundings(mesh, light, depth_m=depth) for mesh in (robot, None))
         self._scene, self._tables, self._numbers = self._with.scene, self._with.tables, self._with.numbers
@@ -68,28 +71,25 @@ class RobotLight:
         self._hidden_shares = light.hidden_shares
         self._mean = [{name: float(values[k]) for name, values in means.items()} for k in range(3)]
 
-    def open_water(self, eye: FloatArray, directions: FloatArray) -> FloatArray:
-        """Radiance of open water as the field's table holds it, shape (n, 3)."""
+    def open_water(self, eyes: FloatArray, directions: FloatArray) -> FloatArray:
+        """Radiance of open water as the field's table holds it, shape (n, 3), as each eye sees it."""
         way = vectors(directions)
         azimuth = azimuth_from(self._numbers["sun_azimuth"], way)
-        found = looked_up(self._numbers, self._field, Float32(-float(eye[2])), way.z, azimuth)
+        found = looked_up(self._numbers, self._field, -vectors(eyes).z, way.z, azimuth)
         return np.stack([channel.numpy() for channel in found], axis=-1)
 
-    def missing_from_line(self, eye: FloatArray, directions: FloatArray, distance: float) -> FloatArray:
-        """Light per metre, shape (n, 3), that a point at a distance does not scatter towards the eye.
+    def missing_from_line(self, eyes: FloatArray, directions: FloatArray, distance: float) -> FloatArray:
+        """Light per metre, shape (n, 3), that a point at a distance from each eye does not scatter towards it.
 
         Whether the robot itself stands before the point does not count: what is looked up there belongs to lines
         between the nodes, which may pass beside it.
         """
         way = vectors(directions)
-        begin = Array3f32(*(float(x) for x in eye))
-        point = begin + way * distance
+        point = vectors(eyes) + way * distance
         sun = Array3f32(*self._numbers["refracted_sun"])
         in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=True)
         from_sun = self._scattered_sun(way, -point.z, distance)
-        from_around = self._missing(
-            point, lambda looking, owner, _: self._phases(looking, dr.gather(Array3f32, way, owner))
-        )
+        from_around = self._missing_around(point, way)
         result = []
         # Dark water is seen through dark water: what is scattered on the way comes from the shadow as well.
         share = self._share_scattered_within(np.array(distance))
@@ -116,7 +116,14 @@ class RobotLight:
 
         What the water scatters on the way to a plane comes mostly from the robot's side of it, and is missing as well.
         """
-        missing = self._missing(vectors(points), lambda looking, _, axis: [dr.dot(looking, axis)] * 3)
+        point = vectors(points)
+        cone, looks = self._cone(point), Looks.of(dr.width(point), LOOKS)
+
+        def weights(owner: Any, looking: Any) -> list[Any]:
+            its = cone.of(owner)
+            return [dr.dot(looking, its.axis) / (LOOKS * its.density(looking))] * 3
+
+        missing = self._missing(point, looks, cone.of(looks.place).directions(looks), weights)
         distance = np.linalg.norm(points - self._extent.middle, axis=1)
         way = self._share_scattered_within(distance) * distance
         gained = [
@@ -130,43 +137,66 @@ class RobotLight:
         particles, molecules = phase(self._tables["phase"], cosine), molecular_phase(self._numbers, cosine)
         return [dr.lerp(particles, molecules, mean["molecular"]) for mean in self._mean]
 
-    def _missing(self, point: Any, weights: Callable[[Any, Any, Any], list[Any]]) -> list[Any]:
-        """Light that the robot keeps from points, by channel, weighted and integrated over directions.
+    def _missing_around(self, point: Any, way: Any) -> list[Any]:
+        """Light per metre and scattering coefficient, by channel, that points do not send against the way.
 
-        Weights are told the directions, the points they belong to, and the direction of the robot's middle.
+        They look over the cone that holds the robot, and about the way: most of what water sends along a line comes
+        from there. A direction that either might have taken counts by both densities (Veach & Guibas 1995, SIGGRAPH).
         """
-        count = dr.width(point)
-        lane = dr.arange(UInt32, count * LOOKS)
-        place, look = lane // LOOKS, lane % LOOKS
-        origin = dr.gather(Array3f32, point, place)
+        cone, looks = self._cone(point), Looks.of(dr.width(point), LOOKS)
+
+        def weights(owner: Any, looking: Any) -> list[Any]:
+            ahead = dr.gather(Array3f32, way, owner)
+            density = LOOKS * (cone.of(owner).density(looking) + scattered_density(dr.dot(looking, ahead)))
+            return [p / density for p in self._phases(looking, ahead)]
+
+        over_cone = self._missing(point, looks, cone.of(looks.place).directions(looks), weights)
+        ahead = scattered_directions(dr.gather(Array3f32, way, looks.place), looks)
+        about_way = self._missing(point, looks, ahead, weights)
+        return [a + b for a, b in zip(over_cone, about_way, strict=True)]
+
+    def _cone(self, origin: Any) -> Cone:
+        """The cone about the ball around the robot, as points see it; from within it all directions."""
         towards = Array3f32(*(float(x) for x in self._extent.middle)) - origin
         distance = dr.norm(towards)
-        # The cone about the ball around the robot; from within it all directions.
         narrowest = dr.safe_sqrt(1 - dr.square(self._extent.radius / distance))
-        lowest = dr.select(distance > self._extent.radius, narrowest, -1)
-        cosine = 1 - (1 - lowest) * ((Float32(look) + 0.5) / LOOKS)
-        sine = dr.safe_sqrt(1 - dr.square(cosine))
-        turns = Float32(place % 4096) * 0.618033988749895
-        s, c = dr.sincos(Float32(look) * 2.399963229728653 + 2 * np.pi * (turns - dr.floor(turns)))
-        axis = towards / distance
-        frame = mi.Frame3f(mi.Normal3f(axis))
-        looking = Array3f32(frame.to_world(mi.Vector3f(sine * c, sine * s, cosine)))
-        hit = self._scene.ray_test(mi.Ray3f(origin, looking), coherent=True)
-        found = dr.compress(hit)
+        return Cone(axis=towards / distance, lowest=dr.select(distance > self._extent.radius, narrowest, -1))
+
+    def _missing(self, point: Any, looks: Looks, looking: Any, weights: Callable[[Any, Any], list[Any]]) -> list[Any]:
+        """Light that the robot keeps from points, by channel: a weighted sum over their looks.
+
+        Weights are told which points the looks belong to that meet the robot, and their directions. What the gaze
+        mirror shows is left out: it hangs on the joints.
+        """
+        count = dr.width(point)
+        origin = dr.gather(Array3f32, point, looks.place)
+        hit = self._scene.ray_intersect_preliminary(mi.Ray3f(origin, looking), coherent=True)
+        found = dr.compress(hit.is_valid() & ~self._at_gaze_mirror(origin, looking, hit.t))
         if not dr.width(found):
             return [dr.zeros(Float32, count)] * 3
         o, d = dr.gather(Array3f32, origin, found), dr.gather(Array3f32, looking, found)
         shown, instead = self._with.radiance(o, d), self._without.radiance(o, d)
-        owner = dr.gather(UInt32, place, found)
-        weight = weights(d, owner, dr.gather(Array3f32, axis, found))
-        solid = dr.gather(Float32, 2 * np.pi * (1 - lowest) / LOOKS, found)
+        owner = dr.gather(UInt32, looks.place, found)
         result = []
-        for each, is_there, was_there in zip(weight, shown, instead, strict=True):
+        for each, is_there, was_there in zip(weights(owner, d), shown, instead, strict=True):
             total = dr.zeros(Float32, count)
-            dr.scatter_reduce(dr.ReduceOp.Add, total, each * solid * (was_there - is_there), owner)
+            dr.scatter_reduce(dr.ReduceOp.Add, total, each * (was_there - is_there), owner)
             result.append(total)
         dr.eval(result)
         return result
+
+    def _at_gaze_mirror(self, origin: Any, looking: Any, distance: Any) -> Any:
+        """Whether rays that meet the robot at a distance meet the gaze mirror's face on their way there."""
+        if self._gaze_mirror is None:
+            return mi.Bool(False)
+        centre, across, along = (Array3f32(*map(float, self._gaze_mirror[k : k + 3])) for k in (0, 3, 6))
+        normal = dr.cross(across, along)
+        facing = dr.dot(looking, normal)
+        to_plane = dr.dot(centre - origin, normal) / facing
+        met = origin + looking * to_plane - centre
+        half = self._gaze_mirror[9:]
+        inside = (dr.abs(dr.dot(met, across)) <= half[0]) & (dr.abs(dr.dot(met, along)) <= half[1])
+        return (facing < 0) & inside & (to_plane > 0) & (to_plane <= distance)
 
     def _share_scattered_within(self, distance: FloatArray) -> FloatArray:
         """Share of the light scattered on ways of these lengths that comes from within the robot's shadow."""

@@ -74,7 +74,7 @@ class Segment:
     end_radius : Float32
         Of the thing that it ends at, as a disc across it; zero for the world, which goes on around what is seen of it.
     leans : Bool
-        Whether that thing is a mirror, which leans over the way.
+        Whether that thing is the fold mirror, which leans over the way.
     veil : list of Float32
         Light by channel that robot and world add to what open water scatters into it; negative when they keep light.
     """
@@ -160,9 +160,9 @@ def _added(
         channel = k // nodes
         share = dr.fma(rise, light["field_share_rise"][k], light["field_share"][k])
         p = dr.lerp(particles, molecules, light["molecular"][k])
-        # Of open water's source (c - g) F, which lets F grow with g along the way, b F is scattered on straight. A
-        # mirror hides the brighter light from above as well, and what a world adds is about as strong everywhere: of
-        # both the whole share is missing.
+        # Of open water's source (c - g) F, which lets F grow with g along the way, b F is scattered on straight. The
+        # fold mirror hides the brighter light from above as well, and what a world adds is about as strong everywhere:
+        # of both the whole share is missing.
         straight_on = light["b_veil"][k] / (light["c"][k] - growth[channel])
         behind = hidden * dr.select(segment.leans, 1, straight_on)
         more = (1 - behind) * dr.fma(-passed[k], far[channel], near[channel])

@@ -25,7 +25,7 @@ AZIMUTHS, ELEVATIONS = 48, 25
 """Nodes by direction: azimuths all around, elevations from pole to pole."""
 
 PIECES = 11
-LENGTH_SCALE_M = 2.0
+LENGTH_SCALE_M = 1.0
 """Pieces of a line end evenly in ``r / (r + LENGTH_SCALE_M)``; the last never ends."""
 
 FARTHEST_M = 60.0

@@ -7,9 +7,10 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.backend import Array3f32, Float32, UInt32
 from scenes.light import without_forward_peak
+from scenes.looks import Looks, scattered_density, scattered_directions
 from scenes.packing import halves_of
-from scenes.veil import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, veil
-from scenes.water_shade import water_shade
+from scenes.veil import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, node_directions, veil
+from scenes.water_shade import folded_begins, water_shade
 
 DEPTH_M, RADIUS_M, BELOW_M = 5.0, 0.3, 0.6
 
@@ -24,7 +25,8 @@ def shares(light, black_ball):
     """From an eye below the ball, one far below it, and one before the sun; (3, elevations, azimuths, lengths, 3)."""
     pose = RigidTransform.from_translation([0, 0, -DEPTH_M])
     eyes = np.array([[0, 0, -BELOW_M], [0, 0, -30.0], light.towards_sun * BELOW_M])
-    table = water_shade(black_ball, pose, eyes, light)
+    begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
+    table = water_shade(black_ball, pose, begins, light)
     pieces = np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, PIECES, 2, ROW // 2)[..., :3]
     return np.concatenate([pieces[..., :1, 0, :], pieces[..., 1, :]], axis=3)
 
@@ -133,6 +135,39 @@ def test_nothing_is_kept_far_away(shares):
     """The ball fills 1e-4 of the half-space from 30 m: what it keeps is less than 2e-3, the sun's shadow apart."""
     level = shares[1, ELEVATIONS // 2]
     assert np.abs(level).max() < 2e-3
+
+
+def test_folded_lines_begin_where_the_mirror_is_met():
+    """A mirror of 80 x 100 mm, 0.1 m before the eye at the origin, tilted by 45 degrees: the law of reflection.
+
+    Expected: where a line begins is on the mirror, and the way there from the eye, reflected, is the line's direction;
+    for directions that no ray from the eye is folded into, it begins at the mirror's border.
+    """
+    across, along = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 1.0]) / np.sqrt(2)
+    normal, half = np.cross(across, along), np.array([0.04, 0.05])
+    if normal[0] > 0:
+        across, normal = -across, -normal
+    centre = np.array([0.1, 0.0, 0.0])
+    begins = folded_begins(np.zeros(3), np.concatenate([centre, across, along, half]))
+    places = (begins - centre) @ np.column_stack([across, along, normal])
+    assert np.abs(places[:, 2]).max() < 1e-12
+    assert (np.abs(places[:, :2]) <= half + 1e-12).all()
+    border = (np.abs(places[:, :2]) > half - 1e-12).any(axis=1)
+    assert 10 < (~border).sum() < len(border) / 4
+    way = begins / np.linalg.norm(begins, axis=1, keepdims=True)
+    folded = way - 2 * (way @ normal)[:, np.newaxis] * normal
+    np.testing.assert_allclose(folded[~border], node_directions(AZIMUTHS, ELEVATIONS)[~border], atol=1e-12)
+
+
+def test_looks_are_as_dense_as_they_say():
+    """The mean of 1 / density over the directions drawn in a cone is its solid angle (3 %, 20 000 looks)."""
+    ahead = [0.48, -0.6, 0.64]
+    drawn = np.array(scattered_directions(Array3f32(*ahead), Looks.of(1, 20_000))).T
+    cosine = drawn @ ahead
+    density = scattered_density(Float32(cosine)).numpy()
+    for angle in (0.1, 0.5, 1.5):
+        inside = cosine > np.cos(angle)
+        assert (inside / density).mean() == pytest.approx(2 * np.pi * (1 - np.cos(angle)), rel=0.03)
 
 
 def test_kernel_gives_the_nodes_and_closes_the_circle():

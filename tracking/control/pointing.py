@@ -19,8 +19,8 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
-from scipy.ndimage import minimum_filter1d
 
 from optics.gaze_jacobian import NO_AZIMUTH
 from optics.gaze_motion import JointSpeeds
@@ -33,6 +33,9 @@ PAN_NODES = 32
 
 NODES_PER_STEP = 3
 """That pan moves in one step of the plan."""
+
+IN_REACH = np.ones(2 * NODES_PER_STEP + 1, dtype=np.uint8)
+"""Nodes about one from which pan gets to it in one step."""
 
 STEPS = 12
 """Of the plan: 36 nodes, more than the whole range."""
@@ -101,7 +104,7 @@ class Pointing:
         losses = self._losses(later)
         least = losses[-1]
         for loss in losses[-2::-1]:
-            least = loss + minimum_filter1d(least, 2 * NODES_PER_STEP + 1, mode="nearest")
+            least = loss + cv2.erode(least, IN_REACH).ravel()
         in_reach = np.abs(self._nodes - pan_now) <= self._most
         best = int(np.argmin(np.where(in_reach, least, np.inf)))
         soon_pans = self._exact_pans((later[0, 0], later[0, 1]), pan_now)

@@ -15,6 +15,7 @@ WIDTH_PX, HEIGHT_PX = 320, 240
 """Size of the crop unless said otherwise."""
 
 CORNER_COUNT = 4
+NEXT_CORNER = [1, 2, 3, 0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,8 +92,8 @@ class Crop:
 
 def runs_clockwise(corners_px: FloatArray) -> NDArray[np.bool_]:
     """Whether quadrilaterals, shape (..., 4, 2), are finite, convex and clockwise as the picture is seen (v down)."""
-    edges = np.roll(corners_px, -1, axis=-2) - corners_px
-    following = np.roll(edges, -1, axis=-2)
+    edges = corners_px[..., NEXT_CORNER, :] - corners_px
+    following = edges[..., NEXT_CORNER, :]
     turns = edges[..., 0] * following[..., 1] - edges[..., 1] * following[..., 0]
     # Four right turns are one way round: a pentagram needs five corners. nan compares as false.
     return np.asarray((turns > 0).all(axis=-1))
