@@ -132,6 +132,12 @@ def test_single_problem(before, after, place, expected, tmp_path):
     assert expected in next(problem for problem in found if problem.place == place).expected
 
 
+def test_a_rig_that_is_not_there_is_named_once(tmp_path):
+    (problem,) = problems(GOOD.replace('rig = "aqua2"', 'rig = "aqua3"'), tmp_path)
+    assert problem.expected.startswith("a preset (aqua2, ")
+    assert problem.expected.endswith("did you mean 'aqua2'?")
+
+
 def test_robot_above_the_surface(tmp_path):
     """0.5 m deep, heaving by 0.6 m: for some phase of the sine it comes out."""
     text = GOOD.replace("depth_m = 5.0", "depth_m = 0.5").replace("duration_s = 2.0", "duration_s = 20.0")

@@ -192,7 +192,8 @@ def _collecting(problems: list[Problem], place: str, value: object) -> Iterator[
         problems.append(Problem(place=place, value=value, expected=said))
     except (ValueError, FileNotFoundError) as error:
         said = " ".join(str(error).split())
-        problems.append(Problem(place=place, value=value, expected=said.removeprefix("expected ")))
+        said = said.removeprefix(f"{place} {value!r}: ").removeprefix("expected ")
+        problems.append(Problem(place=place, value=value, expected=said))
 
 
 def _while(times: FloatArray, at: NDArray[np.intp]) -> str:
