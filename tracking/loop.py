@@ -91,7 +91,14 @@ class TrackingLoop:
         if variant.law == "gaze":
             pointing = Pointing(self._gimbal, speeds, float(view.min()) / 2)
             latency_s = variant.control_latency_s + _servo_latency_s(rig)
-            self._pursuit = GazePursuit(sight_lines, pointing, scale, variant.direction_noise, latency_s)
+            self._pursuit = GazePursuit(
+                sight_lines,
+                pointing,
+                scale,
+                variant.direction_noise,
+                latency_s=latency_s,
+                row_time_s=0.0 if rig.image_sensor is None else rig.image_sensor.row_time_us * 1e-6,
+            )
         else:
             literal = variant.law == "paper-literal"
             self._pursuit = CropPursuit(self._gimbal, scale, variant.centroid_noise, literal=literal)
@@ -99,6 +106,8 @@ class TrackingLoop:
         self._check = check_path(self._gimbal, variant.behaviour.check_s) if variant.behaviour.check_s > 0 else None
         self._state = BehaviourState()
         self._q_command = self._gimbal.middle
+        self._q_seen = self._gimbal.middle
+        self._seen = 0
         self._first_s: float | None = None
         self._last_s = math.nan
         self._intervals: list[float] = []
@@ -139,6 +148,9 @@ class TrackingLoop:
         )
         look = self._pursuit.look(sight)
         expected = look.expected_px
+        if look.spots:
+            self._q_seen = q
+            self._seen += 1
         if looking:
             detection = replace(detection, spots=look.spots, centroid_px=weighted_centroid(look.spots))
         before = self._state
@@ -172,6 +184,8 @@ class TrackingLoop:
             "missed": self._state.missed,
             "unseen": self._state.unseen,
             "q_command": self._q_command.tolist(),
+            "q_seen": self._q_seen.tolist(),
+            "seen": self._seen,
             "first_s": self._first_s,
             "last_s": None if math.isnan(self._last_s) else self._last_s,
             "intervals": list(self._intervals),
@@ -185,6 +199,8 @@ class TrackingLoop:
             mode=Mode(snapshot["mode"]), hits=snapshot["hits"], missed=snapshot["missed"], unseen=snapshot["unseen"]
         )
         self._q_command = np.array(snapshot["q_command"])
+        self._q_seen = np.array(snapshot["q_seen"])
+        self._seen = snapshot["seen"]
         self._first_s = snapshot["first_s"]
         self._last_s = math.nan if snapshot["last_s"] is None else snapshot["last_s"]
         self._intervals = list(snapshot["intervals"])
@@ -214,12 +230,23 @@ class TrackingLoop:
             return self._check.at(elapsed_s)
         if mode is not Mode.SCAN or self._state.hits > 0:
             return self._pursuit.follow(sight)
-        lost = before.mode in (Mode.TRACK, Mode.PREDICT)
         if before.mode is not Mode.SCAN:
-            outwards = lost and self._variant.rescan == "outwards"
-            self._search.begin(sight.q, sight.q_command if outwards else None)
+            self._search_on(before, sight)
+        self._seen = 0
         self._pursuit.forget()
         return self._search.advance(self._intervals[-1] if self._intervals else 0.0)
+
+    def _search_on(self, before: BehaviourState, sight: Sight) -> None:
+        """Begin a search, or take up the one that something else of the target's colour has broken off."""
+        outwards = self._variant.rescan == "outwards"
+        if before.mode is Mode.CHECK or not outwards:
+            self._search.begin(sight.q)
+        elif self._seen > self._variant.behaviour.predict_frames:
+            # Around where it was last seen: predictions of a target that turns or stops lead away from it.
+            self._search.begin(sight.q, self._q_seen)
+        else:
+            # Seen in fewer pictures than it has been missed in since.
+            self._search.resume(sight.q)
 
 
 def _corner_model(rig: Rig, variant: Variant, samples: CornerSamples | None, gimbal: Gimbal) -> CornerModel:

@@ -73,7 +73,7 @@ class Dive:
     """
 
     def __init__(self, variant: Variant, *, rate_hz: float = RATE_HZ, seed: int = 1, bias: FloatArray | None = None):
-        self.loop = TrackingLoop(RIG, variant, detector=DRAWN_BALL)
+        self.loop = TrackingLoop(camera().rig, variant, detector=DRAWN_BALL)
         self.mirrors = SimulatedMirrors.from_rig(RIG, seed=seed)
         self.mirrors.command([math.radians(START_DEG), GIMBAL.lowest[1]], 0.0)
         self.rate_hz, self.bias = rate_hz, np.zeros(2) if bias is None else bias
@@ -217,6 +217,27 @@ def test_a_lost_target_is_searched_where_it_was_lost():
     assert np.ptp(searched, axis=0).max() < 60
 
 
+def test_what_is_seen_in_few_pictures_does_not_end_a_search():
+    """A target is lost, and 5 s later something of its colour is seen elsewhere for 7 pictures.
+
+    Expected: the search around the place goes on where it was broken off, and finds the target when that is back after
+    9 s. Begun anew around what was seen in between, 40 degrees away, it would look elsewhere for 10 s.
+    """
+    dive = Dive(without_check("default"))
+    dive.run(lambda _: place(START_DEG, 10.0), 7.0, hidden=(2.0, 7.0))
+    before = dive.loop.snapshot()["search"]
+    gaze = GIMBAL.gaze(dive.mirrors.true_q(SETTLED_S + 7.0))
+    dive.run(lambda _: 2.0 * gaze, 9.0, hidden=(7.0 + 7 / RATE_HZ, 9.0))
+    modes = dive.modes(7.0)
+    assert modes.lstrip("s")[:4] == "tttt"
+    assert modes.rstrip("s").endswith("p" * 30)
+    after = dive.loop.snapshot()["search"]
+    assert after["centre"] == before["centre"]
+    assert before["time_s"] < after["time_s"] < before["time_s"] + 1.0
+    dive.run(lambda _: place(START_DEG, 10.0), 18.0)
+    assert dive.modes(17.0) == "t" * 30
+
+
 def test_the_first_seconds_check_the_joints():
     variant = replace(VARIANTS["paper"], behaviour=replace(VARIANTS["paper"].behaviour, check_s=3.0))
     dive = Dive(variant).run(lambda time_s: place(START_DEG, 0.0), 4.0)
@@ -246,7 +267,7 @@ def test_a_loop_goes_on_from_a_snapshot_to_the_same_bytes(name):
     whole.run(path, 6.0, hidden=(4.0, 6.0))
     for frame in range(0, 180, 17):
         state = json.loads(json.dumps(passed_on.loop.snapshot()))
-        passed_on.loop = TrackingLoop(RIG, variant, detector=DRAWN_BALL)
+        passed_on.loop = TrackingLoop(camera().rig, variant, detector=DRAWN_BALL)
         assert not passed_on.loop.started
         passed_on.loop.restore(state)
         assert passed_on.loop.started == (frame > 0)

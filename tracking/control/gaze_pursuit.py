@@ -34,12 +34,24 @@ class GazePursuit:
     noise : DirectionNoise
     latency_s : float
         From the middle of an exposure to the servos' answer.
+    row_time_s : float
+        From row to row of a picture, at whose time its middle row is open; zero for a global shutter.
     """
 
     def __init__(
-        self, sight_lines: SightLines, pointing: Pointing, scale: FloatArray, noise: DirectionNoise, latency_s: float
+        self,
+        sight_lines: SightLines,
+        pointing: Pointing,
+        scale: FloatArray,
+        noise: DirectionNoise,
+        *,
+        latency_s: float,
+        row_time_s: float,
     ):
         self._sight_lines, self._pointing, self._latency_s = sight_lines, pointing, latency_s
+        self._row_time_s = row_time_s
+        self._rates: FloatArray = np.zeros(2)
+        self._before: tuple[float, FloatArray] | None = None
         self._rad_per_px = math.sqrt(scale.prod())
         self._filter = DirectionFilter(noise)
         self._seen = False
@@ -57,6 +69,7 @@ class GazePursuit:
 
     def look(self, sight: Sight) -> Look:
         """Predict the direction, and correct it by the ray of the centroid of the spots that are the target's."""
+        self._note_rates(sight)
         self._filter.predict(sight.time_s)
         expected_px = self._expected_px(sight)
         spots = tuple(spot for spot in sight.spots if self._may_be_target(spot, sight))
@@ -82,14 +95,26 @@ class GazePursuit:
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
-        return {"filter": self._filter.snapshot()}
+        before = None if self._before is None else [self._before[0], self._before[1].tolist()]
+        return {"filter": self._filter.snapshot(), "before": before}
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
         self._filter.restore(snapshot["filter"])
+        before = snapshot["before"]
+        self._before = None if before is None else (before[0], np.array(before[1]))
+
+    def _note_rates(self, sight: Sight) -> None:
+        """How fast the joints have moved since the picture before."""
+        if self._before is not None:
+            self._rates = (sight.q - self._before[1]) / (sight.time_s - self._before[0])
+        self._before = (sight.time_s, sight.q)
 
     def _direction(self, centroid_px: tuple[float, float], sight: Sight) -> FloatArray | None:
-        return self._sight_lines.direction(sight.crop.to_image([centroid_px])[0], sight.q)
+        """Direction that a pixel of the crop shows, with the joints as they were when its row was open."""
+        pixel = sight.crop.to_image([centroid_px])[0]
+        later_s = (pixel[1] - self._sight_lines.middle_row_px) * self._row_time_s
+        return self._sight_lines.direction(pixel, sight.q + self._rates * later_s)
 
     def _may_be_target(self, spot: Spot, sight: Sight) -> bool:
         """Whether the spot, as a disc of its area, comes near enough to the expected direction."""

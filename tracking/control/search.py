@@ -58,16 +58,22 @@ class Search:
         self._time_s = nearer * self._raster.duration_s
         self._approach_s = float(approaches_s[nearer])
 
+    def resume(self, q: FloatArray) -> None:
+        """Go on from joint values `q` where the search was broken off."""
+        self._approach_s = float(move_time(self._speeds, q, self._place()[np.newaxis])[0])
+
     def advance(self, seconds: float) -> FloatArray:
         """Joint values to ask for, shape (2,), so much later."""
         passed_s = min(seconds, self._longest_s)
         self._time_s += max(passed_s - self._approach_s, 0.0)
         self._approach_s = max(self._approach_s - passed_s, 0.0)
-        if self._around is not None:
-            if self._time_s <= PASSES * self._around.duration_s:
-                return _to_and_fro(self._around, self._time_s)
+        if self._around is not None and self._time_s > PASSES * self._around.duration_s:
             self.begin(self._around.q[-1])
-        return _to_and_fro(self._raster, self._time_s)
+        return self._place()
+
+    def _place(self) -> FloatArray:
+        """Joint values that the search has come to."""
+        return _to_and_fro(self._raster if self._around is None else self._around, self._time_s)
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""

@@ -63,6 +63,7 @@ class SightLines:
         self._body_from_camera = layout.body_from_camera.rotation.as_matrix()
         self._camera_m = layout.body_from_camera.translation
         self.centre_m: FloatArray = layout.body_from_gimbal.translation
+        self.middle_row_px = (rig.camera.height_px - 1) / 2
 
     def ray(self, pixel: ArrayLike, q: ArrayLike) -> SightLine | None:
         """Ray of a pixel of the picture, (u, v), at joint values, radians; None when it does not get to M2's face.

@@ -236,7 +236,7 @@ class Chase:
         self._camera = DrawnCamera(rig, arc.radius_m)
         self._mirrors = SimulatedMirrors.from_rig(rig, seed=seed)
         without_check = replace(variant, behaviour=replace(variant.behaviour, check_s=0.0))
-        self._loop = TrackingLoop(rig, without_check, detector=DRAWN_BALL)
+        self._loop = TrackingLoop(self._camera.rig, without_check, detector=DRAWN_BALL)
         self._frame = 0
         self.acquired = self._acquire()
         self._start = self._frame, self._loop.snapshot(), self._mirrors.snapshot()

@@ -42,10 +42,15 @@ class DrawnCamera:
         With mirrors.
     radius_m : float
         Of the ball.
+
+    Attributes
+    ----------
+    rig : Rig
+        With a shutter that opens all rows at once, as they are drawn.
     """
 
     def __init__(self, rig: Rig, radius_m: float):
-        self.rig, self.radius_m = rig, radius_m
+        self.rig, self.radius_m = _with_global_shutter(rig), radius_m
         layout = Layout.from_rig(rig)
         self._gimbal = Gimbal(layout)
         self._centre_m: FloatArray = layout.body_from_gimbal.translation
@@ -106,3 +111,9 @@ class DrawnCamera:
 def _fixed(points_px: NDArray[Any]) -> NDArray[np.int32]:
     """Pixels as OpenCV takes fractions of them."""
     return np.round(np.asarray(points_px) * (1 << SUBPIXEL_BITS)).astype(np.int32)
+
+
+def _with_global_shutter(rig: Rig) -> Rig:
+    if rig.image_sensor is None:
+        return rig
+    return rig.model_copy(update={"image_sensor": rig.image_sensor.model_copy(update={"row_time_us": 0.0})})

@@ -124,3 +124,18 @@ def test_a_search_goes_on_from_a_snapshot():
     resumed.restore(whole.snapshot())
     for _ in range(400):
         np.testing.assert_array_equal(whole.advance(1 / 30), resumed.advance(1 / 30))
+
+
+def test_a_search_is_resumed_where_it_was_broken_off():
+    """Broken off after 2 s, resumed from elsewhere: it waits at that place until the mirror has come, then goes on."""
+    search, whole = Search(GIMBAL, SPEEDS, VIEW), Search(GIMBAL, SPEEDS, VIEW)
+    for each in (search, whole):
+        each.begin(np.zeros(2), np.array([0.1, 0.2]))
+        for _ in range(60):
+            last = each.advance(1 / 30)
+    away = last + np.array([0.0, SPEEDS.tilt * 0.5])
+    search.resume(away)
+    for _ in range(15):
+        np.testing.assert_allclose(search.advance(1 / 30), last, atol=1e-9)
+    for _ in range(100):
+        np.testing.assert_allclose(search.advance(1 / 30), whole.advance(1 / 30), atol=1e-9)
