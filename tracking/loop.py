@@ -11,7 +11,7 @@ import numpy as np
 
 from optics.gaze_motion import JointSpeeds
 from optics.layout import Layout
-from rigs import Rig
+from rigs import ImageSensorSpec, Rig
 from tracking.behaviour import BehaviourState, next_state
 from tracking.control.crop_pursuit import CropPursuit
 from tracking.control.crop_scale import crop_scale, level_pose
@@ -97,7 +97,7 @@ class TrackingLoop:
                 scale,
                 variant.direction_noise,
                 latency_s=latency_s,
-                row_time_s=0.0 if rig.image_sensor is None else rig.image_sensor.row_time_us * 1e-6,
+                row_time_s=(rig.image_sensor or ImageSensorSpec()).row_time_us * 1e-6,
             )
         else:
             literal = variant.law == "paper-literal"

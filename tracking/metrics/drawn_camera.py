@@ -18,7 +18,7 @@ from optics.arrays import to_columns, to_rows
 from optics.backend import Array3f64
 from optics.layout import Layout
 from optics.train import compiled_project
-from rigs import Rig
+from rigs import ImageSensorSpec, Rig
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import ColourWindow, DetectorSettings, ExactCorners
 from tracking.protocols import FloatArray
@@ -114,6 +114,5 @@ def _fixed(points_px: NDArray[Any]) -> NDArray[np.int32]:
 
 
 def _with_global_shutter(rig: Rig) -> Rig:
-    if rig.image_sensor is None:
-        return rig
-    return rig.model_copy(update={"image_sensor": rig.image_sensor.model_copy(update={"row_time_us": 0.0})})
+    sensor = rig.image_sensor or ImageSensorSpec()
+    return rig.model_copy(update={"image_sensor": sensor.model_copy(update={"row_time_us": 0.0})})
