@@ -161,7 +161,7 @@ def _draw_truth(axes: Axes, frames: Frames, signal: FloatArray) -> None:
 def _box_losses(axes: Axes, frames: Frames) -> None:
     axes.axhline(0, color=INK, linewidth=0.4)
     # The functional check does not look: what is detected then is not followed, and cannot be lost.
-    for first, end in detector_losses(frames.detected & (frames.mode != Mode.CHECK)):
+    for first, end in detector_losses(frames.detected & frames.looking):
         start, stop = frames.time_s[first], frames.time_s[end - 1] + frames.lasts_s[end - 1]
         axes.axvspan(start, stop, facecolor=(*mpl.colors.to_rgb(LOST), 0.12), edgecolor=LOST, linewidth=0.6)
 

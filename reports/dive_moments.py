@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -87,14 +86,12 @@ def _moments_without_acquisition(frames: Frames) -> list[Moment]:
     detections = np.flatnonzero(frames.detected)
     if len(detections):
         moments.append(_moment(frames, "first_detection", int(detections[0]), "first detection, which led nowhere"))
-    causes = Counter(str(cause) for cause in frames.cause if cause)
-    if causes:
-        cause = max(causes, key=lambda name: causes[name])
-        visible = np.where(frames.cause == cause, frames.numbers["target_visible_px"], -1)
-        best = int(visible.argmax())
-        moments.append(
-            _moment(frames, "not_found", best, f"not found ({cause}) with {visible[best]:.0f} px of the target in view")
-        )
+    # Where most of it was seen says most about the detector.
+    visible = np.where(frames.cause == "", -1, frames.numbers["target_visible_px"])
+    best = int(visible.argmax())
+    if visible[best] >= 0:
+        what = f"not found ({frames.cause[best]}) with {visible[best]:.0f} px of the target in view"
+        moments.append(_moment(frames, "not_found", best, what))
     return moments
 
 

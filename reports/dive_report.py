@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,7 @@ from reports.dive_moments import save_moments, telling_moments
 from reports.progress import write_text
 from tracking.dives import read_log
 from tracking.metrics.frames import Frames
-from tracking.metrics.holding import losses
-from tracking.records import Mode
+from tracking.metrics.holding import losses, not_found_causes
 
 NEEDED = ("dive.toml", "rig.toml", "log.parquet", "metrics.json")
 OVERLAY = "overlay.mp4"
@@ -59,7 +57,7 @@ def dive_section(folder: Path) -> str:
         *(page.picture(file, caption) for file, caption in zip(figures, CAPTIONS, strict=True)),
         *_moments(folder, frames),
         *_losses(frames),
-        page.table(["Not found because", "Frames", "Share of frames"], _causes(frames), numbers=[1, 2]),
+        page.table(["Not found because", "Frames", "Share of frames"], _causes(metrics, frames), numbers=[1, 2]),
         page.table(["The dive", ""], _facts(dive)),
     )
 
@@ -91,23 +89,17 @@ def key_numbers(metrics: Metrics) -> list[tuple[str, str]]:
 
 def verdict(metrics: Metrics, frames: Frames) -> str:
     """How it went and, where it did not go well, why: in words."""
-    named = [(cause, count) for cause, count, _ in _causes(frames)]
-    mostly = f" Where the target was not found, it was mostly because of: {named[0][0]}." if named else ""
     if not metrics["acquired"]:
-        return (
-            f"The target was never tracked. The detector met it in {metrics['frames_found']} of the "
-            f"{metrics['frames_with_target']} frames that had it in the crop.{mostly}"
-        )
+        return f"The target was never tracked. {_not_acquired(metrics, frames)}"
     held = f"The target was held {_share(metrics['time_on_target_fraction'])} of the time from the acquisition on"
     lost, back = metrics["losses"], metrics["losses_reacquired"]
     if not lost:
         return f"{held} and never lost."
-    causes = ", ".join(f"{cause} ({count})" for cause, count in metrics["loss_causes"].items())
     if lost == 1:
         story = "once and found again" if back else "once and not found again"
     else:
         story = f"{lost} times and found again {'every time' if back == lost else f'{back} times'}"
-    return f"{held}. It was lost {story}. Causes: {causes}."
+    return f"{held}. It was lost {story}. Causes: {_listed(metrics['loss_causes'])}."
 
 
 def _read(folder: Path) -> tuple[dict[str, Any], pa.Table, Metrics]:
@@ -137,12 +129,25 @@ def _losses(frames: Frames) -> list[str]:
     return [page.table(header, rows, numbers=[0, 1])] if rows else []
 
 
-def _causes(frames: Frames) -> list[list[str]]:
-    """Why the target was not found, over all frames but those of the functional check; the most frequent first."""
-    looking = frames.mode != Mode.CHECK
-    counts = Counter(str(cause) for cause in frames.cause[looking] if cause)
-    order = sorted(counts, key=lambda cause: (-counts[cause], cause))
-    return [[cause, str(counts[cause]), f"{counts[cause] / looking.sum():.1%}"] for cause in order]
+def _not_acquired(metrics: Metrics, frames: Frames) -> str:
+    """Where the way to a track broke off: the target never came into the crop, or it did and was not found."""
+    in_crop = frames.numbers["detector_true_px"] > 0
+    if not in_crop.any():
+        return f"It never came into the crop: {_listed(not_found_causes(frames, frames.looking))}."
+    met = f"The detector met it in {metrics['frames_found']} of the {in_crop.sum()} frames that had it in the crop"
+    missed = not_found_causes(frames, in_crop)
+    return f"{met}; why not in the others: {_listed(missed)}." if missed else f"{met}."
+
+
+def _listed(causes: dict[str, int]) -> str:
+    return ", ".join(f"{cause} ({count})" for cause, count in causes.items())
+
+
+def _causes(metrics: Metrics, frames: Frames) -> list[list[str]]:
+    looking = frames.looking.sum()
+    return [
+        [cause, str(count), f"{count / looking:.1%}"] for cause, count in metrics["not_found_causes_frames"].items()
+    ]
 
 
 def _facts(dive: dict[str, Any]) -> list[list[str]]:

@@ -136,7 +136,7 @@ FORMS = (
 
 
 def reef(depth_m: float, seed: int = 0) -> World:
-    """Reef around a robot at `depth_m`, 32 m across and 390 000 triangles.
+    """Reef around a robot at `depth_m`, 32 m across and 440 000 triangles.
 
     The robot hovers 2 m over sand. Ahead and to the left a ridge rises 3 to 8 m away, behind lie mounds, to the right
     the bottom falls away into open water. In shallow water everything is lower, so that it stays below the surface.
@@ -161,7 +161,7 @@ def _growths(rng: np.random.Generator, ground: Terrain, depth_m: float) -> list[
     counts = dict.fromkeys(prototypes, 0)
     for place, kind, size in zip(places, kinds, sizes, strict=True):
         form = FORMS[kind]
-        foot = ground.bottom.vertices_m[place]
+        foot = ground.places_m[place]
         detail = sum(float(np.linalg.norm(foot - robot)) < within for within in DETAIL_WITHIN_M)
         prototype = prototypes[form.name][detail][rng.integers(PROTOTYPES)]
         vertices = foot + size * prototype.vertices_m @ _stand(rng, form, ground.normal[place]).T
@@ -178,7 +178,7 @@ def _growths(rng: np.random.Generator, ground: Terrain, depth_m: float) -> list[
 
 def _places(rng: np.random.Generator, ground: Terrain) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
     """Vertices of the ground to grow on, the form and the size of each; disks of half their size do not meet."""
-    vertices = ground.bottom.vertices_m
+    vertices = ground.places_m
     radius = np.hypot(vertices[:, 0], vertices[:, 1])
     # Far things are hidden by near ones and by the water.
     share = ground.area_m2 * (0.16 + ground.rock) * np.where(radius > 0.85 * RADIUS_M, 0, 1 / (1 + (radius / 5.5) ** 3))

@@ -14,6 +14,7 @@ from scipy.ndimage import gaussian_filter
 
 from scenes.materials import Material
 from scenes.worlds.noise import GradientNoise, smoothstep
+from scenes.worlds.patches import patches
 from scenes.worlds.shapes import Triangles
 from scenes.worlds.surface import FloatArray, Surface, face_normals, surface
 
@@ -53,15 +54,18 @@ class Terrain:
     Attributes
     ----------
     bottom : Surface
+    places_m : array, shape (n, 3)
+        Points of the bottom, evenly fine for the robot's eye.
     normal : array, shape (n, 3)
-        Unit normal at each vertex, upwards.
+        Unit normal at each of them, upwards.
     rock : array, shape (n,)
         0 on sand, 1 on rock.
     area_m2 : array, shape (n,)
-        Share of the surface that belongs to each vertex.
+        Share of the surface that belongs to each.
     """
 
     bottom: Surface
+    places_m: FloatArray
     normal: FloatArray
     rock: FloatArray
     area_m2: FloatArray
@@ -76,12 +80,11 @@ def terrain(rng: np.random.Generator, *, ceiling_m: float) -> Terrain:
     vertices = flat + height[:, np.newaxis] * [0.0, 0.0, 1.0]
     vertices = vertices + _crags(noise, vertices, rock)[:, np.newaxis] * _vertex_normals(vertices, faces)
     vertices[:, 2] = np.minimum(vertices[:, 2], ceiling_m)
-    normal = _vertex_normals(vertices, faces)
     areas = np.linalg.norm(face_normals(vertices, faces), axis=1) / 6
-    material = _materials(noise, vertices, faces, rock)
     return Terrain(
-        bottom=surface(vertices, faces, material, _colours(rng, noise, (vertices, faces), material, rock)),
-        normal=normal,
+        bottom=_bottom(rng, noise, (vertices, faces), rock),
+        places_m=vertices,
+        normal=_vertex_normals(vertices, faces),
         rock=rock,
         area_m2=np.asarray(np.bincount(faces.ravel(), np.repeat(areas, 3), len(vertices)), dtype=np.float64),
     )
@@ -147,29 +150,38 @@ def _crags(noise: GradientNoise, vertices: FloatArray, rock: FloatArray) -> Floa
     return rock * (0.38 * noise.octaves(vertices / 1.3, 2, gain=0.45) + 0.09 * noise(vertices / 0.3 + 5.0))
 
 
-def _materials(
-    noise: GradientNoise, vertices: FloatArray, faces: NDArray[np.int32], rock: FloatArray
-) -> NDArray[np.int32]:
+def _bottom(rng: np.random.Generator, noise: GradientNoise, relief: Triangles, rock: FloatArray) -> Surface:
     """Sand (and bare rock, which the colour makes of it), turf on rock, and patches of what encrusts it."""
-    middle = vertices[faces].mean(axis=1)
-    stony = rock[faces].mean(axis=1) + 0.5 * noise.octaves(middle / 0.35 + 31.0, 2) > 0.85
-    material = np.full(len(faces), int(Material.SAND))
-    material[stony & (noise.octaves(middle / 0.6 + 61.0, 3) > -0.02)] = int(Material.TURF)
-    patches = noise.octaves(middle / 0.8 + 71.0, 3)
-    kind = np.floor(4 * (noise.octaves(middle / 1.3 + 83.0, 2) + 0.5)).astype(int).clip(0, len(ENCRUSTING) - 1)
-    grown = stony & (patches > 0.23)
-    material[grown] = np.array(ENCRUSTING)[kind[grown]]
-    return material.astype(np.int32)
+    vertices, faces = relief
+    grain = rng.normal(size=len(vertices))
+    stony = rock + 0.5 * noise(vertices / 0.35 + 31.0) - 0.85
+    turf = np.minimum(stony, noise.octaves(vertices / 0.6 + 61.0, 2) + 0.02)
+    grown = np.minimum(stony, noise.octaves(vertices / 0.8 + 71.0, 2) - 0.23)
+    crust = len(ENCRUSTING) * (noise(vertices / 1.3 + 83.0) + 0.5)
+    # Crusts beat turf where they grow; among them, each has a stretch of its own of the noise that chooses.
+    beyond = [_outside(crust, kind) for kind in range(len(ENCRUSTING))]
+    scores = [np.zeros_like(rock), turf, *(np.maximum(turf, 0) + grown - each for each in beyond)]
+    made = patches(faces, np.stack(scores, axis=1))
+    vertices, rock, grain = made.over(vertices), made.over(rock), made.over(grain)
+    faces, material = made.faces, np.array([Material.SAND, Material.TURF, *ENCRUSTING], dtype=np.int32)[made.kind]
+    return surface(vertices, faces, material, _colours(noise, (vertices, faces), material, rock, grain))
+
+
+def _outside(value: FloatArray, stretch: int) -> FloatArray:
+    """How far values are from a stretch of length 1 that begins at its number; the first and the last have no end."""
+    below = 0.0 if stretch == 0 else stretch - value
+    above = 0.0 if stretch == len(ENCRUSTING) - 1 else value - (stretch + 1)
+    return np.maximum(np.maximum(below, above), 0.0)
 
 
 def _colours(
-    rng: np.random.Generator, noise: GradientNoise, bottom: Triangles, material: NDArray[np.int32], rock: FloatArray
+    noise: GradientNoise, bottom: Triangles, material: NDArray[np.int32], rock: FloatArray, grain: FloatArray
 ) -> FloatArray:
     vertices, faces = bottom
-    grain = rng.normal(size=(len(vertices), 1))
+    speckle = grain[:, np.newaxis]
     broad, fine = (noise.octaves(vertices / size + 97.0, 2)[:, np.newaxis] for size in (2.0, 0.25))
-    pale = (0.85 + 0.03 * grain + 0.12 * broad + 0.08 * fine) * [1.05, 0.98, 0.86]
-    stone = (0.85 + 0.07 * grain + 0.5 * broad + 0.5 * fine) * [1.0, 0.97, 0.92]
+    pale = (0.85 + 0.03 * speckle + 0.12 * broad + 0.08 * fine) * [1.05, 0.98, 0.86]
+    stone = (0.85 + 0.07 * speckle + 0.5 * broad + 0.5 * fine) * [1.0, 0.97, 0.92]
     # Turf and crusts have spectra of their own; bare rock is sand's, darker, so that one fades into the other.
     bare = np.bincount(faces.ravel(), weights=np.repeat(material == Material.SAND, 3), minlength=len(vertices)) > 0
     stone = stone * np.where(bare, BARE_ROCK, 1.0)[:, np.newaxis]

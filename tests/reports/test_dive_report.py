@@ -122,9 +122,17 @@ def test_the_page_stands_alone_and_comes_out_the_same(folder):
 def test_the_verdict_says_why_a_dive_failed(dark_log):
     words = verdict(dive_metrics(dark_log), Frames.of(dark_log))
     assert words == (
-        "The target was never tracked. The detector met it in 0 of the 450 frames that had it in the crop. Where the"
-        " target was not found, it was mostly because of: too dark."
+        "The target was never tracked. The detector met it in 0 of the 450 frames that had it in the crop; why not in"
+        " the others: too dark (450)."
     )
+
+
+def test_the_verdict_of_a_target_that_never_came_into_the_crop(dark_log):
+    never = dark_log
+    for name, value in (("detector_true_px", 0), ("cause_of_loss", "not in view")):
+        never = never.set_column(never.column_names.index(name), name, pa.array([value] * 600))
+    words = verdict(dive_metrics(never), Frames.of(never))
+    assert words == "The target was never tracked. It never came into the crop: not in view (550)."
 
 
 def test_the_verdict_of_a_dive_with_a_loss(dive_log):

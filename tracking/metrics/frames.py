@@ -112,6 +112,11 @@ class Frames:
         return self.numbers["time_s"]
 
     @property
+    def looking(self) -> BoolArray:
+        """The loop looks for the target or follows it: no functional check, shape (n,)."""
+        return np.asarray(self.mode != Mode.CHECK)
+
+    @property
     def held(self) -> BoolArray:
         """Target visible while the loop tracks or predicts, shape (n,)."""
         return self.visible & self.following

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracking.metrics.frames import BoolArray, Frames, share
-from tracking.records import Mode
 
 LOSS_FRAMES = 5
 """A target that is not held for more frames than this is lost: a sixth of a second at 30 frames/s."""
@@ -36,7 +35,7 @@ HOLDING_DEFINITIONS = {
     "reacquisition_time_max_s": "largest of reacquisition_times_s",
     "lost_time_s": "time of all losses",
     "loss_causes": "losses by cause: the first that the log names after the target was last found",
-    "not_found_causes_frames": "frames from the acquisition on in which the target is not found, by cause",
+    "not_found_causes_frames": "frames that are no functional check in which the target is not found, by cause",
 }
 
 
@@ -116,8 +115,13 @@ def holding_metrics(frames: Frames) -> dict[str, object]:
         "reacquisition_time_max_s": max(times, default=None),
         "lost_time_s": float(sum(loss.duration_s for loss in lost)),
         "loss_causes": _counted([loss.cause for loss in lost]),
-        "not_found_causes_frames": _counted([cause or UNNAMED for cause in frames.cause[after & ~frames.found]]),
+        "not_found_causes_frames": not_found_causes(frames, frames.looking),
     }
+
+
+def not_found_causes(frames: Frames, among: BoolArray) -> dict[str, int]:
+    """Why the target was not found, over the frames of a flag, shape (n,): frames by cause, the most frequent first."""
+    return _counted([cause or UNNAMED for cause in frames.cause[among & ~frames.found]])
 
 
 def _acquisition_time_s(frames: Frames, *, since: int) -> float | None:
@@ -125,7 +129,7 @@ def _acquisition_time_s(frames: Frames, *, since: int) -> float | None:
 
 
 def _first_after_check(frames: Frames) -> int:
-    others = np.flatnonzero(frames.mode != Mode.CHECK)
+    others = np.flatnonzero(frames.looking)
     return int(others[0]) if len(others) else 0
 
 

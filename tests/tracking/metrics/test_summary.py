@@ -82,6 +82,15 @@ def test_losses_and_getting_it_back(make_log):
     assert found["not_found_causes_frames"] == {"slewing": 26, "colour": 20}
 
 
+def test_causes_are_counted_without_an_acquisition(make_log):
+    """10 frames of check in which nothing can be found, 20 of scan in which the target is seen in five."""
+    cause = ["not in view"] * 25 + ["colour"] * 5
+    log = make_log(30, cause_of_loss=cause, mode=["check"] * 10 + ["scan"] * 20, detected=np.zeros(30, dtype=bool))
+    found = dive_metrics(log)
+    assert not found["acquired"]
+    assert found["not_found_causes_frames"] == {"not in view": 15, "colour": 5}
+
+
 def test_a_loss_is_due_to_what_ended_the_detections(make_log):
     """Blown out from frame 20 on, bridged by prediction; out of view, and lost, from frame 30 on."""
     cause = [""] * 20 + ["saturated"] * 10 + ["not in view"] * 20
