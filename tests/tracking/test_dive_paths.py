@@ -80,6 +80,14 @@ def test_heading_is_the_direction_of_motion(path):
         assert target_pose(dive(path), time).rotation.as_euler("zyx")[0] == pytest.approx(yaw, abs=1e-6)
 
 
+def test_poses_at_many_times_are_those_at_each():
+    swaying = dive(SPIRAL, TRAVEL.model_copy(update={"sway": SWAY}))
+    times = np.linspace(0.0, 9.0, 7)
+    for pose in (body_pose, target_pose):
+        alone = [pose(swaying, time).as_matrix() for time in times.tolist()]
+        np.testing.assert_allclose(pose(swaying, times).as_matrix(), alone, rtol=0, atol=1e-14)
+
+
 SWAY = Sway(
     amplitude_m=(0.1, 0.2, 0.3), period_s=(4.0, 6.0, 8.0), turn_deg=(3.0, 4.0, 5.0), turn_period_s=(5.0, 7.0, 9.0)
 )

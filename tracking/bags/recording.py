@@ -86,7 +86,7 @@ class Recording:
 
     def body_poses(self) -> RigidTransform:
         """Poses of the vehicle in the world, one for each picture, by the motion that the dive's file tells."""
-        return RigidTransform.concatenate([body_pose(self.dive, float(time_s)) for time_s in self.number("time_s")])
+        return body_pose(self.dive, self.number("time_s"))
 
     def pictures(self) -> Iterator[NDArray[np.uint8]]:
         """Pictures one after the other, shape (height, width, 3), uint8 sRGB: never all of them at once.

@@ -74,13 +74,12 @@ def path_problems(dive: Dive, rig: Rig | None, radius_m: float) -> list[Problem]
         Of a ball around the target's origin that holds it.
     """
     times = instants(dive)
-    targets = [target_pose(dive, time) for time in times]
-    bodies = [body_pose(dive, time) for time in times]
-    target_m = np.array([pose.translation for pose in targets])
+    bodies = body_pose(dive, times)
+    target_m = target_pose(dive, times).translation
     problems = []
     for place, what, top in (
         ("target.path", "target", target_m[:, 2] + radius_m),
-        ("robot", "robot", np.array([pose.translation[2] for pose in bodies])),
+        ("robot", "robot", bodies.translation[:, 2]),
     ):
         above = np.flatnonzero(top >= 0)
         if len(above):
@@ -147,9 +146,9 @@ def winding_number(points_m: FloatArray, triangles_m: FloatArray) -> FloatArray:
     return found
 
 
-def _touches_hull(rig: Rig, bodies: list[RigidTransform], target_m: FloatArray, radius_m: float) -> NDArray[np.bool_]:
+def _touches_hull(rig: Rig, bodies: RigidTransform, target_m: FloatArray, radius_m: float) -> NDArray[np.bool_]:
     parts = [part for part in rig_meshes(rig) if part.role == Role.HULL]
-    seen = np.array([body.inv().apply(place) for body, place in zip(bodies, target_m, strict=True)])
+    seen = bodies.inv().apply(target_m)
     vertices = np.concatenate([part.vertices_m for part in parts])
     near = ((seen > vertices.min(axis=0) - radius_m) & (seen < vertices.max(axis=0) + radius_m)).all(axis=1)
     touches = np.zeros(len(seen), dtype=bool)

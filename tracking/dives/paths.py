@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.arrays import FloatArray
@@ -19,27 +20,27 @@ SWAY_STREAM = 1
 """Second number of the seed of the sway's phases; frames' noise has the first one and the frame's number."""
 
 
-def target_pose(dive: Dive, time_s: float) -> RigidTransform:
-    """Pose of the target in the world: x along its path (level), z up."""
-    points, heading = target_places(dive, np.array([time_s]))
-    position = points[0] - [0.0, 0.0, dive.depth_m]
-    yaw = float(np.arctan2(heading[0, 1], heading[0, 0]))
-    return RigidTransform.from_components(position, Rotation.from_euler("z", yaw))
+def target_pose(dive: Dive, time_s: ArrayLike) -> RigidTransform:
+    """Pose of the target in the world, x along its path (level), z up: one, or for times of shape (n,) as many."""
+    times = np.asarray(time_s, dtype=np.float64)
+    points, heading = (each.reshape(*times.shape, 3) for each in target_places(dive, np.atleast_1d(times)))
+    yaw = np.arctan2(heading[..., 1], heading[..., 0])
+    return RigidTransform.from_components(points - [0.0, 0.0, dive.depth_m], _turned(yaw))
 
 
-def body_pose(dive: Dive, time_s: float) -> RigidTransform:
-    """Pose of the robot's body in the world."""
-    place, yaw = np.zeros(3), 0.0
+def body_pose(dive: Dive, time_s: ArrayLike) -> RigidTransform:
+    """Pose of the robot's body in the world: one, or for times of shape (n,) as many."""
+    times = np.asarray(time_s, dtype=np.float64)
+    place, yaw = np.zeros((*times.shape, 3)), np.zeros(times.shape)
     motion = dive.robot
     if isinstance(motion, Travel):
-        place = along_legs(motion, np.array([time_s]))[0][0]
-        times, yaws = _turns(motion)
-        yaw = float(np.interp(time_s, times, yaws))
-    sway_m, turn = swayed(motion.sway, dive.seed, time_s)
-    heading = Rotation.from_euler("z", yaw)
+        place = along_legs(motion, np.atleast_1d(times))[0].reshape(place.shape)
+        yaw = np.interp(times, *_turns(motion))
+    sway_m, turn = swayed(motion.sway, dive.seed, times)
+    heading = _turned(yaw)
     # Body x ahead, y left, z up: positive pitch of the sway's sine is bow up, a negative turn about y. The sign of a
     # sine with any phase does not matter.
-    pose = heading * Rotation.from_euler("ZYX", turn[::-1])
+    pose = heading * Rotation.from_euler("ZYX", turn[..., ::-1])
     return RigidTransform.from_components(place + heading.apply(sway_m) - [0.0, 0.0, dive.depth_m], pose)
 
 
@@ -69,11 +70,12 @@ def along_legs(path: Legs, times_s: FloatArray) -> tuple[FloatArray, FloatArray]
     return points[leg] + (gone - ends[leg])[:, np.newaxis] * direction, direction
 
 
-def swayed(sway: Sway, seed: int, time_s: float) -> tuple[FloatArray, FloatArray]:
-    """Shift (surge, sway, heave), metres, and turn (roll, pitch, yaw), radians, of the sway at a time."""
+def swayed(sway: Sway, seed: int, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Shift (surge, sway, heave), metres, and turn (roll, pitch, yaw), radians, at times: of their shape and (3,)."""
     phase = _phases(seed)
-    shift = np.asarray(sway.amplitude_m) * np.sin(2 * np.pi * time_s / np.asarray(sway.period_s) + phase[:3])
-    turn = np.asarray(sway.turn_deg) * np.sin(2 * np.pi * time_s / np.asarray(sway.turn_period_s) + phase[3:])
+    turns = 2 * np.pi * times_s[..., np.newaxis]
+    shift = np.asarray(sway.amplitude_m) * np.sin(turns / np.asarray(sway.period_s) + phase[:3])
+    turn = np.asarray(sway.turn_deg) * np.sin(turns / np.asarray(sway.turn_period_s) + phase[3:])
     return shift, np.radians(turn)
 
 
@@ -81,6 +83,11 @@ def swayed(sway: Sway, seed: int, time_s: float) -> tuple[FloatArray, FloatArray
 def _phases(seed: int) -> FloatArray:
     rng = np.random.default_rng(np.random.SeedSequence((seed, SWAY_STREAM)))
     return rng.uniform(0, 2 * np.pi, 6)
+
+
+def _turned(yaw: FloatArray) -> Rotation:
+    """Turn to the left, radians."""
+    return Rotation.from_rotvec(yaw[..., np.newaxis] * [0.0, 0.0, 1.0])
 
 
 def _spiral(path: Spiral, elapsed_s: FloatArray) -> tuple[FloatArray, FloatArray]:

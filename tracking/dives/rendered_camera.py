@@ -160,28 +160,26 @@ class RenderedCamera:
             exposure_s=snapshot["exposure_s"], gain_db=snapshot["gain_db"], white_gains=(red, green, blue)
         )
 
-    def state(self, time_s: float) -> State:
-        """Where everything is at a time."""
-        q1, q2 = self.mirrors.q(np.array([time_s]))[0].tolist()
-        return State(
-            q1=q1,
-            q2=q2,
-            world_from_body=body_pose(self.dive, time_s),
-            world_from_target=target_pose(self.dive, time_s),
-            time_s=time_s,
-        )
+    def states(self, times_s: FloatArray) -> list[State]:
+        """Where everything is at times, shape (n,)."""
+        joints = self.mirrors.q(times_s).tolist()
+        bodies, targets = body_pose(self.dive, times_s), target_pose(self.dive, times_s)
+        return [
+            State(q1=q1, q2=q2, world_from_body=bodies[k], world_from_target=targets[k], time_s=time_s)
+            for k, ((q1, q2), time_s) in enumerate(zip(joints, times_s.tolist(), strict=True))
+        ]
 
     def _rendered(self, sweeps: FloatArray) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Mean radiance of sweeps between two instants each, and what the pixels of the middle one show."""
         shape = self.renderer.shape
         radiance = np.zeros((*shape, 3), dtype=np.float32)
         label = np.empty(0, dtype=np.uint8)
-        for number, (first_s, last_s) in enumerate(sweeps.tolist()):
+        instants = np.stack([sweeps[:, 0], sweeps.mean(axis=1), sweeps[:, 1]], axis=1)
+        states = self.states(instants.ravel())
+        for number in range(len(sweeps)):
             # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
             # the frame.
-            arrays = self.renderer.sweep_arrays(
-                [self.state(time_s) for time_s in (first_s, (first_s + last_s) / 2, last_s)], truth=False
-            )
+            arrays = self.renderer.sweep_arrays(states[3 * number : 3 * number + 3], truth=False)
             if number == len(sweeps) // 2:
                 label = arrays["label"].numpy().astype(np.uint8).reshape(shape)
             for channel, values in enumerate(arrays["rgb"]):
@@ -198,10 +196,9 @@ class RenderedCamera:
         span = np.array([-0.5, 0.5]) * self._settings.exposure_s + time_s
         q = self.mirrors.q(span)
         gaze = forward_gaze(self._layout, q[:, 0], q[:, 1])
-        bodies = [body_pose(self.dive, time) for time in span.tolist()]
-        targets = [target_pose(self.dive, time) for time in span.tolist()]
-        turned = float((bodies[0].inv() * bodies[1]).rotation.magnitude())
-        seen = np.array([target.translation - body.translation for target, body in zip(targets, bodies, strict=True)])
+        bodies = body_pose(self.dive, span)
+        turned = float((bodies[0].rotation.inv() * bodies[1].rotation).magnitude())
+        seen = target_pose(self.dive, span).translation - bodies.translation
         # Panned, the picture turns about its own axis as well: at its edge as fast as if it moved along.
         swept = max(_angle(gaze.direction), abs(float(q[1, 0] - q[0, 0])))
         return float((swept + turned + _angle(seen)) * self._px_per_rad)

@@ -94,7 +94,7 @@ class ClosedLoop:
         step = self.loop.step(shot, report)
         self.mirrors.command(step.q_command, exposure.end_s + self.dive.control_latency_ms / 1000)
         clock.append(time.perf_counter())
-        state = self.camera.state(time_s)
+        (state,) = self.camera.states(np.array([time_s]))
         q = self.mirrors.q(np.array([exposure.start_s, exposure.end_s]))
         rows = self.mirrors.q(exposure.rows_s)
         speed = (q[1] - q[0]) / (exposure.end_s - exposure.start_s)
