@@ -33,7 +33,7 @@ class Patches:
     weights: csr_array
 
     def over(self, values: FloatArray) -> FloatArray:
-        """Values at the old vertices, shape (n, ...), and after them at the new ones, linear between old ones."""
+        """Values at the old vertices, shape (n,) or (n, k), and after them at the new ones, linear between old ones."""
         return np.concatenate([values, self.weights @ values])
 
 
