@@ -154,6 +154,7 @@ def _bottom(rng: np.random.Generator, noise: GradientNoise, relief: Triangles, r
     """Sand (and bare rock, which the colour makes of it), turf on rock, and patches of what encrusts it."""
     vertices, faces = relief
     grain = rng.normal(size=len(vertices))
+    # None of these has waves that are shorter than some three edges of the mesh: borders could not follow them.
     stony = rock + 0.5 * noise(vertices / 0.35 + 31.0) - 0.85
     turf = np.minimum(stony, noise.octaves(vertices / 0.6 + 61.0, 2) + 0.02)
     grown = np.minimum(stony, noise.octaves(vertices / 0.8 + 71.0, 2) - 0.23)
