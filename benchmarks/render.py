@@ -9,8 +9,11 @@ that and the water (`scenes.reference`): the time that it would take to know a p
 
 from __future__ import annotations
 
+import json
+import os
 import resource
 import statistics
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -20,7 +23,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from cad.meshes import rig_meshes
-from optics.backend import dr, mi
+from optics.backend import BACKEND_VARIABLE, activate, dr, mi
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.port import FlatPort, port_from_spec
@@ -35,6 +38,7 @@ from scenes.waves import Wind
 
 WORLDS = ("reef", "tank")
 SIZES = ((640, 480), (320, 240))
+CASES = [(world, size) for world in WORLDS for size in SIZES]
 WARM_UP, FRAMES = 5, 40
 STOCK_WARM_UP, STOCK_FRAMES = 2, 6
 BATCH = 8
@@ -48,19 +52,20 @@ REFERENCE_SAMPLES = (40, 160)
 
 ALLOWED_MEMORY_MB = 2048.0
 
+ON_PROCESSOR = "import json; from benchmarks.render import fast_frames; print(json.dumps(fast_frames()))"
+"""Code of the child process that measures the fast renderer without the graphics card."""
+
 
 def run() -> list[dict[str, Any]]:
     """Times of frames, alone and in batches, beside stock Mitsuba's, and the memory they took."""
+    fast = fast_frames()
+    # Before anything of stock Mitsuba's is made.
+    memory = _peak_memory_mb()
     rig = Rig.load("aqua2")
     parts = rig_meshes(rig)
     stages = {world: stage(rig, world=world) for world in WORLDS}
-    cases = [(world, size) for world in WORLDS for size in SIZES]
-    fast = {case: _fast(rig, parts, stages[case[0]], case[1]) for case in cases}
-    # Before anything of stock Mitsuba's is made.
-    memory = _peak_memory_mb()
     rows = []
-    for world, size in cases:
-        bare, full = fast[world, size]
+    for (world, size), (bare, full) in zip(CASES, fast, strict=True):
         stock = _stock(rig, parts, stages[world], size)
         triangles = sum(len(part.faces) for part in parts) + len(stages[world].world.faces)
         name = f"{world}, {size[0]} x {size[1]}, {triangles / 1000:.0f} k triangles"
@@ -69,11 +74,37 @@ def run() -> list[dict[str, Any]]:
             _row(name, bare, stock, "ms", f"{1000 / bare:.0f} frames/s, no noise; {peer}"),
             _row(f"{name}, ground truth", full, stock, "ms", f"{full / bare:.2f} x the time without; {peer}"),
         ]
+    if activate().kind == "cuda":
+        rows += _card_rows(fast)
     rows.append(_batch_row(rig, parts, stages["tank"]))
     note = "peer: what is allowed; two worlds, both sizes, lighting of the worlds when it was not in the cache"
     rows.append(_row("peak memory of the process", memory, ALLOWED_MEMORY_MB, "MB", note))
     rows.append(_equal_error_row(rig, parts))
     return rows
+
+
+def fast_frames() -> list[tuple[float, float]]:
+    """Milliseconds of the fast renderer's frames without and with ground truth, in the order of `CASES`."""
+    rig = Rig.load("aqua2")
+    parts = rig_meshes(rig)
+    return [_fast(rig, parts, stage(rig, world=world), size) for world, size in CASES]
+
+
+def _card_rows(on_card: list[tuple[float, float]]) -> list[dict[str, Any]]:
+    """The same frames on the graphics card and on the processor."""
+    child = subprocess.run(
+        [sys.executable, "-c", ON_PROCESSOR],
+        env={**os.environ, BACKEND_VARIABLE: "llvm"},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    on_processor = json.loads(child.stdout.splitlines()[-1])
+    note = f"{activate().device}; peer: our own on {os.cpu_count()} processors"
+    return [
+        _row(f"{world}, {width} x {height}, ground truth, graphics card", full, other, "ms", note)
+        for (world, (width, height)), (_, full), (_, other) in zip(CASES, on_card, on_processor, strict=True)
+    ]
 
 
 def _row(name: str, ours: float, peer: float, unit: str, note: str) -> dict[str, Any]:

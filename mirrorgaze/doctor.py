@@ -24,6 +24,9 @@ TERMS = 1_000_000
 TOLERANCE = 1e-12
 """Rounding of a million float64 additions, added up in blocks, stays far below this."""
 
+TRIANGLES_M = [1.0, 2.0]
+"""Distances of the triangles that prove the search for rays."""
+
 PROGRAMS = (
     ("slicer", ("prusa-slicer",), "judges whether parts print; apt-get install prusa-slicer"),
     ("chromium", ("chromium", "chromium-browser"), "shows report pages to the tests; apt-get install chromium"),
@@ -34,7 +37,6 @@ EXTRAS = (
     ("optiland", "optiland", "benchmarks compare our rays with it; ./run bench installs it"),
     ("embreex", "embreex", "benchmarks compare our ray casting with it; ./run bench installs it"),
     ("viser", "viser", "live 3-D view, planned; pip install viser"),
-    ("av", "av", "video, planned; pip install av"),
 )
 """Packages that are not needed: distribution, module, what they are for and where they come from."""
 
@@ -73,7 +75,7 @@ def examine() -> list[Finding]:
 
 
 def prove_backend() -> None:
-    """Load the backend, run a float64 kernel whose sum is known, and print what was used as JSON."""
+    """Load the backend, run a float64 kernel and a search for rays, and print what was used and found as JSON."""
     from optics.backend import Float64, activate, dr
 
     backend = activate()
@@ -89,8 +91,24 @@ def prove_backend() -> None:
         "variant": backend.variant,
         "threads": dr.thread_count(),
         "error": abs(total - expected),
+        "met_m": _met_m(),
     }
     print(json.dumps(answer))
+
+
+def _met_m() -> list[float]:
+    """How far a ray goes to each of two triangles, `TRIANGLES_M` away, that one kernel searches."""
+    import numpy as np
+
+    from optics.backend import dr, mi
+    from optics.ray_scene import mesh_scene
+
+    corners, face = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
+    scenes = [mesh_scene(corners + np.array([0, 0, away]), face) for away in TRIANGLES_M]
+    ray = mi.Ray3f(mi.Point3f(0, 0, 0), mi.Vector3f(0, 0, 1))
+    found = [scene.ray_intersect_preliminary(ray).t for scene in scenes]
+    dr.eval(found)
+    return [float(distance[0]) for distance in found]
 
 
 def _backend() -> list[Finding]:
@@ -98,7 +116,7 @@ def _backend() -> list[Finding]:
     answer, complaint = _ask("from mirrorgaze.doctor import prove_backend; prove_backend()")
     if answer is None:
         return [Finding(name="backend", found=False, needed=True, detail=complaint)]
-    card = answer["device"] or "none; everything runs on the processor"
+    card = answer["device"] or "none whose driver traces rays (OptiX); everything runs on the processor"
     findings = [
         Finding(name="backend", found=True, needed=True, detail=f"{answer['kind']}, {answer['variant']}"),
         Finding(
@@ -106,6 +124,12 @@ def _backend() -> list[Finding]:
             found=answer["error"] < TOLERANCE,
             needed=True,
             detail=f"a sum of {TERMS} terms is off by {answer['error']:.0e}; at most {TOLERANCE:.0e} is right",
+        ),
+        Finding(
+            name="rays",
+            found=answer["met_m"] == TRIANGLES_M,
+            needed=True,
+            detail=f"triangles of two scenes met at {answer['met_m']} m in one kernel; {TRIANGLES_M} is right",
         ),
         Finding(name="threads", found=True, needed=True, detail=f"{answer['threads']} of {os.cpu_count()} processors"),
         Finding(name="graphics card", found=answer["device"] is not None, needed=False, detail=card),

@@ -74,8 +74,9 @@ print(*(number.value for number in numbers))
 """
 
 ASK_CUDA = """
-import ctypes
-cuda = ctypes.CDLL("libcuda.so.1")
+import ctypes, os
+ctypes.CDLL(os.environ.get("DRJIT_LIBOPTIX_PATH", "libnvoptix.so.1"))
+cuda = ctypes.CDLL(os.environ.get("DRJIT_LIBCUDA_PATH", "libcuda.so.1"))
 count, name = ctypes.c_int(), ctypes.create_string_buffer(256)
 failed = cuda.cuInit(0) or cuda.cuDeviceGetCount(ctypes.byref(count)) or count.value == 0
 if failed or cuda.cuDeviceGetName(name, len(name), 0):
@@ -119,7 +120,8 @@ class Backend:
 def find_backend() -> Backend:
     """Look for something to compute with, without loading it; the answer is kept for the life of the process.
 
-    A graphics card is taken when there is one, unless ``MIRRORGAZE_BACKEND=llvm``. LLVM is taken from
+    A graphics card is taken when there is one and its driver can trace rays (containers often lack OptiX,
+    ``libnvoptix.so.1``), unless ``MIRRORGAZE_BACKEND=llvm``. LLVM is taken from
     ``DRJIT_LIBLLVM_PATH`` when that is good, then from the wheel that is installed with mirrorgaze, then from
     the system.
 
@@ -135,7 +137,9 @@ def find_backend() -> Backend:
     if device is not None:
         return Backend(kind="cuda", device=device)
     if wish == "cuda":
-        raise BackendError(f"{BACKEND_VARIABLE} = cuda, but no NVIDIA driver with a graphics card answers: install one")
+        raise BackendError(
+            f"{BACKEND_VARIABLE} = cuda, but no NVIDIA driver with a graphics card and OptiX answers: install one"
+        )
     path, version = _find_llvm()
     return Backend(kind="llvm", llvm_path=path, llvm_version=version)
 

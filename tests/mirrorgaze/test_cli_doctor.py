@@ -31,7 +31,7 @@ def test_the_toolkit_can_work_where_its_tests_run():
 def test_machines_are_told_the_same():
     answer = json.loads(examined("--json").stdout)
     assert answer["works"] is True
-    assert {"python", "backend", "float64 kernel", "threads", "build123d", "slicer", "chromium"} <= {
+    assert {"python", "backend", "float64 kernel", "rays", "threads", "build123d", "slicer", "chromium"} <= {
         finding["name"] for finding in answer["findings"]
     }
 
@@ -52,11 +52,20 @@ def test_a_backend_that_aborts_is_survived(monkeypatch):
     assert (found["found"], found["detail"]) == (False, "the process was ended by signal 6")
 
 
-def test_a_kernel_in_single_precision_is_not_good_enough(monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "proof"),
+    [
+        # Single precision.
+        ("float64 kernel", {"error": 1e-7, "met_m": doctor.TRIANGLES_M}),
+        # What a graphics card does with scenes that do not share a table: the second is not searched.
+        ("rays", {"error": 1e-15, "met_m": [1.0, float("inf")]}),
+    ],
+)
+def test_a_backend_that_computes_something_else_is_not_good_enough(monkeypatch, name, proof):
     ask = doctor._ask
-    answer = {"kind": "llvm", "llvm_path": None, "device": None, "variant": "v", "threads": 1, "error": 1e-7}
+    answer = {"kind": "llvm", "llvm_path": None, "device": None, "variant": "v", "threads": 1, **proof}
     monkeypatch.setattr(doctor, "_ask", lambda code: (answer, "") if "prove_backend" in code else ask(code))
-    assert findings()["float64 kernel"]["found"] is False
+    assert findings()[name]["found"] is False
     assert examined().exit_code == 1
 
 

@@ -122,7 +122,7 @@ def test_an_unknown_backend_is_refused():
 def test_cuda_without_a_graphics_card_is_refused():
     if find_backend().kind == "cuda":
         pytest.skip("this machine has a graphics card")
-    assert "no NVIDIA driver with a graphics card answers" in run(LOOK, MIRRORGAZE_BACKEND="cuda").stdout
+    assert "no NVIDIA driver with a graphics card and OptiX answers" in run(LOOK, MIRRORGAZE_BACKEND="cuda").stdout
 
 
 def test_activating_again_is_the_same_backend():
