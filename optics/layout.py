@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from rigs import Camera, FoldMirror, GazeMirror, Joint, Rig
 
 FloatArray = NDArray[np.float64]
+Angle = TypeVar("Angle", float, FloatArray)
 
 BODY_FROM_OPTICAL = Rotation.from_matrix(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]))
 """A camera that looks along the body's x: camera z is body x, camera x is body -y, camera y is body -z (REP-103)."""
@@ -83,11 +85,11 @@ class Layout:
         """Pose of the gimbal in the camera frame."""
         return self.body_from_camera.inv() * self.body_from_gimbal
 
-    def pan_angle(self, q1: float) -> float:
+    def pan_angle(self, q1: Angle) -> Angle:
         """Angle of the pan frame in the gimbal frame for joint value `q1`, radians."""
         return self.pan.sign * q1 + math.radians(self.pan.offset_deg)
 
-    def tilt_angle(self, q2: float) -> float:
+    def tilt_angle(self, q2: Angle) -> Angle:
         """Angle of the mirror from the horizontal-gaze position for joint value `q2`, radians."""
         return self.tilt.sign * q2 + math.radians(self.tilt.offset_deg)
 
@@ -110,6 +112,33 @@ class Layout:
     def body_from_m2(self, q1: float, q2: float) -> RigidTransform:
         """Pose of the gaze mirror; joint values in radians."""
         return self.body_from_pan(q1) * pan_from_m2(self.tilt_angle(q2))
+
+    def moving_frames(self, q1: FloatArray, q2: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Same as `body_from_pan` and `body_from_m2` as matrices, for many joint values at once.
+
+        Parameters
+        ----------
+        q1, q2 : array, shape (n,)
+            Radians.
+
+        Returns
+        -------
+        array, shape (n, 4, 4)
+            Poses of the yoke's frame.
+        array, shape (n, 4, 4)
+            Poses of the gaze mirror.
+        """
+        pan, elevation = self.pan_angle(q1), FACE_ELEVATION_AT_ZERO + self.tilt_angle(q2)
+        turn, tilt = np.zeros((2, len(q1), 4, 4))
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(pan)
+        turn[:, 1, 0], turn[:, 0, 1] = np.sin(pan), -np.sin(pan)
+        turn[:, 2, 2] = turn[:, 3, 3] = 1
+        # Columns as in `pan_from_m2`: across, up the face, and its normal.
+        tilt[:, 1, 0] = tilt[:, 3, 3] = 1
+        tilt[:, 0, 1], tilt[:, 2, 1] = -np.sin(elevation), np.cos(elevation)
+        tilt[:, 0, 2], tilt[:, 2, 2] = np.cos(elevation), np.sin(elevation)
+        body_from_pan = self.body_from_gimbal.as_matrix() @ turn
+        return body_from_pan, body_from_pan @ tilt
 
     def camera_from_m2(self, q1: float, q2: float) -> RigidTransform:
         """Pose of the gaze mirror in the camera frame; joint values in radians."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from optics.arrays import FloatArray
 from scenes.worlds import World
 
 SMALLEST_REACH_M = 0.05
@@ -30,10 +30,14 @@ class Clearance:
             for each in np.unique(size[used])
         ]
 
-    def metres(self, point_m: ArrayLike) -> float:
-        """Radius of a ball about a point that no face reaches into; zero when none is known, inf without faces."""
-        nearest = np.inf
+    def metres(self, points_m: FloatArray) -> FloatArray:
+        """Radius of a ball about each point, shape (n, 3), that no face reaches into.
+
+        Shape (n,); zero where none is known, inf without faces.
+        """
+        nearest = np.full(len(points_m), np.inf)
         for reach, tree in self._classes:
             # What is farther than the nearest so far need not be found.
-            nearest = min(nearest, float(tree.query(point_m, distance_upper_bound=nearest + reach)[0]) - reach)
-        return max(nearest, 0.0)
+            distance, _ = tree.query(points_m, distance_upper_bound=nearest.max() + reach)
+            nearest = np.minimum(nearest, distance - reach)
+        return np.asarray(np.maximum(nearest, 0.0))

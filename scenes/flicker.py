@@ -161,8 +161,8 @@ def depth_nodes() -> FloatArray:
     return np.geomspace(SHALLOWEST_M, DEEPEST_M, TABLE_SIZE)
 
 
-def flicker_numbers(pattern: FlickerPattern, mix: FloatArray, time_s: float = 0.0) -> dict[str, FloatArray]:
-    """Numbers of `flicker` at a time; `mix` is that of `flicker_modes`.
+def flicker_numbers(pattern: FlickerPattern, mix: FloatArray) -> dict[str, FloatArray]:
+    """Numbers of `flicker`, which wants a ``flicker_time_s`` beside them; `mix` is that of `flicker_modes`.
 
     In single precision phases are good to a hundredth of a turn for an hour.
     """
@@ -173,7 +173,6 @@ def flicker_numbers(pattern: FlickerPattern, mix: FloatArray, time_s: float = 0.
         ),
         "flicker_across": pattern.across,
         "flicker_octave": np.array([np.log2(pattern.size_per_depth)]),
-        "flicker_time_s": np.array([time_s]),
     }
 
 

@@ -33,29 +33,29 @@ class Packing:
     counts: tuple[tuple[str, int], ...]
 
     @classmethod
-    def of(cls, numbers: Mapping[str, Any]) -> Packing:
-        """Packing that fits these numbers."""
-        return cls(tuple((name, int(np.size(value))) for name, value in numbers.items()))
+    def of(cls, numbers: Mapping[str, Any], rows: int = 1) -> Packing:
+        """Packing that fits these numbers; each has as many of them for every row."""
+        return cls(tuple((name, int(np.size(value)) // rows) for name, value in numbers.items()))
 
     @property
     def width(self) -> int:
         """Numbers in a row, which is filled up to a multiple of what is read at once."""
         return -(-sum(count for _, count in self.counts) // AT_ONCE) * AT_ONCE
 
-    def row(self, numbers: Mapping[str, Any]) -> NDArray[np.float32]:
-        """Numbers in their order, shape (width,)."""
-        if Packing.of(numbers) != self:
-            raise ValueError(f"expected numbers {self.counts}, got {Packing.of(numbers).counts}")
-        row = np.zeros(self.width, dtype=np.float32)
-        found = [np.ravel(np.asarray(value, dtype=np.float32)) for value in numbers.values()]
-        np.concatenate(found, out=row[: sum(each.size for each in found)])
-        return row
+    def rows(self, numbers: Mapping[str, Any], rows: int = 1) -> NDArray[np.float32]:
+        """Numbers in their order, shape (rows, width); with several rows, they are the first axis of each value."""
+        if Packing.of(numbers, rows) != self:
+            raise ValueError(f"expected numbers {self.counts}, got {Packing.of(numbers, rows).counts}")
+        result = np.zeros((rows, self.width), dtype=np.float32)
+        found = [np.reshape(value, (rows, -1)) for value in numbers.values()]
+        np.concatenate(found, axis=1, out=result[:, : sum(count for _, count in self.counts)], casting="same_kind")
+        return result
 
-    def upload(self, *rows: Mapping[str, Any]) -> Any:
+    def upload(self, numbers: Mapping[str, Any], rows: int = 1) -> Any:
         """Rows of numbers, one after the other, as a kernel takes them."""
         # As a list, which is copied into Dr.Jit's own memory: it would use an array's as it is, and trace a kernel anew
         # for each alignment that comes along.
-        return Float32(np.concatenate([self.row(numbers) for numbers in rows]).tolist())
+        return Float32(self.rows(numbers, rows).ravel().tolist())
 
     def unpack(self, packed: Any, row: Any) -> Numbers:
         """Kernel: numbers of a row for every lane; of width 1 when `row` is."""

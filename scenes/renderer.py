@@ -11,15 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import FloatArray
 from optics.backend import UInt32, dr
-from optics.layout import Layout, camera_pose, pan_from_m2
-from optics.mesh import Group, PartMesh
+from optics.layout import Layout, camera_pose
+from optics.mesh import PartMesh
 from rigs import Rig
-from rigs.specification import FlatMirror
 from scenes.ambient_volume import ambient_volume
-from scenes.clearance import Clearance
-from scenes.frame import FARTHEST_M, Frame, frames_of
+from scenes.frame import Frame, frames_of
 from scenes.geometry import geometry_of
 from scenes.group_mesh import (
     SNOW,
@@ -33,19 +30,18 @@ from scenes.group_mesh import (
 )
 from scenes.kernel import Shape, compiled_frame, compiled_prefix
 from scenes.lamps import lamp_numbers
-from scenes.materials import Material
 from scenes.packing import Packing, vectors
 from scenes.port_rays import port_rays
 from scenes.shade import at_rest, with_shade
 from scenes.source_volume import lit_world
 from scenes.stage import Stage
 from scenes.state import State
+from scenes.state_numbers import StateNumbers
 from scenes.targets import MeshShape
 from scenes.tracing import Thing
 from scenes.veil import AZIMUTHS, ELEVATIONS
 from scenes.water_shade import folded_begins, water_shade
 from scenes.world_shade import world_shade
-from scenes.worlds.snow import snow_offset_m
 
 
 class FastRenderer:
@@ -85,20 +81,19 @@ class FastRenderer:
         if min(*self.shape, samples) < 1:
             raise ValueError(f"expected a positive size and sample count, got {self.shape[::-1]} and {samples}")
         self.stage = stage
-        self._layout = Layout.from_rig(rig) if rig.has_mirrors else None
-        if self._layout is not None:
-            self._m1 = _packed_mirror(self._layout.body_from_m1.as_matrix(), rig.fold_mirror)
         meshes, names = rig_meshes_by_group(parts)
+        self.instance_names = (*names, *stage.world.instance_names, TARGET)
+        self._state_numbers = StateNumbers(rig, stage, target_instance=len(self.instance_names))
         water = shade = None
-        body_from = self._body_from(State())
         if meshes:
             hung = at_rest(stage.world_from_body)
-            poses = {group: RigidTransform.from_matrix(matrix) for group, matrix in body_from.items()}
-            mirrors = mirror_plates(parts, poses, self._mirrors(body_from))
-            meshes, robot = with_shade(meshes, poses, mirrors, stage.light, hung=hung)
-            water = water_shade(robot, hung, self._line_begins(), stage.light)
+            body_from = self._state_numbers.body_from([State()])
+            poses = {group: RigidTransform.from_matrix(matrix) for group, (matrix,) in body_from.items()}
+            mirrors = {name: mirror for name, (mirror,) in self._state_numbers.mirrors(body_from).items()}
+            plates = mirror_plates(parts, poses, mirrors)
+            meshes, robot = with_shade(meshes, poses, plates, stage.light, hung=hung)
+            water = water_shade(robot, hung, self._line_begins(mirrors), stage.light)
             shade = world_shade(robot, hung, stage.light)
-        self.instance_names = (*names, *stage.world.instance_names, TARGET)
         volume = source = None
         if len(stage.world.faces):
             meshes[WORLD], source = lit_world(world_mesh(stage.world, len(names)), stage.light)
@@ -115,12 +110,11 @@ class FastRenderer:
             shade=shade,
             eyes=vectors(self._eyes()),
         )
-        self._clearance = Clearance(stage.world)
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
         self._lamp_numbers = lamp_numbers(lamps, stage.light.bands.wavelength_nm) if lamps else {}
         self._rays = port_rays(rig, *self.shape, samples)
-        self._packing = Packing.of(self._numbers(State()))
+        self._packing = Packing.of(self._state_numbers.of([State()]))
         self._rays["prefix"] = compiled_prefix(self._packing)(self._rays, self._geometry.groups, self._rows([State()]))
         self._light: tuple[float, Any] | None = None
 
@@ -181,12 +175,8 @@ class FastRenderer:
         """Same as `render_sweep`, left on the device as `arrays` does."""
         if len(states) < 2:
             raise ValueError(f"expected the states of the first and the last row at least, got {len(states)}")
-        numbers = [self._numbers(state) for state in states]
-        middle = numbers[len(numbers) // 2]
-        # Phases wrap, and the flakes' frame steps: there is nothing between them.
-        still = {name: middle[name] for name in (*self.stage.sea.moving_numbers(0.0), SNOW) if name in middle}
-        still["clearance_m"] = min(each["clearance_m"] for each in numbers)
-        knots = self._packing.upload(*(each | still for each in numbers))
+        numbers = self._state_numbers.still_between(self._state_numbers.of(states))
+        knots = self._packing.upload(numbers, len(states))
         sweep = {"rows": self.shape[0], "knots": len(states)}
         return self._computed(self._swept_rays, knots, self._depth(states), frames=1, truth=truth, **sweep)
 
@@ -208,7 +198,7 @@ class FastRenderer:
             state=self._packing,
             wavelengths=len(self.stage.light.bands.wavelength_nm),
             states=frames,
-            eyes=len(self._eyes()),
+            eyes=dr.width(self._geometry.eyes),
             truth=truth,
             rows=rows,
             knots=knots,
@@ -218,7 +208,7 @@ class FastRenderer:
 
     def _depth(self, states: Sequence[State]) -> float:
         """Mean depth of the robot, metres."""
-        return float(np.mean([-self._body_pose(state).translation[2] for state in states]))
+        return float(np.mean([-self._state_numbers.body_pose(state).translation[2] for state in states]))
 
     @cached_property
     def _swept_rays(self) -> dict[str, Any]:
@@ -229,7 +219,7 @@ class FastRenderer:
 
     def _rows(self, states: Sequence[State]) -> Any:
         """Packed numbers of the states."""
-        return self._packing.upload(*(self._numbers(state) for state in states))
+        return self._packing.upload(self._state_numbers.of(states), len(states))
 
     def _light_row(self, depth_m: float) -> tuple[Packing, Any]:
         """Packed numbers of the light at a depth; the last is kept, since robots hover."""
@@ -240,80 +230,21 @@ class FastRenderer:
         row: tuple[Packing, Any] = self._light[1]
         return row
 
-    def _body_pose(self, state: State) -> RigidTransform:
-        return self.stage.world_from_body if state.world_from_body is None else state.world_from_body
-
-    def _body_from(self, state: State) -> dict[str, FloatArray]:
-        """Pose of every group of the rig in the body frame, shape (4, 4)."""
-        fixed = {str(Group.FIXED): np.eye(4)}
-        if self._layout is None:
-            return fixed
-        self._layout.check_joints(state.q1, state.q2)
-        pan = self._layout.body_from_pan(state.q1).as_matrix()
-        return fixed | {
-            str(Group.PAN): pan,
-            str(Group.TILT): pan @ pan_from_m2(self._layout.tilt_angle(state.q2)).as_matrix(),
-        }
-
     def _eyes(self) -> NDArray[np.float64]:
         """Where lines of sight begin, body frame: the camera, and the mirrors' centres; shape (1 or 3, 3)."""
         eyes = [camera_pose(self.rig.camera).translation]
-        if self._layout is not None:
-            eyes += [self._layout.body_from_m1.translation, self._layout.body_from_gimbal.translation]
+        if self.rig.has_mirrors:
+            layout = Layout.from_rig(self.rig)
+            eyes += [layout.body_from_m1.translation, layout.body_from_gimbal.translation]
         return np.array(eyes)
 
-    def _line_begins(self) -> NDArray[np.float64]:
+    def _line_begins(self, mirrors: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
         """Where the lines of sight of each eye begin, by direction (`scenes.water_shade`), body frame."""
         eyes = self._eyes()
         begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
-        if self._layout is not None:
-            begins[1] = folded_begins(eyes[0], self._m1)
+        if mirrors:
+            begins[1] = folded_begins(eyes[0], mirrors[Thing.M1.name])
         return begins
-
-    def _numbers(self, state: State) -> dict[str, Any]:
-        """Numbers of one state: poses of the groups seen from the body, mirrors, ball and sun in the body frame.
-
-        Poses are multiplied as matrices: SciPy's own products check what they are given, and take as long as a small
-        frame.
-        """
-        pose = self._body_pose(state)
-        world_from_body, body_from_world = pose.as_matrix(), pose.inv().as_matrix()
-        position = world_from_body[:3, 3]
-        numbers: dict[str, Any] = {
-            WORLD: _packed_pose(world_from_body),
-            "towards_sun": body_from_world[:3, :3] @ self.stage.light.towards_sun,
-            "clearance_m": min(self._clearance.metres(position), FARTHEST_M),
-            "ball": np.zeros(4),
-            "ball_material": float(Material.TARGET),
-            "ball_instance": float(len(self.instance_names)),
-        }
-        target = self.stage.target
-        if target is not None:
-            moved = state.world_from_target
-            world_from_target = target.world_from_target if moved is None else moved
-            # Carried into the body frame here, in double precision.
-            if isinstance(target.shape, MeshShape):
-                numbers[TARGET] = _packed_pose(world_from_target.inv().as_matrix() @ world_from_body)
-            else:
-                centre = body_from_world @ world_from_target.as_matrix()[:, 3]
-                numbers["ball"] = np.append(centre[:3], target.shape.radius_m)
-        numbers |= self.stage.sea.moving_numbers(state.time_s)
-        if self.stage.snow is not None:
-            numbers[SNOW] = _packed_pose(world_from_body)
-            numbers[SNOW][-3:] -= snow_offset_m(self.stage.snow, position, state.time_s)
-        if self._layout is not None:
-            body_from = self._body_from(state)
-            for group in (Group.PAN, Group.TILT):
-                numbers[str(group)] = _packed_pose(np.asarray(np.linalg.inv(body_from[str(group)])))
-            numbers |= self._mirrors(body_from)
-        return numbers
-
-    def _mirrors(self, body_from: dict[str, FloatArray]) -> dict[str, FloatArray]:
-        """Packed mirrors, body frame."""
-        if self._layout is None:
-            return {}
-        tilt = body_from[str(Group.TILT)]
-        return {Thing.M1.name: self._m1, Thing.M2.name: _packed_mirror(tilt, self.rig.gaze_mirror)}
 
     def _repeated_rays(self, count: int) -> dict[str, Any]:
         """Rays of the port once for each state, and which state each lane belongs to."""
@@ -329,15 +260,3 @@ class FastRenderer:
         ]
         dr.eval(repeated)
         return repeated
-
-
-def _packed_pose(pose: FloatArray) -> FloatArray:
-    """Rows of the rotation, then the translation."""
-    return np.concatenate([pose[:3, :3].ravel(), pose[:3, 3]])
-
-
-def _packed_mirror(pose: FloatArray, plate: FlatMirror | None) -> FloatArray:
-    """Centre, x, y, half width, half height."""
-    assert plate is not None  # a rig has both mirrors or none
-    half = [plate.width_mm / 2000, plate.height_mm / 2000]
-    return np.concatenate([pose[:3, 3], pose[:3, 0], pose[:3, 1], half])

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from scenes.flicker import (
     FlickerPattern,
     depth_nodes,
@@ -19,10 +19,7 @@ from scenes.flicker import (
     sun_variation,
 )
 from scenes.light import Light
-from scenes.waves import Waves, Wind, sea_waves, sun_numbers, wave_numbers
-
-MOVING = ("wave_turns", "flicker_time_s")
-"""Numbers that change with time; the others are the same for all states."""
+from scenes.waves import Waves, Wind, sea_waves, sun_numbers, wave_numbers, wave_turns
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,14 +36,11 @@ class Sea:
         if not self._blows:
             return sun
         pattern, _, mix = self._flicker
-        everything = sun | wave_numbers(self._waves) | flicker_numbers(pattern, mix)
-        return {name: value for name, value in everything.items() if name not in MOVING}
+        return sun | wave_numbers(self._waves) | flicker_numbers(pattern, mix)
 
-    def moving_numbers(self, time_s: float) -> dict[str, Any]:
-        """Numbers of the kernels at a time."""
-        if not self._blows:
-            return {}
-        return {"wave_turns": wave_numbers(self._waves, time_s)["wave_turns"], "flicker_time_s": time_s}
+    def moving_numbers(self, time_s: FloatArray) -> dict[str, FloatArray]:
+        """Numbers of the kernels at times, shape (n,): arrays of n rows."""
+        return {"wave_turns": wave_turns(self._waves, time_s), "flicker_time_s": time_s} if self._blows else {}
 
     def tables(self) -> dict[str, Any]:
         """What the kernels look up."""
@@ -61,7 +55,7 @@ class Sea:
         return sea_waves(self.wind, self.seed)
 
     @cached_property
-    def _flicker(self) -> tuple[FlickerPattern, Any, NDArray[np.float64]]:
+    def _flicker(self) -> tuple[FlickerPattern, Any, FloatArray]:
         """Pattern, table and mix of the sun's variation over depth."""
         field = self.light.field
         depth = depth_nodes()

@@ -159,16 +159,20 @@ def _squeezed(angle: FloatArray, across_share: float) -> FloatArray:
     return moved(brentq(lambda factor: np.mean(np.sin(moved(factor)) ** 2) - across_share, 1e-6, 1e6, xtol=1e-14))
 
 
-def wave_numbers(waves: Waves, time_s: float = 0.0) -> dict[str, FloatArray]:
-    """Numbers of `surface_normal` at a time, with the phases worked out."""
+def wave_numbers(waves: Waves) -> dict[str, FloatArray]:
+    """Numbers of `surface_normal` that stay as they are."""
     heading = waves.wave_number / np.linalg.norm(waves.wave_number, axis=1, keepdims=True)
-    # A cosine a quarter of a turn behind is a sine.
-    turns = (waves.phase - waves.angular_frequency * time_s) / (2 * np.pi) - 0.25
     return {
         "wave_turns_per_m": waves.wave_number / (2 * np.pi),
         "wave_slope": waves.slope[:, np.newaxis] * heading,
-        "wave_turns": np.remainder(turns, 1),
     }
+
+
+def wave_turns(waves: Waves, time_s: FloatArray) -> FloatArray:
+    """Phases of `surface_normal` at times, shape (n,), in turns: shape (n, waves)."""
+    # A cosine a quarter of a turn behind is a sine.
+    turns = (waves.phase - np.multiply.outer(time_s, waves.angular_frequency)) / (2 * np.pi) - 0.25
+    return np.asarray(np.remainder(turns, 1))
 
 
 def surface_normal(numbers: Numbers, x: Any, y: Any) -> Any:

@@ -109,15 +109,25 @@ def snow_surface(snow: MarineSnow) -> Surface:
     return surface(vertices, faces, Material.SNOW, colour)
 
 
-def snow_offset_m(snow: MarineSnow, robot_m: ArrayLike, time_s: float) -> FloatArray:
-    """Where the origin of the flakes' frame lies in the world, shape (3,): world = flakes + offset.
+def snow_offset_m(snow: MarineSnow, robot_m: FloatArray, time_s: FloatArray) -> FloatArray:
+    """Where the origin of the flakes' frame lies in the world: world = flakes + offset.
 
     It moves with the flakes and steps by whole periods, which nobody sees: the robot stays within half a period of it
     along each axis, so that all within `sight_m` of the robot is filled.
+
+    Parameters
+    ----------
+    snow : MarineSnow
+    robot_m : array, shape (n, 3)
+        World frame.
+    time_s : array, shape (n,)
+
+    Returns
+    -------
+    array, shape (n, 3)
     """
-    moved = snow.velocity_m_per_s * time_s
-    away = check_vector("robot_m", robot_m) - moved
-    return np.asarray(moved + snow.period_m * np.round(away / snow.period_m))
+    moved = np.multiply.outer(time_s, snow.velocity_m_per_s)
+    return np.asarray(moved + snow.period_m * np.round((robot_m - moved) / snow.period_m))
 
 
 def diameters_m(snow: MarineSnow, fraction: ArrayLike) -> FloatArray:

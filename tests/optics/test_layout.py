@@ -71,6 +71,16 @@ def test_the_gaze_mirror_pans_about_the_vertical_and_tilts_about_its_own_width(q
     assert np.linalg.det(axes) == pytest.approx(1, abs=4 * ROUNDING)
 
 
+@pytest.mark.parametrize("rig", [AQUA2, Rig.load("bluerov2")], ids=lambda rig: rig.name)
+def test_frames_of_many_joint_values_are_those_of_each(rig):
+    layout = Layout.from_rig(rig)
+    q1, q2 = np.random.default_rng(0).uniform([-1.3, -0.5], [1.3, 0.5], (20, 2)).T
+    pan, tilt = layout.moving_frames(q1, q2)
+    for k in range(len(q1)):
+        np.testing.assert_allclose(pan[k], layout.body_from_pan(q1[k]).as_matrix(), rtol=0, atol=ROUNDING)
+        np.testing.assert_allclose(tilt[k], layout.body_from_m2(q1[k], q2[k]).as_matrix(), rtol=0, atol=ROUNDING)
+
+
 @pytest.mark.parametrize(("sign", "offset", "expected_deg"), [(1, 0, 10), (-1, 0, -10), (1, 5, 15), (-1, 5, -5)])
 def test_the_optical_angle_is_sign_times_q_plus_offset(sign, offset, expected_deg):
     joint = Joint(min_deg=-90, max_deg=90, sign=sign, offset_deg=offset)

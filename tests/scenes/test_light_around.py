@@ -57,18 +57,18 @@ def test_clearance_is_a_lower_bound_and_not_an_empty_one(name):
     share = rng.dirichlet([1, 1, 1], size=(20, len(world.faces)))
     points = np.einsum("sfk,fkd->sfd", share, world.vertices_m[world.faces])
     nearest = np.linalg.norm(points - [0, 0, -5.0], axis=-1).min()
-    assert 0.5 * nearest < Clearance(world).metres([0, 0, -5.0]) <= nearest
+    assert 0.5 * nearest < Clearance(world).metres(np.array([[0, 0, -5.0]]))[0] <= nearest
 
 
 def test_open_water_keeps_any_distance():
-    assert Clearance(world_of("blue", [])).metres([0, 0, 0]) == np.inf
+    assert Clearance(world_of("blue", [])).metres(np.zeros((2, 3))).tolist() == [np.inf, np.inf]
 
 
 def test_clearance_of_a_single_face_holds_in_its_middle():
     """Above the middle of a triangle all corners are farther than the face."""
     side = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0]])
     world = world_of("face", [("face", surface(side, [[0, 1, 2]], 0))])
-    assert Clearance(world).metres(side.mean(axis=0) + np.array([0, 0, 0.4])) <= 0.4
+    assert Clearance(world).metres(side.mean(axis=0, keepdims=True) + np.array([0, 0, 0.4]))[0] <= 0.4
 
 
 def test_ambient_cube_is_exact_for_a_linear_change():
@@ -97,4 +97,4 @@ def test_other_numbers_than_a_packing_knows_are_refused():
     packing = Packing.of({"a": [1.0, 2.0], "b": 3.0})
     assert packing.width == AT_ONCE
     with pytest.raises(ValueError, match="expected numbers"):
-        packing.row({"a": [1.0], "b": 3.0})
+        packing.rows({"a": [1.0], "b": 3.0})

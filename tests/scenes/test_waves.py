@@ -18,6 +18,7 @@ from scenes.waves import (
     sun_seen,
     surface_normal,
     wave_numbers,
+    wave_turns,
 )
 
 INDEX = 1.34
@@ -27,6 +28,10 @@ WAVELENGTH = np.array([450.0, 550.0, 650.0])
 
 def inputs(numbers):
     return {name: [Float32(float(value)) for value in np.ravel(values)] for name, values in numbers.items()}
+
+
+def surface_inputs(waves, time_s=0.0):
+    return inputs(wave_numbers(waves) | {"wave_turns": wave_turns(waves, np.array([time_s]))})
 
 
 def vectors(array):
@@ -75,7 +80,7 @@ def test_normals_have_the_resolved_variance():
     waves = sea_waves(Wind(speed_m_s=6.0, azimuth_deg=30.0), seed=3)
     # A square of 4 km: a hundred of the longest waves, so that their phases are evenly met.
     x, y = np.random.default_rng(0).uniform(-2000, 2000, (2, 400_000))
-    normal = surface_normal(inputs(wave_numbers(waves)), Float32(x.astype(np.float32)), Float32(y.astype(np.float32)))
+    normal = surface_normal(surface_inputs(waves), Float32(x.astype(np.float32)), Float32(y.astype(np.float32)))
     nx, ny, nz = (np.array(component, dtype=np.float64) for component in normal)
     np.testing.assert_allclose(nx**2 + ny**2 + nz**2, 1, atol=SINGLE_PRECISION)
     covariance = np.cov(nx / nz, ny / nz)
@@ -95,13 +100,13 @@ def test_normal_is_that_of_the_height():
 
     x, y, h = 1.7, -0.4, 1e-4
     slope = [(height(x + h, y) - height(x - h, y)) / (2 * h), (height(x, y + h) - height(x, y - h)) / (2 * h)]
-    normal = surface_normal(inputs(wave_numbers(waves, time)), Float32(x), Float32(y))
+    normal = surface_normal(surface_inputs(waves, time), Float32(x), Float32(y))
     # Float32 phases of waves of up to 10 turns per metre: 1e-5 of a slope of 0.1 each.
     np.testing.assert_allclose([normal.x[0] / normal.z[0], normal.y[0] / normal.z[0]], np.negative(slope), atol=2e-5)
 
 
 def test_no_wind_is_a_flat_sea():
-    normal = surface_normal(inputs(wave_numbers(sea_waves(Wind(speed_m_s=0.0)))), Float32(3), Float32(4))
+    normal = surface_normal(surface_inputs(sea_waves(Wind(speed_m_s=0.0))), Float32(3), Float32(4))
     assert [float(component[0]) for component in normal] == [0, 0, 1]
 
 
