@@ -184,6 +184,7 @@ class Surroundings:
             light=light_packing,
             state=state_packing,
             wavelengths=len(light.bands.wavelength_nm),
+            lanes=0,
             states=1,
             eyes=0,
             truth=False,

@@ -10,6 +10,9 @@ from scenes.worlds import World
 
 SMALLEST_REACH_M = 0.05
 
+NEAR = 0.1
+"""Share of the clearance by which a point may be away from where the world was searched."""
+
 
 class Clearance:
     """Bound on the distance from points to the faces of a world.
@@ -29,12 +32,24 @@ class Clearance:
             (SMALLEST_REACH_M * 2.0**each, cKDTree(world.vertices_m[used[size[used] == each]]))
             for each in np.unique(size[used])
         ]
+        self._found: tuple[FloatArray, float] | None = None
 
     def metres(self, points_m: FloatArray) -> FloatArray:
         """Radius of a ball about each point, shape (n, 3), that no face reaches into.
 
-        Shape (n,); zero where none is known, inf without faces.
+        Shape (n,); zero where none is known, inf without faces. Near where the world was last searched it is what was
+        found there less the way from there: robots move little from frame to frame.
         """
+        if self._found is not None:
+            place, there = self._found
+            away = np.linalg.norm(points_m - place, axis=1)
+            if away.max() < NEAR * there:
+                return np.asarray(there - away)
+        clearance = self._searched(points_m)
+        self._found = points_m[-1], float(clearance[-1])
+        return clearance
+
+    def _searched(self, points_m: FloatArray) -> FloatArray:
         nearest = np.full(len(points_m), np.inf)
         for reach, tree in self._classes:
             # What is farther than the nearest so far need not be found.

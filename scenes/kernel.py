@@ -44,6 +44,9 @@ class Shape:
     light, state : Packing
         Order of the packed numbers.
     wavelengths : int
+    lanes : int
+        Rays, where results are put into their places: a recording on a graphics card serves other renderers too, and
+        keeps the sizes of what it was made with. Zero where results stay in the order of the rays, of any number.
     states : int
         Frames, each of one instant.
     eyes : int
@@ -58,6 +61,7 @@ class Shape:
     light: Packing
     state: Packing
     wavelengths: int
+    lanes: int
     states: int
     eyes: int
     truth: bool
@@ -106,7 +110,8 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
         path = follow(inputs)
         seen, reflected = describe(path, inputs)
         rgb = [rays["gain"] * (a + b) for a, b in zip(path["rgb"], reflected, strict=True)]
-        return _in_place({"rgb": rgb, **(seen if shape.truth else {"label": seen["label"]})}, rays.get("place"))
+        found = {"rgb": rgb, **(seen if shape.truth else {"label": seen["label"]})}
+        return _in_place(found, rays["place"], shape.lanes) if shape.lanes else found
 
     return frame
 
@@ -122,15 +127,13 @@ def _rows_between(knots: Any, shape: Shape) -> Any:
     return dr.lerp(first, second, position - Float32(knot))
 
 
-def _in_place(found: dict[str, Any], place: Any) -> dict[str, Any]:
-    """Kernel: results where their rays belong; as they were computed when nothing says where."""
-    if place is None:
-        return found
+def _in_place(found: dict[str, Any], place: Any, lanes: int) -> dict[str, Any]:
+    """Kernel: results where their rays belong."""
 
     def placed(values: Any) -> Any:
         if isinstance(values, list):
             return [placed(each) for each in values]
-        result = dr.empty(type(values), dr.width(place))
+        result = dr.empty(type(values), lanes)
         dr.scatter(result, values, place)
         return result
 

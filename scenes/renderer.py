@@ -197,6 +197,7 @@ class FastRenderer:
             light=light_packing,
             state=self._packing,
             wavelengths=len(self.stage.light.bands.wavelength_nm),
+            lanes=dr.width(rays["place"]),
             states=frames,
             eyes=dr.width(self._geometry.eyes),
             truth=truth,

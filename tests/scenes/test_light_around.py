@@ -60,6 +60,17 @@ def test_clearance_is_a_lower_bound_and_not_an_empty_one(name):
     assert 0.5 * nearest < Clearance(world).metres(np.array([[0, 0, -5.0]]))[0] <= nearest
 
 
+def test_clearance_on_the_way_is_a_lower_bound_too():
+    """A robot that drifts: what is told near the last search is never more than what a search would find."""
+    world = world_named("reef", 5.0)
+    drifting = Clearance(world)
+    way = np.array([0, 0, -5.0]) + np.cumsum(np.random.default_rng(2).normal(0, 0.03, (60, 3)), axis=0)
+    told = np.array([drifting.metres(place[np.newaxis])[0] for place in way])
+    searched = np.array([Clearance(world).metres(place[np.newaxis])[0] for place in way[::6]])
+    assert (told[::6] <= searched + 1e-12).all()
+    assert (told[::6] >= 0.75 * searched).all()
+
+
 def test_open_water_keeps_any_distance():
     assert Clearance(world_of("blue", [])).metres(np.zeros((2, 3))).tolist() == [np.inf, np.inf]
 
