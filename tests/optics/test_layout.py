@@ -71,9 +71,14 @@ def test_the_gaze_mirror_pans_about_the_vertical_and_tilts_about_its_own_width(q
     assert np.linalg.det(axes) == pytest.approx(1, abs=4 * ROUNDING)
 
 
-@pytest.mark.parametrize("rig", [AQUA2, Rig.load("bluerov2")], ids=lambda rig: rig.name)
-def test_frames_of_many_joint_values_are_those_of_each(rig):
-    layout = Layout.from_rig(rig)
+@pytest.mark.parametrize("fold", ["down", "up"])
+@pytest.mark.parametrize(("sign", "offset"), [(1, 0), (-1, 5)])
+def test_frames_of_many_joint_values_are_those_of_each(fold, sign, offset):
+    joint = Joint(min_deg=-90, max_deg=90, sign=sign, offset_deg=offset)
+    joints = AQUA2.joints.model_copy(update={"pan": joint, "tilt": joint})
+    fold_mirror = AQUA2.fold_mirror.model_copy(update={"direction": fold})
+    camera = turned(yaw_deg=20.0, pitch_deg=-10.0)
+    layout = Layout.from_rig(AQUA2.model_copy(update={"joints": joints, "fold_mirror": fold_mirror, "camera": camera}))
     q1, q2 = np.random.default_rng(0).uniform([-1.3, -0.5], [1.3, 0.5], (20, 2)).T
     pan, tilt = layout.moving_frames(q1, q2)
     for k in range(len(q1)):

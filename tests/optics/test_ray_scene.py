@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from optics import ray_scene
 from optics.backend import dr, mi
@@ -16,7 +17,7 @@ def test_one_kernel_searches_several_scenes():
     ray = mi.Ray3f(mi.Point3f(0, 0, 0), mi.Vector3f(0, 0, 1))
     found = [scene.ray_intersect_preliminary(ray).t for scene in scenes]
     dr.eval(found)
-    assert [distance[0] for distance in found] == [1.0, 2.0, 3.0]
+    assert [distance[0] for distance in found] == pytest.approx([1.0, 2.0, 3.0], rel=1e-6)
 
 
 def test_all_scenes_are_made_beside_the_same_one(monkeypatch):
