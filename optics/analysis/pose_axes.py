@@ -6,11 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from optics.arrays import FloatArray, to_columns
 from optics.backend import Array3f64
-from optics.layout import Layout, pan_from_m2
+from optics.layout import Layout
 from optics.mesh import Group
 
 Progress = Callable[[int, int], None]
@@ -31,12 +29,9 @@ class PoseAxes:
 
     @classmethod
     def of(cls, layout: Layout, q1: FloatArray, q2: FloatArray) -> PoseAxes:
-        """At joint values, shape (n,), radians; each value is turned into a rotation once."""
-        pans, pan = np.unique(q1, return_inverse=True)
-        tilts, tilt = np.unique(q2, return_inverse=True)
-        body_from_pan = np.stack([layout.body_from_pan(q).rotation.as_matrix() for q in pans])[pan]
-        from_m2 = np.stack([pan_from_m2(layout.tilt_angle(q)).rotation.as_matrix() for q in tilts])[tilt]
-        return cls(turns={Group.PAN: body_from_pan, Group.TILT: body_from_pan @ from_m2})
+        """At joint values, shape (n,), radians."""
+        pan, tilt = layout.moving_frames(q1, q2)
+        return cls(turns={Group.PAN: pan[:, :3, :3], Group.TILT: tilt[:, :3, :3]})
 
     def __len__(self) -> int:
         return len(self.turns[Group.TILT])

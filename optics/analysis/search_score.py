@@ -116,7 +116,8 @@ class CoarseScorer:
             np.radians(np.linspace(joint.min_deg, joint.max_deg, steps))
             for joint, steps in ((layout.pan, grid.pan_steps), (layout.tilt, grid.tilt_steps))
         )
-        self.m2_axes = np.array([layout.body_from_m2(a, b).rotation.as_matrix() for b in q2 for a in q1])
+        _, body_from_m2 = layout.moving_frames(np.tile(q1, len(q2)), np.repeat(q2, len(q1)))
+        self.m2_axes = body_from_m2[:, :3, :3]
         # Trapezoidal rule: the ends of a joint's range stand for half a step. Whole numbers, so that sums are exact
         # and a design scores the same among others as alone.
         tilt, pan = (np.where(np.arange(count) % (count - 1), 2, 1) for count in (grid.tilt_steps, grid.pan_steps))
