@@ -22,9 +22,9 @@ def test_one_kernel_searches_several_scenes():
 
 def test_all_scenes_are_made_beside_the_same_one(monkeypatch):
     """Which is what makes graphics cards search more than one: without a card, only the making can be looked at."""
-    made = []
+    first, made = ray_scene._first_scene(), []
     load = mi.load_dict
     monkeypatch.setattr(mi, "load_dict", lambda description, **options: made.append(description) or load(description))
     for away in (1.0, 2.0):
         mesh_scene(CORNERS + np.array([0, 0, away]), FACE)
-    assert [description["beside"] for description in made] == [ray_scene._first_scene()] * 2
+    assert [description["beside"] for description in made] == [first] * 2
