@@ -16,17 +16,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optics import backend
+from optics.arrays import FloatArray
 from optics.camera import PinholeCamera
 from optics.layout import Layout
 from optics.port import DomePort, FlatPort
 from optics.status import Status
 from optics.train import OpticalTrain, compiled_trace
 from rigs import Rig
-
-FloatArray = NDArray[np.float64]
 
 Q1, Q2 = 0.3, 0.2
 """Pose of the mirrors, radians: neither along an axis nor symmetric."""

@@ -1,4 +1,7 @@
-"""The border between NumPy, which public functions speak, and Dr.Jit, which kernels speak."""
+"""The border between NumPy, which public functions speak, and Dr.Jit, which kernels speak.
+
+To import it loads neither Dr.Jit nor Mitsuba: only the functions that speak to them do.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.backend import Array3f64, Float64, dr
+from optics import backend
 
 FloatArray = NDArray[np.float64]
 
@@ -42,17 +45,17 @@ def unit(name: str, vector: ArrayLike) -> FloatArray:
 
 def opaque(value: float) -> Any:
     """Dr.Jit scalar that is an input of a kernel, not a literal in it: other values reuse the compiled code."""
-    return dr.opaque(Float64, float(value))
+    return backend.dr.opaque(backend.Float64, float(value))
 
 
 def opaque_vector(vector: ArrayLike) -> Any:
     """Dr.Jit 3-vector that is an input of a kernel."""
-    return Array3f64(*(opaque(component) for component in np.asarray(vector, dtype=np.float64)))
+    return backend.Array3f64(*(opaque(component) for component in np.asarray(vector, dtype=np.float64)))
 
 
 def to_columns(array: FloatArray) -> list[Any]:
     """Columns of an (n, k) array as Dr.Jit arrays."""
-    return [Float64(np.ascontiguousarray(column)) for column in array.T]
+    return [backend.Float64(np.ascontiguousarray(column)) for column in array.T]
 
 
 def to_rows(columns: Iterable[Any]) -> FloatArray:

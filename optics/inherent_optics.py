@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from optics.pure_water import molecular_moments, molecular_phase, pure_absorption, pure_scattering
 from optics.scattering import (
     PhaseFunction,
@@ -19,8 +20,6 @@ from optics.user_tables import read_spectra
 from optics.water import absorption, check_range, molecular_scattering_of_types, scattering, water_index
 from rigs import Water
 from rigs.water import PETZOLD_MEAN_COSINE
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

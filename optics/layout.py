@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from optics.arrays import FloatArray
 from rigs import Camera, FoldMirror, GazeMirror, Joint, Rig
 
-FloatArray = NDArray[np.float64]
 Angle = TypeVar("Angle", float, FloatArray)
 
 BODY_FROM_OPTICAL = Rotation.from_matrix(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]))

@@ -8,13 +8,12 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import eval_legendre
 
+from optics.arrays import FloatArray
 from optics.tables import read_table
-
-FloatArray = NDArray[np.float64]
 
 DATA = Path(__file__).parent / "data"
 

@@ -19,12 +19,12 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from reports.figures import INK, STYLE, save_figure
 from tracking.metrics.causes import Cause
 from tracking.metrics.frames import BoolArray, Frames
 from tracking.metrics.holding import LOSS_FRAMES, runs
 from tracking.metrics.pointing import crop_centre_px, pointing_metrics
-from tracking.protocols import FloatArray
 from tracking.records import Mode
 
 DETECTED = "black"

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.inherent_optics import InherentOptics
 from optics.radiative_transfer import RadianceField
 from optics.radiative_transfer.pend_oreille import ComparedLayers, ComparedRadiance
@@ -23,7 +24,6 @@ from scenes.reference.agreement import Agreement
 from scenes.spectrum import CHANNELS, DATA
 from scenes.stage import Stage
 
-FloatArray = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 CHANNEL_COLOURS = ("#d1495b", "#2a9d8f", "#30638e")

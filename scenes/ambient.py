@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.cache import cache_folder, load_arrays, save_arrays
 from scenes.geometry import geometry_of
@@ -29,8 +29,6 @@ from scenes.kernel import Shape, compiled_frame
 from scenes.light import Light
 from scenes.packing import Packing
 from scenes.tracing import FAR_M
-
-FloatArray = NDArray[np.float64]
 
 LOG = logging.getLogger(__name__)
 

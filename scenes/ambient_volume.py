@@ -10,16 +10,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from scenes.ambient import cached, gathered
 from scenes.ambient_cube import ROW, SIDES
 from scenes.grid import grid_axes, grid_numbers, grid_points
 from scenes.group_mesh import GroupMesh
 from scenes.light import Light
 from scenes.packing import rows_of
-
-FloatArray = NDArray[np.float64]
 
 SPACING_M = 0.5
 MOST_POINTS = 24

@@ -8,13 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import Float32, UInt32, dr
 from scenes.packing import Numbers, between, pairs_of
 from scenes.powers import decay
-
-FloatArray = NDArray[np.float64]
 
 DEPTHS, COSINES, AZIMUTHS = 64, 65, 25
 """Nodes: depths by the logarithm of ``1 + z / DEPTH_SCALE_M``, cosines and azimuths (0 to pi) evenly."""

@@ -11,17 +11,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import i0e
 
+from optics.arrays import FloatArray
 from optics.backend import Array3f32, Float32, UInt32, dr
 from optics.tables import read_table
 from scenes.packing import Numbers, row_of
 from scenes.powers import power_of_two
 from scenes.spectrum import DATA
 from scenes.waves import GRAVITY, LIGHTEST_WIND_M_S, Wind, cosine_of_turns, variance_per_octave
-
-FloatArray = NDArray[np.float64]
 
 LARGEST_VARIATION = 1.5
 """Cap of the direct sun's coefficient of variation: a sun that is a small part of the light cannot explain more."""

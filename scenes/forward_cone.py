@@ -13,12 +13,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import Float32, UInt32, dr
 from scenes.packing import between, pairs_of
-
-FloatArray = NDArray[np.float64]
 
 NODES = 65
 SHORTEST, LONGEST = 2.0**-4, 2.0**12

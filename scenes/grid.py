@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import Float32, dr
 from scenes.group_mesh import GroupMesh
-
-FloatArray = NDArray[np.float64]
 
 ABOVE_M = 3.0
 """Water above a mesh that the grid spans: there a floor still lights what swims, and what the water scatters."""

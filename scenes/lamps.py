@@ -11,18 +11,16 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from optics.arrays import unit
+from optics.arrays import FloatArray, unit
 from optics.backend import Array3f32, Float32, dr
 from optics.tables import read_table
 from rigs.lamps import Lamp
 from scenes.packing import Numbers
 from scenes.powers import power_of_two
 from scenes.spectrum import DATA
-
-FloatArray = NDArray[np.float64]
 
 LUMENS_PER_WATT = 683.002
 """Luminous efficacy of the spectral luminous efficiency V (BIPM, SI brochure, 9th edition: K_cd = 683)."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from optics.arrays import opaque
+from optics.arrays import FloatArray, opaque
 from optics.backend import Float32, Float64, UInt32
 from optics.inherent_optics import InherentOptics, inherent_optics
 from optics.materials import aluminium_index
@@ -33,8 +33,6 @@ from scenes.packing import Packing, pairs_of, rows_of, vectors
 from scenes.sky import Daylight, sky_numbers, sky_table
 from scenes.spectrum import Bands, water_bands
 from scenes.sun import Sun
-
-FloatArray = NDArray[np.float64]
 
 PHASE_TABLE_SIZE, PHASE_ROW = 721, 2
 SPECTRUM_ROW = 16

@@ -5,13 +5,12 @@ from __future__ import annotations
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import expit
 
+from optics.arrays import FloatArray
 from optics.mesh import PartMesh, Role
 from scenes.spectrum import Bands, camera_bands, reflectance
-
-FloatArray = NDArray[np.float64]
 
 
 class Material(IntEnum):

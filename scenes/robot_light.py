@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import Array3f32, Float32, UInt32, dr, mi
 from scenes.ambient import Surroundings
 from scenes.field_table import azimuth_from, field_table, looked_up
@@ -19,8 +19,6 @@ from scenes.looks import Cone, Looks, scattered_density, scattered_directions
 from scenes.packing import vectors
 from scenes.shading import channels, molecular_phase, phase
 from scenes.tracing import Thing
-
-FloatArray = NDArray[np.float64]
 
 LEAST_RADIUS_M = 1e-3
 

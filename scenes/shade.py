@@ -12,14 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from scenes.ambient import with_ambient
 from scenes.group_mesh import GroupMesh, face_normals, joined_meshes, moved_mesh
 from scenes.light import Light
-
-FloatArray = NDArray[np.float64]
 
 LONGEST_EDGE_M = 0.05
 """Faces are divided until the light can vary over them so finely."""

@@ -7,14 +7,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from optics.backend import Float32, UInt32, dr
 from scenes.packing import Numbers
 from scenes.spectrum import sun_irradiance
 from scenes.sun import STANDARD_AIR_MASS, Sun, air_mass, direct_irradiance, extraterrestrial_and_standard
-
-FloatArray = NDArray[np.float64]
 
 """Inputs of a kernel by name, each a flat list of Dr.Jit numbers."""
 

@@ -20,17 +20,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from optics.arrays import FloatArray
 from scenes.ambient import LOG, RAYS_AT_ONCE, Reflection, Surroundings, cached, change_of_light
 from scenes.grid import grid_axes, grid_numbers, grid_points
 from scenes.group_mesh import GroupMesh
 from scenes.light import Light
 from scenes.packing import rows_of, vectors
 from scenes.veil import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW, node_directions
-
-FloatArray = NDArray[np.float64]
 
 SPACING_M = 0.35
 MOST_POINTS = 24

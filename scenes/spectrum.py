@@ -7,15 +7,13 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag, eigh_tridiagonal
 
+from optics.arrays import FloatArray
 from optics.tables import read_table
 from optics.user_tables import read_spectra
 from rigs import Camera
 from scenes.water_quadrature import water_rule
-
-FloatArray = NDArray[np.float64]
 
 DATA = Path(__file__).parent / "data"
 

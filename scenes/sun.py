@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from optics.tables import read_table
 from scenes.spectrum import DATA
-
-FloatArray = NDArray[np.float64]
 
 SUN_RADIUS_RAD = np.radians(16.0 / 60.0)
 """Half of the sun's mean angular diameter of 32 arc minutes (31.5 to 32.5 over the year)."""

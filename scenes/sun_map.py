@@ -11,12 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import Array3f32, Float32, UInt32, dr, mi
 from scenes.powers import decay
-
-FloatArray = NDArray[np.float64]
 
 CELLS = 2048
 """Along each side."""

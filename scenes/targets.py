@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from scenes.materials import Material
 from scenes.worlds.mesh_file import MESH_SUFFIXES, read_things
 from scenes.worlds.shapes import Triangles, combined, lofted, turned, unit_sphere
-from scenes.worlds.surface import FloatArray, Surface, joined, surface
+from scenes.worlds.surface import Surface, joined, surface
 
 
 @dataclass(frozen=True, kw_only=True)

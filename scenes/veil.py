@@ -10,16 +10,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import PCG32, Array3f32, ArrayXf32, Float32, UInt32, UInt64, dr
 from scenes.field_table import azimuth_from, looked_up_in_layer
 from scenes.grid import beside_grid_m, cell_in
 from scenes.packing import Numbers, between, row_of
 from scenes.powers import decay
 from scenes.tracing import move, turn
-
-FloatArray = NDArray[np.float64]
 
 AZIMUTHS, ELEVATIONS = 48, 25
 """Nodes by direction: azimuths all around, elevations from pole to pole."""

@@ -13,11 +13,10 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.water import absorption, scattering
 from rigs import JerlovType
 from rigs.water import TYPES_OF_SOURCE
-
-FloatArray = NDArray[np.float64]
 
 CANDIDATE_STEP_NM = 5.0
 SMALLEST_RESPONSE = 0.005

@@ -17,17 +17,15 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from optics.arrays import FloatArray
 from scenes.ambient import cached
 from scenes.group_mesh import GroupMesh
 from scenes.light import Light
 from scenes.packing import halves_of
 from scenes.robot_light import RobotLight
 from scenes.veil import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, node_directions
-
-FloatArray = NDArray[np.float64]
 
 FARTHEST_M = 10.0
 """Beyond, the robot fills too little of the view to matter."""

@@ -10,16 +10,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from optics.arrays import FloatArray
 from optics.backend import Array3f32, Float32, dr
 from optics.refraction import dielectric_transmittance, refract
 from scenes.packing import Numbers
 from scenes.sky import Daylight
 from scenes.sun import SUN_RADIUS_RAD
-
-FloatArray = NDArray[np.float64]
 
 GRAVITY = 9.81
 

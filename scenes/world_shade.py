@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from optics.arrays import FloatArray
 from optics.backend import Float32, dr
 from scenes.ambient import cached
 from scenes.group_mesh import GroupMesh
@@ -16,8 +16,6 @@ from scenes.packing import pairs_of
 from scenes.robot_light import RobotLight, extent_of
 from scenes.veil import node_directions
 from scenes.world_shade_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m
-
-FloatArray = NDArray[np.float64]
 
 
 def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light) -> dict[str, Any]:

@@ -9,14 +9,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import Float32, UInt32, dr
 from scenes.packing import Numbers, between
 from scenes.powers import decay
 from scenes.veil import nodes_around
-
-FloatArray = NDArray[np.float64]
 
 AZIMUTHS, ELEVATIONS = 48, 25
 """Nodes by direction from the robot, world frame."""

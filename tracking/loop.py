@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from optics.gaze_motion import JointSpeeds
 from optics.layout import Layout
 from rigs import ImageSensorSpec, Rig
@@ -34,7 +35,7 @@ from tracking.perception import (
     detect,
     weighted_centroid,
 )
-from tracking.protocols import FloatArray, MirrorReport, Shot
+from tracking.protocols import MirrorReport, Shot
 from tracking.records import Mode, Step
 from tracking.variants import Variant
 

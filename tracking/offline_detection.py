@@ -19,6 +19,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from cad.meshes import rig_meshes
+from optics.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
 from scenes.renderer import FastRenderer
@@ -40,7 +41,7 @@ from tracking.metrics.detector import DETECTOR_DEFINITIONS
 from tracking.offline import detector_named
 from tracking.overlay import overlay
 from tracking.perception import ColourWindow, DetectorSettings
-from tracking.protocols import FloatArray, MirrorReport, Shot
+from tracking.protocols import MirrorReport, Shot
 from tracking.records import Mode, Step
 from tracking.variants import VARIANTS
 

@@ -13,7 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracking.protocols import FloatArray, Shot
+from optics.arrays import FloatArray
+from tracking.protocols import Shot
 from tracking.records import Mode, Step
 
 Image = NDArray[np.uint8]

@@ -17,7 +17,7 @@ from cad.checks.clearance import clearance_bodies, pose_words
 from cad.checks.finding import Finding
 from cad.checks.moving_pair import ORDER, joint_box
 from cad.poses import body_from_group
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 from optics.mesh import Group, PartMesh, Role
 from rigs import Problem
 

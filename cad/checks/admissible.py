@@ -12,7 +12,8 @@ from scipy.ndimage import label
 
 from cad.checks.gap_search import Cell
 from cad.checks.moving_pair import MovingPair, joint_box
-from optics.layout import FloatArray, Layout
+from optics.arrays import FloatArray
+from optics.layout import Layout
 
 GRID_CELLS = 128
 """Along each joint, a power of two: 1.2 degrees for the 155 degrees of a servo."""

@@ -10,7 +10,7 @@ from build123d import GeomType
 from cad.assembly import Assembly, Part
 from cad.checks.finding import Finding, Sense
 from cad.checks.moving_pair import joint_box
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 from rigs import Problem
 
 CHECK = "axes through the centre of M2"

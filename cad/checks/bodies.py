@@ -11,7 +11,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from cad.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 from optics.mesh import Group, PartMesh, Role, merge
 
 LONGEST_EDGE_MM = 15.0

@@ -21,7 +21,7 @@ from cad.checks.gap_search import SmallestGap
 from cad.checks.keys import key_to_change
 from cad.checks.moving_pair import MovingPair, joint_box
 from cad.shapes import location_mm
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 from optics.mesh import Group, PartMesh, Role
 from rigs import Problem
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 
 GapFunction = Callable[[FloatArray], float]
 """Joint values, shape (k,), radians, to the gap there, millimetres; 0 where the bodies meet."""

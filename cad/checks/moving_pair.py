@@ -12,7 +12,8 @@ import numpy as np
 
 from cad.checks.bodies import Body, distances_mm
 from cad.checks.gap_search import Cell, SmallestGap, smallest_gap
-from optics.layout import FloatArray, Layout, pan_from_m2
+from optics.arrays import FloatArray
+from optics.layout import Layout, pan_from_m2
 from optics.mesh import Group
 
 PAN_AXIS = np.array([0.0, 0.0, 1.0])

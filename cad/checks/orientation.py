@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from cad.checks.finding import Finding, Sense
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 from optics.mesh import PartMesh
 from rigs import Mount, Problem
 

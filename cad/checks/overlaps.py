@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from cad.poses import body_from_group
-from optics.layout import FloatArray, Layout
+from optics.arrays import FloatArray
+from optics.layout import Layout
 from optics.mesh import Group, PartMesh
 
 OVERLAP_TOLERANCE_MM3 = 1.0

@@ -16,8 +16,8 @@ import trimesh
 
 from cad.checks.finding import Finding, Sense
 from cad.checks.orientation import print_pose
+from optics.arrays import FloatArray
 from optics.cache import cache_folder
-from optics.layout import FloatArray
 from optics.mesh import PartMesh
 from rigs import Mount, Problem
 from rigs.materials import MATERIALS

@@ -18,7 +18,7 @@ from cad.checks.gap_search import Cell, smallest_gap
 from cad.checks.moving_pair import PAN_AXIS, TILT_AXIS, joint_box
 from cad.poses import body_from_group
 from cad.stow_hinge import StowHinge
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 from optics.mesh import Group, PartMesh
 from rigs import Problem
 

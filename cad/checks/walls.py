@@ -11,7 +11,7 @@ import trimesh
 
 from cad.checks.finding import Finding
 from cad.checks.overlaps import manifold_mm
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 from optics.mesh import PartMesh
 from rigs import Mount, Problem
 

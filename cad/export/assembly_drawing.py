@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 from build123d import Solid
-from numpy.typing import NDArray
 
 from cad.assembly import Assembly
 from cad.export.bill import Item
@@ -27,11 +26,10 @@ from cad.export.sheet import (
     scale_name,
 )
 from cad.shapes import location_mm
+from optics.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
 from rigs import Rig
-
-FloatArray = NDArray[np.float64]
 
 GAP_MM = 22.0
 LIST_WIDTHS_MM = (12.0, 118.0, 14.0)

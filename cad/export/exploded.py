@@ -12,16 +12,14 @@ import trimesh
 from build123d import Location, Solid
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from cad.assembly import Assembly
 from cad.export.projection import ISOMETRIC, outline
 from cad.export.sheet import STYLE
 from cad.export.steps import Step, assembly_steps
 from cad.shapes import location_mm
+from optics.arrays import FloatArray
 from optics.mesh import PartMesh, Role
-
-FloatArray = NDArray[np.float64]
 
 SIZE_INCHES = (11.0, 8.0)
 DOTS_PER_INCH = 120

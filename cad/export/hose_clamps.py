@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 
 from cad.contact import CylinderContact
 from cad.flange import STRAP_PLACES_MM, STRAP_WIDTH_MM, Seat, base_seat, fold_seat
-from optics.layout import FloatArray
+from optics.arrays import FloatArray
 from rigs import Rig
 from rigs.materials import MATERIALS
 

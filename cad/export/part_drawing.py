@@ -7,7 +7,6 @@ from string import ascii_uppercase
 
 import numpy as np
 from build123d import Solid
-from numpy.typing import NDArray
 
 from cad.export.projection import FRONT, ISOMETRIC, LEFT, TOP, Hole, Outline, View, holes, outline
 from cad.export.sheet import (
@@ -23,8 +22,7 @@ from cad.export.sheet import (
     largest_scale,
     scale_name,
 )
-
-FloatArray = NDArray[np.float64]
+from optics.arrays import FloatArray
 
 GAP_MM = 24.0
 """Between views, for the dimensions."""

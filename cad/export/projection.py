@@ -8,11 +8,11 @@ from math import ceil
 
 import numpy as np
 from build123d import Compound, Edge, GeomType, Solid
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
 from OCP.GeomAbs import GeomAbs_CurveType
 
-FloatArray = NDArray[np.float64]
+from optics.arrays import FloatArray
 
 FAR_MM = 1e4
 CHORD_MM = 1.0

@@ -12,17 +12,15 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.loads.masses import Body, part_bodies, together
 from cad.stow_hinge import StowHinge
+from optics.arrays import FloatArray
 from optics.gaze import virtual_camera
 from optics.layout import Layout, pan_from_m2
 from optics.mesh import Group, PartMesh
 from rigs import Joint, Rig, Servo
-
-FloatArray = NDArray[np.float64]
 
 LINKS = {Group.FIXED: "base_link", Group.PAN: "pan_link", Group.TILT: "tilt_link"}
 """Link of each group of parts; the frame of a link is the frame of its group."""

@@ -16,9 +16,9 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from optics.arrays import FloatArray
 
 WIDTH_MM, HEIGHT_MM = 420.0, 297.0
 MARGIN_MM = 10.0

@@ -14,13 +14,11 @@ import manifold3d
 import numpy as np
 import trimesh
 from build123d import Plane
-from numpy.typing import NDArray
 
 from cad.assembly import Assembly, Part
 from cad.export.convex import closed_body
+from optics.arrays import FloatArray
 from optics.mesh import Group, PartMesh, Role
-
-FloatArray = NDArray[np.float64]
 
 TOUCH_M = 0.00025
 """Pieces this near to each other touch: a designed fit is 0.2 mm."""

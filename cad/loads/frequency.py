@@ -15,11 +15,12 @@ import numpy as np
 import scipy.linalg
 
 from cad.anchors import base_anchor
-from cad.loads.masses import Body, FloatArray, part_bodies, together
+from cad.loads.masses import Body, part_bodies, together
 from cad.loads.plate import added_mass
 from cad.loads.seawater import water_density
 from cad.loads.voxels import condensed_stiffness, voxelise
 from cad.poses import body_from_group
+from optics.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh
 from rigs import Rig

@@ -11,9 +11,10 @@ from itertools import product
 
 import numpy as np
 
-from cad.loads.masses import GRAVITY_M_PER_S2, Body, FloatArray, mount_in_body, part_bodies, together
+from cad.loads.masses import GRAVITY_M_PER_S2, Body, mount_in_body, part_bodies, together
 from cad.loads.seawater import water_density
 from cad.poses import body_from_group
+from optics.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
 from rigs import Rig

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from cad.poses import body_from_group
+from optics.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
 from rigs.materials import MATERIALS
-
-FloatArray = NDArray[np.float64]
 
 GRAVITY_M_PER_S2 = 9.80665
 """Standard acceleration of free fall, ISO 80000-3."""

@@ -14,9 +14,10 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from cad.loads.masses import GRAVITY_M_PER_S2, Body, FloatArray, part_bodies, together
+from cad.loads.masses import GRAVITY_M_PER_S2, Body, part_bodies, together
 from cad.loads.plate import BROADSIDE_COEFFICIENT, added_inertia, largest_flow_moment, turning_moment
 from cad.loads.seawater import water_density
+from optics.arrays import FloatArray
 from optics.layout import Layout, pan_from_m2
 from optics.mesh import Group, PartMesh
 from rigs import Problem, Rig

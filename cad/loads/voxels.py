@@ -19,7 +19,8 @@ import scipy.sparse.linalg as spl
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from optics.arrays import FloatArray
+
 BoolArray = NDArray[np.bool_]
 
 POISSON_RATIO = 0.36

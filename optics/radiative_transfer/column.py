@@ -6,16 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.inherent_optics import InherentOptics
 from optics.pure_water import molecular_phase
 from optics.radiative_transfer.delta_scaling import DEGREES, Scaled, delta_scaled
 from optics.radiative_transfer.discrete_ordinates import Modes, solve
 from optics.radiative_transfer.line_of_sight import many_times_scattered, once_scattered, scattering_angle
 from optics.radiative_transfer.surface import cosine_in_air, internal_reflectance, transmittance
-
-FloatArray = NDArray[np.float64]
 
 OUTSIDE_STREAMS = 24
 WINDOW_STREAMS = 24

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
+from optics.arrays import FloatArray
 
 DEGREES = 64
 """Legendre moments kept: what is scattered within about 180 / 64 degrees goes on as if it were not."""

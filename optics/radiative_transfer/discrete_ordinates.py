@@ -9,12 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.radiative_transfer.quadrature import Streams, harmonics, streams
 from optics.radiative_transfer.surface import cosine_in_water, internal_reflectance, transmittance
-
-FloatArray = NDArray[np.float64]
 
 RESONANCE = 1e-7
 """A beam that decays like a mode, to this share, is moved off it by as much: the error it makes, and the one that

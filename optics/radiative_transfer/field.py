@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.cache import cache_folder, load_arrays, save_arrays
 from optics.inherent_optics import InherentOptics
 from optics.radiative_transfer.column import WINDOW_STREAMS, Column, fourier, multiple_radiance, solve_columns
@@ -17,8 +17,6 @@ from optics.radiative_transfer.delta_scaling import DEGREES
 from optics.radiative_transfer.grids import SHALLOWEST_M, azimuths_rad, cosines, depths_m
 from optics.radiative_transfer.irradiance import irradiance_on_planes, irradiances
 from optics.radiative_transfer.quadrature import window_cosines_air
-
-FloatArray = NDArray[np.float64]
 
 DEEPEST_M = 40.0
 

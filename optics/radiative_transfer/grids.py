@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.radiative_transfer.surface import cosine_in_water, critical_cosine
-
-FloatArray = NDArray[np.float64]
 
 DEPTH_COUNT = 32
 SHALLOWEST_M = 0.05

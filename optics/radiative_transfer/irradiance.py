@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import eval_legendre
 
+from optics.arrays import FloatArray
 from optics.radiative_transfer.discrete_ordinates import Modes
 from optics.radiative_transfer.quadrature import harmonics
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

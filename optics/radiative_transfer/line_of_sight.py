@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.radiative_transfer.discrete_ordinates import Modes, parity
 from optics.radiative_transfer.quadrature import harmonics
 from optics.radiative_transfer.surface import internal_reflectance
-
-FloatArray = NDArray[np.float64]
 
 RESONANCE = 1e-6
 """A line of sight along which the water dims light just as a mode decays, to this share, is tilted by as much: less

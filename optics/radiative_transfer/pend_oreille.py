@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.inherent_optics import InherentOptics
 from optics.pure_water import pure_scattering
 from optics.radiative_transfer.column import (
@@ -26,8 +27,6 @@ from optics.radiative_transfer.irradiance import irradiances
 from optics.scattering import petzold_phase
 from optics.tables import read_table
 from optics.water import water_index
-
-FloatArray = NDArray[np.float64]
 
 DATA = Path(__file__).parent.parent / "data" / "tyler1958_radiance.csv"
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import assoc_legendre_p_all, gammaln
 
+from optics.arrays import FloatArray
 from optics.radiative_transfer.surface import cosine_in_water, critical_cosine
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

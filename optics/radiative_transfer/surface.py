@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from optics.arrays import FloatArray
 
 
 def critical_cosine(n_water: ArrayLike) -> FloatArray:

@@ -12,8 +12,6 @@ from optics.status import Region
 from scenes.frame import Frame, Label
 from scenes.reference.render import ReferenceFrame
 
-FloatArray = NDArray[np.float64]
-
 WHOLE = "whole image"
 TARGET_ERROR = 0.03
 """Relative error of a pixel at which the two renderers' times are compared: what the fast one may be off."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
+from optics.arrays import FloatArray
 from optics.backend import mi
 from optics.materials import aluminium_index
 from optics.mesh import Group, PartMesh, Role
@@ -21,8 +22,6 @@ from scenes.materials import Material, colour_basis, material_of
 from scenes.targets import MeshShape, TargetShape
 from scenes.worlds import World
 from scenes.worlds.surface import Surface
-
-FloatArray = NDArray[np.float64]
 
 MESH_COLOUR = {"type": "mesh_attribute", "name": "vertex_albedo"}
 

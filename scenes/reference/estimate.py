@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from optics.backend import UInt32, dr, mi
-
-FloatArray = NDArray[np.float64]
 
 LANES_PER_LAUNCH = 2**19
 """Paths in one launch: bounds the memory to some 100 MB, and a launch to seconds, so that it can be interrupted."""

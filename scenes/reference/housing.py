@@ -8,14 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from optics.arrays import check_vector, unit
+from optics.arrays import FloatArray, check_vector, unit
 from optics.backend import mi
 from optics.port import DomePort, FlatPort, NoPort, Port
 from scenes.reference.bodies import diffuse
-
-FloatArray = NDArray[np.float64]
 
 ROOM_BEHIND_M = 0.005
 """From the pinhole to the can's back, where nothing else says how deep it is."""

@@ -10,14 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
+from optics.arrays import FloatArray
 from optics.backend import Float32, UInt32, dr, mi
 from optics.pure_water import molecular_phase
 from scenes.reference.sea import Phase, Sea
-
-FloatArray = NDArray[np.float64]
 
 SMALLEST_SCATTERING_ANGLE = np.radians(0.5)
 """Light that particles scatter by less counts as unscattered: b is smaller by that part. A pixel is as wide."""

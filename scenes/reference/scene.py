@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.backend import mi
@@ -27,8 +26,6 @@ from scenes.reference.opening import with_opening
 from scenes.reference.sea import sea_of
 from scenes.reference.surface import SeaSurface, lamps
 from scenes.stage import Stage
-
-FloatArray = NDArray[np.float64]
 
 HALF_WIDTH_M, SEA_DEPTH_M = 250.0, 250.0
 """Of the basin with black walls and floor that holds the sea: in the clearest type, light that starts there has

@@ -8,12 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from optics.arrays import FloatArray
 from scenes.light import Light
 
-FloatArray = NDArray[np.float64]
 Phase = Callable[[FloatArray], FloatArray]
 """Scattering angle, radians, to 1/sr; its integral over the sphere is 1."""
 

@@ -16,8 +16,6 @@ from optics.backend import Float32, Float64, UInt32, dr, mi
 from optics.refraction import dielectric_transmittance
 from scenes.reference.sea import Sea
 
-FloatArray = NDArray[np.float64]
-
 SKY_ROWS, SKY_COLUMNS = 721, 4
 """Of the map of the sky as water bends it: a row for each quarter of a degree; it is the same all around."""
 

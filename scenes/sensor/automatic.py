@@ -8,14 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from scenes.sensor.bayer import site_channels
 from scenes.sensor.colour import Rgb, balancing_gains, full_range, grey_card_gains
 from scenes.sensor.model import ImageSensor
 from scenes.sensor.readout import CameraSettings, FloatImage, RawImage, expose
-
-FloatArray = NDArray[np.float64]
 
 METERING_STEP_PX = 8
 """Every eighth pixel of each filter is metered: enough for a mean, and cheap."""

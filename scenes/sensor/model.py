@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.constants import c as speed_of_light
 from scipy.constants import h as planck
 
+from optics.arrays import FloatArray
 from rigs import Rig
 from rigs.image_sensor import ImageSensorSpec
 from rigs.specification import Camera, PinholeSpec
@@ -18,7 +19,6 @@ from scenes.sensor.bayer import mosaic
 from scenes.sensor.noise import fixed_pattern
 from scenes.spectrum import CHANNEL_PEAKS_NM, CHANNEL_WIDTH_NM, CameraResponse, read_camera_response
 
-FloatArray = NDArray[np.float64]
 FloatImage = NDArray[np.float32]
 
 DARK_CURRENT_REFERENCE_CELSIUS = 25.0

@@ -8,11 +8,9 @@ shutter's. Motion blur is the mean of several, at even instants within the expos
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from scenes.sensor.model import ImageSensor
-
-FloatArray = NDArray[np.float64]
 
 
 def sweep_count(*, motion_px: float, step_px: float, most: int) -> int:

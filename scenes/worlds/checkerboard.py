@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from optics.arrays import FloatArray
 from scenes.materials import Material
-from scenes.worlds.surface import FloatArray, Surface, joined, surface
+from scenes.worlds.surface import Surface, joined, surface
 
 THICKNESS_M = 0.01
 

@@ -9,8 +9,9 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from optics.arrays import FloatArray
 from scenes.materials import Material
-from scenes.worlds.surface import FloatArray, Surface, face_normals, surface
+from scenes.worlds.surface import Surface, face_normals, surface
 
 METRES = {"m": 1.0, "mm": 0.001, "inch": 0.0254}
 Y_UP_SUFFIXES = (".glb", ".gltf")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.worlds.surface import FloatArray
+from optics.arrays import FloatArray
 
 TABLE_SIZE = 256
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from scenes.worlds.surface import FloatArray
+from optics.arrays import FloatArray
 
 NEAREST_END = 0.1
 """An edge is cut no nearer to its end than this share of it, so that no triangle becomes a splinter."""

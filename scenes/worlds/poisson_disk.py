@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from scenes.worlds.surface import FloatArray
+from optics.arrays import FloatArray
 
 
 def spaced(points_m: FloatArray, radius_m: FloatArray) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
 
-from scenes.worlds.surface import FloatArray
+from optics.arrays import FloatArray
 
 Triangles = tuple[FloatArray, NDArray[np.int32]]
 """Vertices (n, 3) and faces (m, 3), counter-clockwise seen from outside."""

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from optics.arrays import FloatArray
 from scenes.worlds.shapes import Triangles, combined, tubes
-from scenes.worlds.surface import FloatArray
 
 MOST_STEPS = 200
 THINNEST_PER_STEP = 0.22

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import gaussian_filter
 
+from optics.arrays import FloatArray
 from scenes.materials import Material
 from scenes.worlds.noise import GradientNoise, smoothstep
 from scenes.worlds.patches import patches
 from scenes.worlds.shapes import Triangles
-from scenes.worlds.surface import FloatArray, Surface, face_normals, surface
+from scenes.worlds.surface import Surface, face_normals, surface
 
 RADIUS_M = 16.0
 EYE_M = 2.0

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.worlds.surface import FloatArray, Surface, joined
+from optics.arrays import FloatArray
+from scenes.worlds.surface import Surface, joined
 
 
 @dataclass(frozen=True, kw_only=True)

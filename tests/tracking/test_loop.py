@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from optics.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.paper_law import GAIN
@@ -19,7 +20,7 @@ from tracking.loop import TrackingLoop
 from tracking.metrics.drawn_camera import DRAWN_BALL, DrawnCamera
 from tracking.mirrors.simulated import SimulatedMirrors
 from tracking.perception import CornerSamples, ExactCorners
-from tracking.protocols import FloatArray, MirrorReport, Shot
+from tracking.protocols import MirrorReport, Shot
 from tracking.records import Mode, Step
 from tracking.variants import VARIANTS, Variant
 

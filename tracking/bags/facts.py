@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.export.robot import LinkJoint
+from optics.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
 from tracking.bags import messages
 from tracking.bags.messages import Message
 from tracking.bags.recording import Recording
 from tracking.bags.transform_tree import BODY, WORLD, Motion, driven_joints, moving_frames
-from tracking.protocols import FloatArray
 
 CROP = "gaze_mirror_crop"
 """Named as the frame of crop pixels; no transform leads there."""

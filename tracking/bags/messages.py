@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
+from optics.arrays import FloatArray
 from rigs import Camera, PinholeSpec
-from tracking.protocols import FloatArray
 
 TYPESTORE = get_typestore(Stores.ROS2_HUMBLE)
 """Oldest distribution still supported; these messages have not changed since."""

@@ -13,13 +13,13 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from optics.arrays import FloatArray
 from rigs import Rig
 from tracking.dives import Dive, read_log
 from tracking.dives.files import DIVE_FILE, VIDEO_FILE
 from tracking.dives.log import LOG
 from tracking.dives.paths import body_pose
 from tracking.dives.recorder import FRAMES
-from tracking.protocols import FloatArray
 
 NUMBERS = (
     "time_s",

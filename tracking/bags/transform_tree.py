@@ -16,10 +16,10 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from cad.export.robot import LINKS, LinkJoint, robot_model
 from cad.meshes import rig_meshes
 from cad.stow_hinge import stow_hinge
+from optics.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group
 from rigs import Rig
-from tracking.protocols import FloatArray
 
 WORLD = "world"
 BODY = LINKS[Group.FIXED]

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from tracking.control.crop_scale import centroid_motion
 from tracking.control.paper_law import GAIN, NO_ERRORS, CropErrors, error, meant_turn, printed_turn
 from tracking.control.pursuit import Look, Sight
 from tracking.estimation.centroid_filter import CentroidFilter, CentroidNoise
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import weighted_centroid
-from tracking.protocols import FloatArray
 
 
 class CropPursuit:

@@ -18,10 +18,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.sight_lines import SightLines
 from tracking.perception import Crop
-from tracking.protocols import FloatArray
 
 MIDDLE = 0.5
 """Share of the crop over which its scale is taken: the outer parts may miss M1."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from tracking.control.pointing import Pointing
 from tracking.control.pursuit import Look, Sight
 from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 from tracking.estimation.sight_lines import SightLines
 from tracking.perception import weighted_centroid
-from tracking.protocols import FloatArray
 from tracking.records import Spot
 
 GATE = 3.0

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from optics.gaze_motion import JointSpeeds, move_time
 from tracking.estimation.gimbal import Gimbal
-from tracking.protocols import FloatArray
 
 STEEPEST = 0.25
 """Least |cos 2t| that a search widens its steps of pan for; nearer to the zenith tilt alone covers the view."""

@@ -22,11 +22,11 @@ import math
 import cv2
 import numpy as np
 
+from optics.arrays import FloatArray
 from optics.gaze_jacobian import NO_AZIMUTH
 from optics.gaze_motion import JointSpeeds
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
-from tracking.protocols import FloatArray
 
 PAN_NODES = 32
 """Of the plan: 5 degrees apart for the paper's servos, half of what a crop sees to one side."""

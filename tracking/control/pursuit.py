@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from optics.arrays import FloatArray
 from tracking.perception import Crop
-from tracking.protocols import FloatArray
 from tracking.records import Spot
 
 

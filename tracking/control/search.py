@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from optics.gaze_motion import JointSpeeds, move_time
 from tracking.control.joint_paths import JointPath, outward_path, raster_path
 from tracking.estimation.gimbal import Gimbal
-from tracking.protocols import FloatArray
 
 RINGS = 2
 """Of a search around a place: what moves at 20 degrees/s leaves them in the time that they take."""

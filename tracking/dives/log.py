@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tracking.protocols import FloatArray
+from optics.arrays import FloatArray
 from tracking.records import Step
 
 LOG = "log.parquet"

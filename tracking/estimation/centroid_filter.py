@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from tracking.estimation.kalman import Estimate, predict, update
-from tracking.protocols import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

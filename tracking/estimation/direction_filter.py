@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from tracking.estimation.kalman import Estimate, predict, update
-from tracking.protocols import FloatArray
 
 OBSERVED = np.array([[1.0, 0.0]])
 """H: the direction is measured, the rate is not."""

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from optics.arrays import FloatArray
 from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
-from tracking.protocols import FloatArray
 
 
 class Gimbal:

@@ -17,13 +17,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import opaque, opaque_vector, to_rows
+from optics.arrays import FloatArray, opaque, opaque_vector, to_rows
 from optics.layout import Layout
 from optics.status import Status
 from optics.train import OpticalTrain, compiled_project, compiled_trace
 from rigs import Rig
 from tracking.estimation.gimbal import Gimbal
-from tracking.protocols import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

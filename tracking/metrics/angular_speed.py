@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from optics.gaze import inverse_gaze
 from optics.layout import Layout
 from rigs import Rig
@@ -22,7 +23,7 @@ from tracking.metrics.drawn_camera import DRAWN_BALL, DrawnCamera
 from tracking.metrics.holding import LOSS_FRAMES
 from tracking.metrics.intervals import Interval, mean_interval
 from tracking.mirrors.simulated import SimulatedMirrors
-from tracking.protocols import FloatArray, Shot
+from tracking.protocols import Shot
 from tracking.records import Mode, Step
 from tracking.variants import Variant
 

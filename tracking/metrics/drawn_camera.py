@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics import OpticalTrain
-from optics.arrays import to_columns, to_rows
+from optics.arrays import FloatArray, to_columns, to_rows
 from optics.backend import Array3f64
 from optics.layout import Layout
 from optics.train import compiled_project
 from rigs import ImageSensorSpec, Rig
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import ColourWindow, DetectorSettings, ExactCorners
-from tracking.protocols import FloatArray
 
 WATER, MIRROR, BALL = (20, 60, 110), (90, 120, 130), (190, 30, 25)
 """sRGB of the picture, of the gaze mirror in it, and of the ball."""

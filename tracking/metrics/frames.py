@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from tracking.protocols import FloatArray
+from optics.arrays import FloatArray
 from tracking.records import Mode
 
 BoolArray = NDArray[np.bool_]

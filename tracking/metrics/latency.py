@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from tracking.metrics.frames import Frames, unit_vectors
 from tracking.metrics.holding import runs
-from tracking.protocols import FloatArray
 
 LAGS_S = (-0.5, 2.0)
 """Where a lag is looked for. A negative one leads: a prediction can."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from tracking.metrics.frames import Frames, unit_vectors
-from tracking.protocols import FloatArray
 
 PERCENTILES = (50, 95, 99)
 

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from optics.arrays import FloatArray
 from rigs import Joint, Rig, Servo
 from tracking.mirrors.belief import JointBelief, expected_latency_s, jointed_servos
 from tracking.mirrors.serial_port import SerialPort
-from tracking.protocols import FloatArray, MirrorReport
+from tracking.protocols import MirrorReport
 
 SET_TARGET = 0x84
 SET_SPEED = 0x87

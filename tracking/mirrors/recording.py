@@ -14,7 +14,8 @@ import pyarrow.csv
 import pyarrow.parquet
 from numpy.typing import ArrayLike
 
-from tracking.protocols import FloatArray, MirrorDriver, MirrorReport
+from optics.arrays import FloatArray
+from tracking.protocols import MirrorDriver, MirrorReport
 
 COMMAND, REPORT = "command", "report"
 JOINT_COLUMNS = (("q1_deg", "q2_deg"), ("q1_believed_deg", "q2_believed_deg"))
