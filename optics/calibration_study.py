@@ -1,7 +1,7 @@
 """What a pinhole calibrated through a port turns out to be: table 1 of the paper, and why it is no index.
 
 A checkerboard is imaged exactly, with no rendering, in several media and calibrated with several models. The paper is
-Cortes-Perez & Torres-Mendez 2021; formulas and what is found are in `docs/ports.md`.
+Cortes-Perez & Torres-Mendez 2021; formulas and what is found are in `docs/explanation/ports.md`.
 """
 
 from __future__ import annotations

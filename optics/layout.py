@@ -1,8 +1,8 @@
 """Where everything is: the frames of a rig, made once from its numbers.
 
-Names read `b_from_a`: ``x_b = b_from_a.apply(x_a)``. The frames are those of `docs/conventions.md`; `gimbal` has its
-origin at the centre of M2's face, z along the pan axis (up), x the gaze's azimuth zero; `pan` turns in it by the
-pan angle; `m2` is the mirror's own frame (x tilt axis, y up along the face, z outward normal).
+Names read `b_from_a`: ``x_b = b_from_a.apply(x_a)``. The frames are those of `docs/reference/conventions.md`; `gimbal`
+has its origin at the centre of M2's face, z along the pan axis (up), x the gaze's azimuth zero; `pan` turns in it by
+the pan angle; `m2` is the mirror's own frame (x tilt axis, y up along the face, z outward normal).
 
 A rig that folds up is one that folds down, turned by half a turn about the camera's axis, with both joints reversed:
 the gimbal stands on its head, and its pan and tilt are the negatives of what the rig file's joints say.

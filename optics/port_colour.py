@@ -1,4 +1,4 @@
-"""Colour fringes from the dispersion of port and water. Formulas and sources: `docs/ports.md`."""
+"""Colour fringes from the dispersion of port and water. Formulas and sources: `docs/explanation/ports.md`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Where a port makes things in the water appear, and whether the lens can focus there.
 
-Paraxial, along the optical axis; distances are metres from the pinhole. Formulas and sources: `docs/ports.md`.
+Paraxial, along the optical axis; distances are metres from the pinhole. Formulas and sources:
+`docs/explanation/ports.md`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What a port does to a camera: focal length, field of view, where things appear, and colour.
 
-Formulas and sources are in `docs/ports.md`; lengths are metres, angles radians, distances from the pinhole.
+Formulas and sources are in `docs/explanation/ports.md`; lengths are metres, angles radians, distances from the pinhole.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The rig file's contents: frozen, typed sections whose field names carry their units.
 
-Frames are those of `docs/conventions.md`: the body frame is x forward, y left, z up; the camera frame is
+Frames are those of `docs/reference/conventions.md`: the body frame is x forward, y left, z up; the camera frame is
 x right, y down, z forward. Lengths are millimetres here and metres everywhere behind `optics`.
 """
 

@@ -1,8 +1,8 @@
 """Flicker: waves focus the sun on what lies below; a factor on its light, with the variation that was measured at sea.
 
 How strongly the light varies is a table (Darecki, Stramski & Sokolski 2011); how the pattern looks is a model: a
-random field across the refracted beam whose size grows with depth as the focal length of waves does. `docs/light.md`
-derives it.
+random field across the refracted beam whose size grows with depth as the focal length of waves does.
+`docs/explanation/light.md` derives it.
 """
 
 from __future__ import annotations

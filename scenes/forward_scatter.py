@@ -1,7 +1,7 @@
 """Blur by forward scattering: light of things that water turns by less than about a degree arrives beside them.
 
 The frame's kernel counts that light as unscattered, as the light field does: it keeps its strength and its direction.
-Here it keeps its strength alone. `docs/forward_scatter.md` derives the blur and says what is left out.
+Here it keeps its strength alone. `docs/explanation/forward_scatter.md` derives the blur and says what is left out.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Vehicle lamps: their light on things, and what the water scatters of it into the view.
 
 Points and directions are in the body frame, where lamps stand still. The kernels give single scattering;
-`docs/light.md` says what that leaves out.
+`docs/explanation/light.md` says what that leaves out.
 """
 
 from __future__ import annotations

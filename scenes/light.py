@@ -3,7 +3,7 @@
 The radiance of open water F solves the radiative-transfer equation, so the light scattered into a line of sight between
 two points is ``F(z0, w) - exp(-c r) F(z1, w)`` without any fitted coefficient. F has two parts. The sun's light
 scattered once is closed form; all else comes from a plane-parallel solution (`optics.radiative_transfer`).
-`docs/rendering.md` says more.
+`docs/explanation/rendering.md` says more.
 """
 
 from __future__ import annotations

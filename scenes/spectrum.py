@@ -24,8 +24,9 @@ CHANNEL_WIDTH_NM = 30.0
 """Gaussian response of the red, green and blue channel: nominal peaks and standard deviation of a Bayer sensor."""
 
 NODES = 3
-"""Wavelengths in each channel. `docs/water.md` has the error that three leave: below 3 % in green and blue, up to 11 %
-in red behind 5 m of water (always too dark), because water's absorption rises like a step within the red band."""
+"""Wavelengths in each channel. `docs/explanation/water.md` has the error that three leave: below 3 % in green and blue,
+up to 11 % in red behind 5 m of water (always too dark), because water's absorption rises like a step within the red
+band."""
 
 FINEST_STEP_NM = 0.25
 """A measured response is integrated at this step; it is a polygon, and so are the water's tables."""
@@ -108,7 +109,7 @@ def water_bands(response: CameraResponse | None = None) -> Bands:
     """As `camera_bands`, with wavelengths and weights chosen for colours seen through water: see `water_rule`.
 
     Fitted to the 24 patches of the ColorChecker in sunlight and to light that has no colour. In red, where a Gauss rule
-    is wrong by some 15 %, it is wrong by some 3 %; `docs/water.md` has the table.
+    is wrong by some 15 %, it is wrong by some 3 %; `docs/explanation/water.md` has the table.
     """
     if response is None:
         points = np.arange(400, 700 + FINEST_STEP_NM / 2, FINEST_STEP_NM)

@@ -242,7 +242,7 @@ def _disk(numbers: Numbers, direction: Any, normal: Any) -> Any:
 
 
 def _glitter(numbers: Numbers, direction: Any, normal: Any) -> Any:
-    """Radiance over irradiance of the sun through facets of Gaussian slopes; `docs/light.md` derives it."""
+    """Radiance over irradiance of the sun through facets of Gaussian slopes; `docs/explanation/light.md` derives it."""
     n, towards_sun = numbers["sun_n_water"][0], Array3f32(*numbers["sun_direction"])
     # Snell: n times the view minus the sun's direction is along the normal of the facet that joins them.
     joined = n * direction - towards_sun

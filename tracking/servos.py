@@ -2,7 +2,7 @@
 
 Between two pulses the motor runs straight towards its goal or stands, so that everything has a closed form: a servo
 remembers only its last event, and its angle at any later moment is computed from that. Many small steps and a single
-large one therefore give the same bytes. `docs/servos.md` has the model and what it leaves out.
+large one therefore give the same bytes. `docs/explanation/servos.md` has the model and what it leaves out.
 """
 
 from __future__ import annotations

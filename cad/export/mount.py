@@ -46,7 +46,7 @@ def export_mount(
     Returns
     -------
     list of Path
-        The files, sorted, the manifest among them; `docs/export.md` says what each is.
+        The files, sorted, the manifest among them; `docs/reference/export.md` says what each is.
     """
     announce("export: solids and meshes")
     assembly = build_assembly(rig)

@@ -2,8 +2,8 @@
 
 The virtual camera is the real one reflected over M1 and over M2. In the gimbal's frame, with the pan angle P, the tilt
 angle t, and A(a) the turn that raises x towards z by a, the motion that takes it from its place at P = t = 0 to its
-place at (P, t) is exactly ``Rz(P) A(2 t) Rx(-P)`` about the gimbal's origin (derived in `docs/export.md`). That is
-three revolute joints in a row, of which the last two follow tilt and pan: a fixed tree of links can express it.
+place at (P, t) is exactly ``Rz(P) A(2 t) Rx(-P)`` about the gimbal's origin (derived in `docs/reference/export.md`).
+That is three revolute joints in a row, of which the last two follow tilt and pan: a fixed tree of links can express it.
 """
 
 from __future__ import annotations

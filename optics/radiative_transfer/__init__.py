@@ -1,8 +1,8 @@
 """Light under a flat sea surface: plane-parallel radiative transfer by discrete ordinates.
 
 Cosines are those of the direction that is *looked along*, positive upwards; seen so, light from above has a positive
-cosine, and depth and optical depth grow along it. Azimuths are counted from the sun's. `docs/radiative_transfer.md`
-has the equations.
+cosine, and depth and optical depth grow along it. Azimuths are counted from the sun's.
+`docs/explanation/radiative_transfer.md` has the equations.
 """
 
 from optics.radiative_transfer.field import RadianceField, radiance_field

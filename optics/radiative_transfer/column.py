@@ -17,7 +17,8 @@ from optics.radiative_transfer.surface import cosine_in_air, internal_reflectanc
 
 OUTSIDE_STREAMS = 24
 WINDOW_STREAMS = 24
-"""Per hemisphere, outside and inside Snell's window; `docs/radiative_transfer.md` shows the error by their number."""
+"""Per hemisphere, outside and inside Snell's window; `docs/explanation/radiative_transfer.md` shows the error by their
+number."""
 
 Phase = Callable[[FloatArray], FloatArray]
 

@@ -1,7 +1,8 @@
 """Discrete ordinates: the modes of light in homogeneous, infinitely deep water under a flat surface.
 
 Stamnes, Tsay, Wiscombe & Jayaweera 1988, Applied Optics 27, 2502, with the half-size symmetric eigenproblem of
-Nakajima & Tanaka 1986, J. Quant. Spectrosc. Radiat. Transfer 35, 13. `docs/radiative_transfer.md` writes the equations.
+Nakajima & Tanaka 1986, J. Quant. Spectrosc. Radiat. Transfer 35, 13. `docs/explanation/radiative_transfer.md` writes
+the equations.
 """
 
 from __future__ import annotations

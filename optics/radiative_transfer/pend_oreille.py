@@ -69,7 +69,8 @@ class ComparedRadiance:
 class ComparedLayers:
     """Measured and computed properties of the light by depth; pairs of arrays of shape (z,), measured first.
 
-    Measured ones are integrals over the tabulated directions, which blur the sun: see `docs/radiative_transfer.md`.
+    Measured ones are integrals over the tabulated directions, which blur the sun: see
+    `docs/explanation/radiative_transfer.md`.
 
     Attributes
     ----------

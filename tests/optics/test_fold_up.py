@@ -24,7 +24,7 @@ ROUNDING = 4e-15
 """About twenty float64 operations on metres and unit vectors below one."""
 
 PIXEL_ROUNDING = 1e-9
-"""Of a projected pixel: the project's own bound (`docs/optics.md`)."""
+"""Of a projected pixel: the project's own bound (`docs/explanation/optics.md`)."""
 
 HALF_TURN = Rotation.from_euler("z", 180, degrees=True)
 """About the camera's axis, in the camera frame."""
@@ -72,7 +72,7 @@ def test_its_mirrors_are_those_of_the_fold_down_turned_and_with_the_joints_rever
 
 @given(**ANGLES)
 def test_azimuth_is_still_q1_and_elevation_twice_q2(q1, q2):
-    """Conventions of `docs/conventions.md`, which do not depend on where the mirror stands (camera level)."""
+    """Conventions of `docs/reference/conventions.md`, which do not depend on where the mirror stands (camera level)."""
     gaze = forward_gaze(Layout.from_rig(UP), q1, q2)
     expected = [np.cos(2 * q2) * np.cos(q1), np.cos(2 * q2) * np.sin(q1), np.sin(2 * q2)]
     np.testing.assert_allclose(gaze.direction, expected, rtol=0, atol=ROUNDING)

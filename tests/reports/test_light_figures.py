@@ -88,7 +88,7 @@ def test_coefficients_and_phase_functions_are_drawn_as_they_are():
     assert right.lines[0].get_ydata() == pytest.approx(optics.scattering)
     isotropic = henyey_greenstein_phase(0.0)
     density, share = phase_figure({"isotropic": isotropic}).axes
-    # The table's own error of isotropic scattering is 3e-6 (`docs/water.md`).
+    # The table's own error of isotropic scattering is 3e-6 (`docs/explanation/water.md`).
     assert density.lines[0].get_ydata() == pytest.approx(1 / (4 * np.pi), rel=1e-5)
     angle = np.radians(share.lines[0].get_xdata())
     assert share.lines[0].get_ydata() == pytest.approx((1 - np.cos(angle)) / 2, abs=1e-5)

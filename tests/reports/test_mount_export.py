@@ -59,7 +59,7 @@ def test_nothing_is_written_when_a_check_fails(found, tmp_path):
 
 
 def test_nothing_is_written_when_a_servo_is_too_weak(found, tmp_path):
-    """A thousandth of the rating is below what the flow alone asks for (docs/loads.md: 0.118 of 0.353 N m)."""
+    """A thousandth of the rating is below what the flow alone asks for: 0.118 of 0.353 N m in `loads.md`."""
     found(GOOD)
     rig = Rig.load("aqua2")
     weak = rig.servos.pan.model_copy(update={"torque_n_m": rig.servos.pan.torque_n_m / 1000})

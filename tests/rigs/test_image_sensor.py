@@ -38,8 +38,8 @@ def test_numbers_of_a_rig_file_are_kept():
 
 
 def test_the_manual_shows_the_defaults():
-    """The section printed in docs/sensor.md is the one that a rig without any has."""
-    manual = (Path(__file__).parents[2] / "docs" / "sensor.md").read_text(encoding="utf-8")
+    """The section printed in docs/explanation/sensor.md is the one that a rig without any has."""
+    manual = (Path(__file__).parents[2] / "docs" / "explanation" / "sensor.md").read_text(encoding="utf-8")
     printed = manual.split("```toml\n")[1].split("```")[0]
     assert rig_with(tomllib.loads(printed)["image_sensor"]).image_sensor == ImageSensorSpec()
 

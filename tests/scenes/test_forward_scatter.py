@@ -23,7 +23,7 @@ SHAPE = (120, 160)
 DISTANCE = 5.0
 
 FIT = 0.02
-"""Three Gaussians for the transform, at optical depths of the peak up to 2; `docs/forward_scatter.md`."""
+"""Three Gaussians for the transform, at optical depths of the peak up to 2; `docs/explanation/forward_scatter.md`."""
 
 SINGLE_PRECISION = 1e-5
 """Sums of 2e4 float32 pixels."""

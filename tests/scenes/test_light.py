@@ -102,7 +102,8 @@ def test_light_scattered_into_a_segment_is_the_difference_of_open_waters(light, 
     """Rationale: F(z0, w) - exp(-c r) F(z1, w), with F evaluated from the modes of the solution without any table.
 
     Expected: equal within 3 % of the light of open water. The tables interpolate within 1.6 % (99 % of directions,
-    `docs/radiative_transfer.md`), and light is divided among a channel's wavelengths as at the robot's depth.
+    `docs/explanation/radiative_transfer.md`), and light is divided among a channel's wavelengths as at the robot's
+    depth.
     """
     near = open_water(light, columns, direction, DEPTH)
     far = open_water(light, columns, direction, DEPTH - direction[2] * length)

@@ -90,7 +90,8 @@ def transmission_error(channel, jerlov_type, range_m):
 
 
 LARGEST_ERROR = {
-    # Metres: red, green, blue; as measured over the six types of Williamson & Hollins, rounded up (docs/water.md).
+    # Metres: red, green, blue; as measured over the six types of Williamson & Hollins, rounded up
+    # (docs/explanation/water.md).
     1: (0.019, 0.004, 0.002),
     2: (0.039, 0.009, 0.003),
     5: (0.110, 0.024, 0.005),
@@ -111,7 +112,7 @@ def test_three_wavelengths_are_worth_what_the_manual_says(jerlov_type, range_m):
 
 
 ROOT_MEAN_SQUARE = {
-    # Metres: red, green, blue of water_bands and of camera_bands; as measured, rounded up (docs/water.md).
+    # Metres: red, green, blue of water_bands and of camera_bands; as measured, rounded up (docs/explanation/water.md).
     1: ((0.021, 0.018, 0.011), (0.063, 0.044, 0.023)),
     5: ((0.024, 0.019, 0.013), (0.122, 0.063, 0.029)),
     10: ((0.032, 0.026, 0.020), (0.195, 0.091, 0.040)),

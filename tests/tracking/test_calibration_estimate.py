@@ -356,7 +356,7 @@ def test_what_has_no_tolerance_is_not_looked_for(rig, poses):
 
 
 def test_offsets_of_a_fold_up_are_turned_over(rig):
-    """Its optical angles are the negatives of the file's (`docs/fold.md`)."""
+    """Its optical angles are the negatives of the file's (`docs/explanation/fold.md`)."""
     up = rig.model_copy(update={"fold_mirror": rig.fold_mirror.model_copy(update={"direction": "up"})})
     knowledge = knowledge_of_nothing()
     calibrated = CalibratedRig(rig=up, errors={"pan": 0.02, "tilt": -0.01}, knowledge=knowledge)

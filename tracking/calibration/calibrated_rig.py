@@ -102,7 +102,8 @@ class CalibratedRig:
         path, known = Path(path), self.knowledge
         assert self.rig.joints is not None
         document = tomlkit.document()
-        document.add(tomlkit.comment("What is off in a built rig, found by mirrorgaze calibrate: docs/calibration.md."))
+        about = "What is off in a built rig, found by mirrorgaze calibrate: docs/explanation/calibration.md."
+        document.add(tomlkit.comment(about))
         document.add("version", tomlkit.item(VERSION))
         document.add("rig", tomlkit.item(self.rig.name))
         document.add("pan_sign", tomlkit.item(self.rig.joints.pan.sign))

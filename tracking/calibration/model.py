@@ -1,8 +1,8 @@
 """What a rig with errors shows: pixels of points and of M2's corners, its gaze, and how they move with the errors.
 
-Unfolded over the mirrors a point has one place in front of the port (`docs/optics.md`), so the derivative is a product:
-of the pixel by that place and by the port (`optics.derivatives`), and of the place by the mirrors (`Chain`). Both are
-exact at any size of the errors.
+Unfolded over the mirrors a point has one place in front of the port (`docs/explanation/optics.md`), so the derivative
+is a product: of the pixel by that place and by the port (`optics.derivatives`), and of the place by the mirrors
+(`Chain`). Both are exact at any size of the errors.
 """
 
 from __future__ import annotations

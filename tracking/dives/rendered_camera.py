@@ -37,7 +37,7 @@ MOST_SWEEPS = 3
 
 STEP_PX = 4.0
 """How far the view may move between two of them: one frame for a blur of so much differs from eight by less than the
-sensor's noise (`docs/dives.md`)."""
+sensor's noise (`docs/explanation/dives.md`)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -88,7 +88,8 @@ class ColourWindow:
 
 
 RED_IN_WATER = ColourWindow(hue_from_deg=300, hue_to_deg=8, saturation_min=0.08, value_min=0.1)
-"""The chart's red up to 3 m away in clear ocean: as it pales, its hue goes from red to violet (docs/perception.md)."""
+"""The chart's red up to 3 m away in clear ocean: as it pales, its hue goes from red to violet
+(docs/explanation/perception.md)."""
 
 
 @dataclass(frozen=True, kw_only=True)

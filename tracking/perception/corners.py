@@ -12,7 +12,8 @@ from optics.arrays import FloatArray
 from tracking.perception.corner_samples import CornerSamples
 
 DEFAULT_POWER = 3.0
-"""Of eq. 6; the paper does not say which it used. Larger ones are no better by more than 5 % (docs/perception.md)."""
+"""Of eq. 6; the paper does not say which it used. Larger ones are no better by more than 5 %
+(docs/explanation/perception.md)."""
 
 
 class CornerModel(Protocol):

@@ -23,13 +23,13 @@ def test_a_fixed_fold_mirror_has_nothing_to_give_back(aqua2):
 
 
 def test_a_right_angle_gives_the_whole_view_back():
-    """docs/fold.md: from 75 degrees on aqua2 loses nothing."""
+    """docs/explanation/fold.md: from 75 degrees on aqua2 loses nothing."""
     (finding,) = stowing_findings(*stowable(90.0))
     assert (finding.verdict, finding.figure) == (Verdict.PASSED, 0.0)
 
 
 def test_what_is_lost_is_told_and_refused_above_the_limit(monkeypatch):
-    """docs/fold.md: 9.3 % of aqua2's view at 45 degrees."""
+    """docs/explanation/fold.md: 9.3 % of aqua2's view at 45 degrees."""
     rig, assembly = stowable(45.0)
     (finding,) = stowing_findings(rig, assembly)
     assert finding.verdict is Verdict.PASSED

@@ -126,7 +126,7 @@ def test_planes_of_any_tilt_receive_the_radiance_around_them(field, columns):
 def test_linear_interpolation_finds_the_radiance_between_the_nodes(field, columns):
     """Against the total radiance at random depths and directions, once the decay with depth is taken out.
 
-    `docs/radiative_transfer.md` states the errors: a median of 0.3 %, 99 of 100 directions within 2 %.
+    `docs/explanation/radiative_transfer.md` states the errors: a median of 0.3 %, 99 of 100 directions within 2 %.
     """
     rng = np.random.default_rng(1)
     depth, azimuth = rng.uniform(0.1, 20, 8), rng.uniform(0, np.pi, 20)

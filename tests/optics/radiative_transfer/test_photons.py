@@ -6,7 +6,7 @@ refracted and reflected by Snell and Fresnel, in vectors.
 
 Expected behaviour: irradiances and the light in boxes of directions agree within the photons' own standard error, which
 comes from independent groups of them. Directions within 12 degrees of the sun are left out: there the light depends on
-what the forward peak does, and the two differ by what `docs/radiative_transfer.md` states.
+what the forward peak does, and the two differ by what `docs/explanation/radiative_transfer.md` states.
 """
 
 from __future__ import annotations

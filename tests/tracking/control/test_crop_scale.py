@@ -113,7 +113,9 @@ def test_over_the_zenith_the_crop_stands_upside_down_in_the_world():
 
 
 def test_the_scale_is_the_view_of_the_mirrors_middle_half():
-    """M2 is 80 mm wide, the virtual camera d1 + d2 = 220 mm and the port's 6 mm (`docs/gaze.md`) behind its middle.
+    """M2 is 80 mm wide, the virtual camera d1 + d2 = 220 mm and the port's 6 mm behind its middle.
+
+    `docs/explanation/gaze.md` has both.
 
     The middle half is 2 atan(20 / 226) wide, over 160 pixels. The crop hangs on the corners, which the flat port draws
     apart by (n^2 - 1) / 2 sin^2 of their angle, 13 degrees: 2 %.

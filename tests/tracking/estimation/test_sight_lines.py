@@ -21,7 +21,7 @@ ROUNDING_M = 1e-12
 """Of points within half a metre, after a few dozen operations."""
 
 PROMISE_PX = 1e-9
-"""Of a projected pixel: the project's own bound (`docs/optics.md`)."""
+"""Of a projected pixel: the project's own bound (`docs/explanation/optics.md`)."""
 
 
 def folding_up(rig: Rig) -> Rig:

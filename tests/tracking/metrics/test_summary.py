@@ -17,7 +17,7 @@ from tracking.metrics.frames import NUMBERS, Frames
 from tracking.metrics.holding import LOSS_FRAMES, losses, runs
 from tracking.metrics.pointing import ERRORS, POINTING_DEFINITIONS
 
-DOCS = Path(__file__).parents[3] / "docs/metrics.md"
+DOCS = Path(__file__).parents[3] / "docs/reference/metrics.md"
 EXACT = 1e-9
 """Sums and square roots of a few numbers in double precision."""
 
