@@ -18,7 +18,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from cad.meshes import rig_meshes
 from optics.analysis import Fate, coverage
-from optics.analysis.coverage import joint_grid
+from optics.analysis.coverage import stepped_joints
 from optics.analysis.field import SKIN_M
 from optics.arrays import FloatArray, to_columns
 from optics.backend import Array3f64, Bool
@@ -116,7 +116,7 @@ def _large_hull(parts: Sequence[PartMesh], splits: int) -> dict[str, Any]:
 
 def _full_coverage(parts: Sequence[PartMesh]) -> dict[str, float]:
     rig = Rig.load(RIG)
-    q1, q2 = joint_grid(rig, STEP_DEG)
+    q1, q2 = stepped_joints(rig, STEP_DEG)
     start, processor = time.perf_counter(), time.process_time()
     coverage(rig, parts, q1=q1, q2=q2, columns=COLUMNS, rows=ROWS)
     return {
@@ -154,10 +154,7 @@ def _best(work: Callable[[], Any]) -> tuple[float, Any]:
 
 def _joint_values(rig: Rig, count: int) -> tuple[FloatArray, FloatArray]:
     assert rig.joints is not None
-    q1, q2 = (
-        np.radians(np.linspace(joint.min_deg, joint.max_deg, count)) for joint in (rig.joints.pan, rig.joints.tilt)
-    )
-    return q1, q2
+    return rig.joints.pan.values(count), rig.joints.tilt.values(count)
 
 
 def _pose_list(rig: Rig, count: int) -> list[tuple[float, float]]:

@@ -33,10 +33,7 @@ def run() -> list[dict[str, Any]]:
     scores = scorer.scores(designs, objectives)
     ours = DESIGNS / (time.perf_counter() - start)
     assert rig.joints is not None
-    q1, q2 = (
-        np.radians(np.linspace(joint.min_deg, joint.max_deg, steps))
-        for joint, steps in ((rig.joints.pan, grid.pan_steps), (rig.joints.tilt, grid.tilt_steps))
-    )
+    q1, q2 = rig.joints.pan.values(grid.pan_steps), rig.joints.tilt.values(grid.tilt_steps)
 
     def alone(design: np.ndarray) -> float:
         built = rig_with(rig, design)

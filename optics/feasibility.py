@@ -247,8 +247,7 @@ def _unseen_mirrors(rig: Rig) -> Iterator[Problem]:
             expected="M1 in the camera's view; no pixel's ray reaches its face",
         )
         return
-    poses = [(q1, q2) for q1 in _joint_values(layout.pan, 3) for q2 in _joint_values(layout.tilt, 3)]
-    if not any(_any_seen(OpticalTrain.from_rig(rig, q1=q1, q2=q2)) for q1, q2 in poses):
+    if not any(_any_seen(OpticalTrain.from_rig(rig, q1=q1, q2=q2)) for q1, q2 in layout.joint_grid(3).tolist()):
         yield Problem(
             place="gaze_mirror.distance_mm",
             value=rig.gaze_mirror.distance_mm,
@@ -271,13 +270,8 @@ def _closest_gaze_mirror(rig: Rig, layout: Layout) -> tuple[float, float, float]
         return room, 0.0, 0.0
     return min(
         (float(hull_distance(rig, layout.body_from_m2(q1, q2).apply(plate)).min()), q1, q2)
-        for q1 in _joint_values(layout.pan, JOINT_SAMPLES)
-        for q2 in _joint_values(layout.tilt, JOINT_SAMPLES)
+        for q1, q2 in layout.joint_grid(JOINT_SAMPLES).tolist()
     )
-
-
-def _joint_values(joint: Joint, count: int) -> list[float]:
-    return [float(q) for q in np.radians(np.linspace(joint.min_deg, joint.max_deg, count))]
 
 
 def _mm(length_m: float) -> str:

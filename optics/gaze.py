@@ -45,8 +45,7 @@ class Gaze:
 def gaze_mirror_normal(layout: Layout, q1: ArrayLike, q2: ArrayLike) -> FloatArray:
     """Normal of M2 in the body frame for joint values of any shape, radians; shape (..., 3)."""
     q1, q2 = np.broadcast_arrays(np.asarray(q1, dtype=np.float64), np.asarray(q2, dtype=np.float64))
-    pan = layout.pan.sign * q1 + np.radians(layout.pan.offset_deg)
-    elevation = FACE_ELEVATION_AT_ZERO + layout.tilt.sign * q2 + np.radians(layout.tilt.offset_deg)
+    pan, elevation = layout.pan.angle(q1), FACE_ELEVATION_AT_ZERO + layout.tilt.angle(q2)
     normal = np.stack([np.cos(elevation) * np.cos(pan), np.cos(elevation) * np.sin(pan), np.sin(elevation)], axis=-1)
     return np.asarray(normal @ layout.body_from_gimbal.rotation.as_matrix().T)
 
@@ -98,8 +97,7 @@ def inverse_gaze(layout: Layout, azimuth: float, elevation: float) -> FloatArray
 
 def faces_light(layout: Layout, q2: ArrayLike) -> NDArray[np.bool_]:
     """Whether M2 turns its face, not its back or its edge, to the folded axis at tilt joint values `q2`, radians."""
-    tilt = layout.tilt.sign * np.asarray(q2, dtype=np.float64) + np.radians(layout.tilt.offset_deg)
-    return np.asarray(np.sin(FACE_ELEVATION_AT_ZERO + tilt) > 0)
+    return np.asarray(np.sin(FACE_ELEVATION_AT_ZERO + layout.tilt.angle(np.asarray(q2, dtype=np.float64))) > 0)
 
 
 def virtual_camera(layout: Layout, q1: float, q2: float) -> RigidTransform:
@@ -131,7 +129,7 @@ def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
 
 def _within_limits(joint: Joint, angle: float, *, period: float) -> list[float]:
     """Joint values within the limits whose optical angle equals `angle` up to whole periods."""
-    q = joint.sign * (angle - np.radians(joint.offset_deg))
+    q = joint.value(angle)
     lowest, highest = np.radians([joint.min_deg - ROUNDING_DEG, joint.max_deg + ROUNDING_DEG])
     first = int(np.ceil((lowest - q) / period))
     last = int(np.floor((highest - q) / period))

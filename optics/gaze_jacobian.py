@@ -63,12 +63,11 @@ def manipulability(layout: Layout, q2: ArrayLike) -> FloatArray:
 
 def singular_tilts(layout: Layout) -> FloatArray:
     """Joint values q2 within the limits at which pan does not turn the gaze, radians, sorted; shape (k,)."""
-    lowest, highest = np.radians([layout.tilt.min_deg, layout.tilt.max_deg])
-    ends = sorted(layout.tilt_angle(q2) for q2 in (lowest, highest))
+    ends = sorted(layout.tilt.angle(q2) for q2 in layout.tilt.limits)
     # cos 2t = 0 at odd multiples of a quarter of pi.
     first, last = (np.ceil((ends[0] / np.pi * 4 - 1) / 2), np.floor((ends[1] / np.pi * 4 - 1) / 2))
     angles = (2 * np.arange(first, last + 1) + 1) * np.pi / 4
-    return np.asarray(np.sort(layout.tilt.sign * (angles - np.radians(layout.tilt.offset_deg))))
+    return np.asarray(np.sort(layout.tilt.value(angles)))
 
 
 def joint_rates(layout: Layout, q1: ArrayLike, q2: ArrayLike, gaze_rate: ArrayLike) -> FloatArray:
@@ -95,5 +94,4 @@ def joint_rates(layout: Layout, q1: ArrayLike, q2: ArrayLike, gaze_rate: ArrayLi
 def _optical_angles(layout: Layout, q1: ArrayLike, q2: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Pan and twice the tilt, radians, of one shape."""
     q1, q2 = np.broadcast_arrays(np.asarray(q1, dtype=np.float64), np.asarray(q2, dtype=np.float64))
-    pan = layout.pan.sign * q1 + np.radians(layout.pan.offset_deg)
-    return pan, 2 * (layout.tilt.sign * q2 + np.radians(layout.tilt.offset_deg))
+    return layout.pan.angle(q1), 2 * layout.tilt.angle(q2)

@@ -59,7 +59,7 @@ def joint_solutions(layout: Layout, azimuth: float, elevation: float, q: ArrayLi
     """
     found = inverse_gaze(layout, azimuth, elevation)
     singular = manipulability(layout, found[:, 1]) < NO_AZIMUTH
-    pan = np.clip(np.asarray(q, dtype=np.float64)[0], *np.radians([layout.pan.min_deg, layout.pan.max_deg]))
+    pan = np.clip(np.asarray(q, dtype=np.float64)[0], *layout.pan.limits)
     return np.unique(np.column_stack([np.where(singular, pan, found[:, 0]), found[:, 1]]), axis=0)
 
 

@@ -10,17 +10,13 @@ the gimbal stands on its head, and its pan and tilt are the negatives of what th
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.arrays import FloatArray
 from rigs import Camera, FoldMirror, GazeMirror, Joint, Rig
-
-Angle = TypeVar("Angle", float, FloatArray)
 
 BODY_FROM_OPTICAL = Rotation.from_matrix(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]))
 """A camera that looks along the body's x: camera z is body x, camera x is body -y, camera y is body -z (REP-103)."""
@@ -84,13 +80,9 @@ class Layout:
         """Pose of the gimbal in the camera frame."""
         return self.body_from_camera.inv() * self.body_from_gimbal
 
-    def pan_angle(self, q1: Angle) -> Angle:
-        """Angle of the pan frame in the gimbal frame for joint value `q1`, radians."""
-        return self.pan.sign * q1 + math.radians(self.pan.offset_deg)
-
-    def tilt_angle(self, q2: Angle) -> Angle:
-        """Angle of the mirror from the horizontal-gaze position for joint value `q2`, radians."""
-        return self.tilt.sign * q2 + math.radians(self.tilt.offset_deg)
+    def joint_grid(self, count: int) -> FloatArray:
+        """Joint values in `count` equal steps over both ranges, shape (count^2, 2), radians; tilt runs fastest."""
+        return joint_pairs(self.pan.values(count), self.tilt.values(count))
 
     def check_joints(self, q1: float, q2: float) -> None:
         """Raise a `ValueError` that names every joint value outside its limits; radians."""
@@ -105,12 +97,12 @@ class Layout:
 
     def body_from_pan(self, q1: float) -> RigidTransform:
         """Pose of the yoke's frame; `q1` in radians."""
-        turn = RigidTransform.from_rotation(Rotation.from_euler("z", self.pan_angle(q1)))
+        turn = RigidTransform.from_rotation(Rotation.from_euler("z", self.pan.angle(q1)))
         return self.body_from_gimbal * turn
 
     def body_from_m2(self, q1: float, q2: float) -> RigidTransform:
         """Pose of the gaze mirror; joint values in radians."""
-        return self.body_from_pan(q1) * pan_from_m2(self.tilt_angle(q2))
+        return self.body_from_pan(q1) * pan_from_m2(self.tilt.angle(q2))
 
     def moving_frames(self, q1: FloatArray, q2: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Same as `body_from_pan` and `body_from_m2` as matrices, for many joint values at once.
@@ -127,7 +119,7 @@ class Layout:
         array, shape (n, 4, 4)
             Poses of the gaze mirror.
         """
-        pan, elevation = self.pan_angle(q1), FACE_ELEVATION_AT_ZERO + self.tilt_angle(q2)
+        pan, elevation = self.pan.angle(q1), FACE_ELEVATION_AT_ZERO + self.tilt.angle(q2)
         turn, tilt = np.zeros((2, len(q1), 4, 4))
         turn[:, 0, 0] = turn[:, 1, 1] = np.cos(pan)
         turn[:, 1, 0], turn[:, 0, 1] = np.sin(pan), -np.sin(pan)
@@ -142,6 +134,11 @@ class Layout:
     def camera_from_m2(self, q1: float, q2: float) -> RigidTransform:
         """Pose of the gaze mirror in the camera frame; joint values in radians."""
         return self.body_from_camera.inv() * self.body_from_m2(q1, q2)
+
+
+def joint_pairs(q1: FloatArray, q2: FloatArray) -> FloatArray:
+    """All pairs of joint values, shape (n, 2); q2 runs fastest."""
+    return np.stack(np.meshgrid(q1, q2, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def check_stows(rig: Rig) -> None:

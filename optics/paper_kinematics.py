@@ -22,7 +22,7 @@ from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
 
 def paper_joints(layout: Layout, q1: float, q2: float) -> tuple[float, float]:
     """The paper's (q1, q2) of eq. 2 for joint values of a rig, radians."""
-    return -layout.pan_angle(q1), layout.tilt_angle(q2) + FACE_ELEVATION_AT_ZERO
+    return -layout.pan.angle(q1), layout.tilt.angle(q2) + FACE_ELEVATION_AT_ZERO
 
 
 def camera_from_frame_1(d1_m: float) -> FloatArray:

@@ -33,7 +33,7 @@ def workspace_fraction(layout: Layout) -> float:
     ``width (sin e2 - sin e1)``. The attitude of the gimbal does not matter.
     """
     limits = np.radians([layout.tilt.min_deg, layout.tilt.max_deg])
-    ends = [2 * layout.tilt_angle(q2) for q2 in limits]
+    ends = [2 * layout.tilt.angle(q2) for q2 in limits]
     # The gaze's elevation is the arc sine of sin 2t, on either side of the zenith.
     edges = np.array(sorted({-np.pi / 2, np.pi / 2, *(float(np.arcsin(np.sin(end))) for end in ends)}))
     middles = (edges[:-1] + edges[1:]) / 2

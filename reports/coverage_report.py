@@ -19,7 +19,7 @@ from cad.meshes import rig_meshes
 from optics.analysis import Coverage, Fate, coverage
 from optics.analysis.blind import OUT_OF_REACH, BlindPatch, blind_causes, blind_patches, rim_fraction
 from optics.analysis.convergence import Extrapolation, Refinement, convergence
-from optics.analysis.coverage import joint_grid
+from optics.analysis.coverage import stepped_joints
 from optics.analysis.dwell import dwell
 from optics.analysis.sphere import cell_count
 from optics.status import Region
@@ -97,7 +97,7 @@ def coverage_report(rig: Rig, folder: Path, *, step_deg: float, announce: Announ
 
 def _coverage(rig: Rig, folder: Path, step_deg: float, announce: Announce) -> tuple[Result, list[Path]]:
     parts = rig_meshes(rig)
-    q1, q2 = joint_grid(rig, step_deg)
+    q1, q2 = stepped_joints(rig, step_deg)
     result = coverage(
         rig,
         parts,

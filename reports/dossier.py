@@ -170,7 +170,7 @@ def _views(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
 
 def _maps(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
     layout = Layout.from_rig(rig)
-    q1, q2 = (np.radians(np.linspace(joint.min_deg, joint.max_deg, GRID_POSES)) for joint in (layout.pan, layout.tilt))
+    q1, q2 = (joint.values(GRID_POSES) for joint in (layout.pan, layout.tilt))
     result = coverage(rig, rig_meshes(rig), q1=q1, q2=q2, columns=IMAGE_CELLS[0], rows=IMAGE_CELLS[1])
     target = folder / "coverage"
     target.mkdir(parents=True, exist_ok=True)

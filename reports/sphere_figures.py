@@ -129,8 +129,7 @@ def _paint(
 def _outline_of_gaze(axes: Axes, rig: Rig) -> None:
     """Edge of the joint limits in gaze directions: where the optical axis itself can point."""
     layout = Layout.from_rig(rig)
-    q1 = np.radians(np.linspace(layout.pan.min_deg, layout.pan.max_deg, 181))
-    q2 = np.radians(np.linspace(layout.tilt.min_deg, layout.tilt.max_deg, 361))
+    q1, q2 = layout.pan.values(181), layout.tilt.values(361)
     for pan, tilt in [(q1, q2[0]), (q1, q2[-1]), (q1[0], q2), (q1[-1], q2)]:
         gaze = forward_gaze(layout, pan, tilt)
         # A line across the seam at +-180 degrees would cross the whole map.

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from math import atan, degrees
+from math import atan, degrees, radians
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from rigs.section import Direction, NotNegative, Number, Positive, Section, Vector3, Whole
 from rigs.servos import SERVO_CATALOGUE, servo_numbers
+
+Angle = TypeVar("Angle", float, NDArray[np.float64])
 
 
 class Joint(Section):
@@ -25,6 +29,23 @@ class Joint(Section):
         if self.min_deg >= self.max_deg:
             raise ValueError(f"expected min_deg < max_deg, got {self.min_deg:g} and {self.max_deg:g}")
         return self
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Lowest and highest joint value, radians."""
+        return radians(self.min_deg), radians(self.max_deg)
+
+    def angle(self, q: Angle) -> Angle:
+        """Optical angle of joint values, radians."""
+        return self.sign * q + radians(self.offset_deg)
+
+    def value(self, angle: Angle) -> Angle:
+        """Joint values of optical angles, radians; the limits are not asked."""
+        return self.sign * (angle - radians(self.offset_deg))
+
+    def values(self, count: int) -> NDArray[np.float64]:
+        """Joint values in equal steps from limit to limit, radians."""
+        return np.radians(np.linspace(self.min_deg, self.max_deg, count))
 
 
 class StowJoint(Section):

@@ -25,7 +25,7 @@ def test_presets_see_most_of_the_sphere_past_their_mount(name: str) -> None:
     rig = Rig.load(name)
     layout = Layout.from_rig(rig)
     parts = rig_meshes(rig)
-    q1 = np.radians(np.linspace(layout.pan.min_deg, layout.pan.max_deg, 32))
+    q1 = layout.pan.values(32)
     q2 = np.radians(np.sort([0.0, 45.0, *np.linspace(layout.tilt.min_deg, layout.tilt.max_deg, 30)]))
     bare, built = (coverage(rig, kept, q1=q1, q2=q2, nside=16) for kept in ([], parts))
     horizontal, zenith = (int(np.abs(np.degrees(q2) - angle).argmin()) for angle in (0.0, 45.0))

@@ -18,7 +18,7 @@ from cad.checks.fits import fit_of
 from cad.checks.keys import key_to_change
 from cad.checks.moving_pair import MovingPair, moving_pairs
 from cad.checks.orientation import print_findings
-from cad.checks.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, joint_grid, overlaps, smallest_gaps
+from cad.checks.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, checked_poses, overlaps, smallest_gaps
 from cad.checks.slicer import slice_finding
 from cad.checks.solidity import solidity
 from cad.checks.stow_clearance import stow_clearance_findings
@@ -96,7 +96,7 @@ def assembly_problems(rig: Rig, assembly: Assembly, *, grid_steps: int = GRID_ST
     findings = [finding for mesh in _printed(assembly, meshes) for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
     problems = [finding.problem for finding in findings if finding.problem is not None]
-    poses = joint_grid(assembly.layout, grid_steps)
+    poses = checked_poses(assembly.layout, grid_steps)
     problems += [_collision_problem(overlap) for overlap in _not_allowed(meshes, assembly.layout, poses)]
     return problems + _clearances(meshes, assembly.layout, poses, mount.clearance_mm)
 

@@ -58,12 +58,12 @@ class MovingPair:
         turn, shift = np.eye(3), np.zeros(3)
         if pan:
             gimbal = self._gimbal_from_body
-            angle = -self.layout.pan_angle(q1)
+            angle = -self.layout.pan.angle(q1)
             turn = _about_z(angle) @ gimbal[0]
             shift = _about_z(angle) @ gimbal[1]
         if tilt:
             # Positive tilt raises the normal: a turn by the negative angle about y.
-            m2_from_pan = self._m2_from_pan @ _about_y(self.layout.tilt_angle(q2))
+            m2_from_pan = self._m2_from_pan @ _about_y(self.layout.tilt.angle(q2))
             turn, shift = m2_from_pan @ turn, m2_from_pan @ shift
         return turn, shift
 

@@ -50,10 +50,9 @@ def manifold_mm(mesh: PartMesh) -> manifold3d.Manifold:
     )
 
 
-def joint_grid(layout: Layout, steps: int) -> list[tuple[float, float]]:
+def checked_poses(layout: Layout, steps: int) -> list[tuple[float, float]]:
     """Joint values on a regular grid over both ranges, ends included, and the rest position; radians."""
-    ranges = [np.radians(np.linspace(j.min_deg, j.max_deg, steps)) for j in (layout.pan, layout.tilt)]
-    return [(0.0, 0.0), *((float(q1), float(q2)) for q1 in ranges[0] for q2 in ranges[1])]
+    return [(0.0, 0.0), *((q1, q2) for q1, q2 in layout.joint_grid(steps).tolist())]
 
 
 def overlaps(meshes: Sequence[PartMesh], layout: Layout, poses: Iterable[tuple[float, float]]) -> list[Overlap]:

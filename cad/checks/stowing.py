@@ -26,7 +26,7 @@ def stowing_findings(rig: Rig, assembly: Assembly) -> list[Finding]:
         return []
     meshes = tessellate(assembly, stowed=True)
     tilt = assembly.layout.tilt
-    tilts = np.radians(np.linspace(tilt.min_deg, tilt.max_deg, TILTS))
+    tilts = tilt.values(TILTS)
     loss, q2 = min((direct_view_loss(rig, meshes, q2=float(q2)), float(q2)) for q2 in tilts)
     angle = assembly.stow.max_deg
     problem = Problem(

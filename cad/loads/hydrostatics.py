@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
@@ -126,10 +125,9 @@ def _net_weight(body: Body, centre_m: FloatArray, density: float) -> tuple[float
 def _travel(rig: Rig, meshes: Sequence[PartMesh]) -> FloatArray:
     layout = Layout.from_rig(rig)
     groups = {group: together(group, bodies) for group, bodies in part_bodies(rig, meshes).items() if bodies}
-    steps = [np.radians(np.linspace(j.min_deg, j.max_deg, POSES_PER_JOINT)) for j in (layout.pan, layout.tilt)]
     centres = [
         together("mount", [body.moved(body_from_group(layout, group, q1, q2)) for group, body in groups.items()])
-        for q1, q2 in product(*(step.tolist() for step in steps))
+        for q1, q2 in layout.joint_grid(POSES_PER_JOINT).tolist()
     ]
     return np.asarray(np.ptp([body.centre_of_mass_m for body in centres], axis=0))
 

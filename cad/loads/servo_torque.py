@@ -112,8 +112,8 @@ def _pan_load(rig: Rig, meshes: Sequence[PartMesh]) -> ServoLoad:
     """
     layout = Layout.from_rig(rig)
     groups = part_bodies(rig, meshes)
-    tilts = np.radians(np.linspace(layout.tilt.min_deg, layout.tilt.max_deg, TILT_STEPS))
-    poses = [pan_from_m2(layout.tilt_angle(float(q2))) for q2 in tilts]
+    tilts = layout.tilt.values(TILT_STEPS)
+    poses = [pan_from_m2(layout.tilt.angle(float(q2))) for q2 in tilts]
     in_m2 = np.concatenate([mesh.vertices_m for mesh in meshes if mesh.group is Group.TILT])
     mirror = [pose.apply(in_m2) for pose in poses]
     chord = 2 * max(float(np.abs(points[:, 1]).max()) for points in mirror)

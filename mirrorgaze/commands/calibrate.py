@@ -149,9 +149,9 @@ def _gaze_deviation_deg(found: Estimate) -> float:
     """Root mean square over the joints' range."""
     import numpy as np
 
-    from tracking.calibration.calibrated_rig import joint_grid
+    from optics.layout import Layout
 
-    deviation = found.calibrated.gaze_deviation(joint_grid(found.calibrated.rig, 5))
+    deviation = found.calibrated.gaze_deviation(Layout.from_rig(found.calibrated.rig).joint_grid(5))
     return float(np.degrees(np.sqrt((deviation**2).mean())))
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optics.analysis.coverage import coverage, joint_grid
+from optics.analysis.coverage import coverage, stepped_joints
 from optics.analysis.sphere import check_nside
 from optics.mesh import PartMesh
 from rigs import Rig
@@ -129,7 +129,7 @@ def _refine(
 ) -> Refinement:
     sizes, covered, solid_angles = [], [], []
     for step_deg, columns, rows, nside in levels:
-        q1, q2 = joint_grid(rig, step_deg)
+        q1, q2 = stepped_joints(rig, step_deg)
         found = coverage(rig, parts, q1=q1, q2=q2, columns=columns, rows=rows, nside=nside)
         sizes.append(f"{columns} × {rows} pixels, {len(q1)} × {len(q2)} poses, nside {nside}")
         covered.append(found.covered_fraction)

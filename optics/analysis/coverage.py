@@ -171,15 +171,15 @@ def coverage(
     )
 
 
-def joint_grid(rig: Rig, step_deg: float) -> tuple[FloatArray, FloatArray]:
+def stepped_joints(rig: Rig, step_deg: float) -> tuple[FloatArray, FloatArray]:
     """Values of both joints from limit to limit, radians, in equal steps of at most `step_deg`."""
     if not 0 < step_deg < np.inf:
         raise ValueError(f"expected a step of the joints > 0 degrees, got {step_deg:g}")
     layout = Layout.from_rig(rig)
     q1, q2 = (
         # A range of whole steps must not gain one by rounding.
-        np.radians(np.linspace(j.min_deg, j.max_deg, int(np.ceil((j.max_deg - j.min_deg) / step_deg - 1e-9)) + 1))
-        for j in (layout.pan, layout.tilt)
+        joint.values(int(np.ceil((joint.max_deg - joint.min_deg) / step_deg - 1e-9)) + 1)
+        for joint in (layout.pan, layout.tilt)
     )
     return q1, q2
 

@@ -141,7 +141,7 @@ def _footprint(rig: Rig, bundle: Bundle, *, mirror: int, poses: tuple[FloatArray
 
 def _parameters(layout: Layout, bundle: Bundle, q1: FloatArray, q2: FloatArray) -> dict[str, Any]:
     """Inputs of the kernel: rays, and M2's axes by pose, both in the camera frame."""
-    pan = layout.pan.sign * q1 + np.radians(layout.pan.offset_deg)
+    pan = layout.pan.angle(q1)
     tilt_axis = np.stack([-np.sin(pan), np.cos(pan), np.zeros_like(pan)], axis=-1)
     body_from_gimbal, body_from_camera = (
         pose.rotation.as_matrix() for pose in (layout.body_from_gimbal, layout.body_from_camera)

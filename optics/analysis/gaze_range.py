@@ -47,9 +47,7 @@ class GazeRange:
     @classmethod
     def of_joints(cls, layout: Layout) -> GazeRange:
         """The whole range of a rig's joints."""
-        first, second = (
-            (float(np.radians(joint.min_deg)), float(np.radians(joint.max_deg))) for joint in (layout.pan, layout.tilt)
-        )
+        first, second = (joint.limits for joint in (layout.pan, layout.tilt))
         return cls(first=first, second=second, in_joints=True)
 
     @property

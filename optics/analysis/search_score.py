@@ -112,10 +112,7 @@ class CoarseScorer:
         self.origin_m = layout.body_from_camera.apply(rays.origin_m)
         self.direction = layout.body_from_camera.rotation.apply(rays.direction)
         self.pixels_per_ray = camera.width_px * camera.height_px / grid.rays
-        q1, q2 = (
-            np.radians(np.linspace(joint.min_deg, joint.max_deg, steps))
-            for joint, steps in ((layout.pan, grid.pan_steps), (layout.tilt, grid.tilt_steps))
-        )
+        q1, q2 = layout.pan.values(grid.pan_steps), layout.tilt.values(grid.tilt_steps)
         _, body_from_m2 = layout.moving_frames(np.tile(q1, len(q2)), np.repeat(q2, len(q1)))
         self.m2_axes = body_from_m2[:, :3, :3]
         # Trapezoidal rule: the ends of a joint's range stand for half a step. Whole numbers, so that sums are exact

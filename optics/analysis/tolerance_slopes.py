@@ -97,8 +97,8 @@ def _rates(rig: Rig, q: FloatArray, deviation: str) -> dict[str, FloatArray | fl
         return {name: float(joint.sign)}
     in_gimbal = deviation in OF_THE_GIMBAL
     axis, kind = (OF_THE_GIMBAL if in_gimbal else OF_THE_PAN)[deviation]
-    pan_from_mirror = [pan_from_m2(layout.tilt_angle(tilt)).rotation for tilt in q[:, 1]]
-    outer = [Rotation.from_euler("z", layout.pan_angle(pan) if in_gimbal else 0.0) for pan in q[:, 0]]
+    pan_from_mirror = [pan_from_m2(layout.tilt.angle(tilt)).rotation for tilt in q[:, 1]]
+    outer = [Rotation.from_euler("z", layout.pan.angle(pan) if in_gimbal else 0.0) for pan in q[:, 0]]
     along = np.array([(a * b).inv().apply(np.eye(3)[axis]) for a, b in zip(outer, pan_from_mirror, strict=True)])
     names = ("m2_x_m", "m2_y_m", "m2_z_m") if kind == "m" else ("m2_turn_x", "m2_turn_y", "m2_turn_z")
     return dict(zip(names, along.T, strict=True))

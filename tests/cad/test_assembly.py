@@ -9,7 +9,7 @@ from build123d import GeomType
 from manifold3d import Manifold
 
 from cad.assembly import build_assembly
-from cad.checks.overlaps import joint_grid, manifold_mm, overlaps
+from cad.checks.overlaps import checked_poses, manifold_mm, overlaps
 from cad.gimbal_dimensions import PAN_BUSH, PIVOT_BUSH, GimbalDimensions
 from cad.mirrors import LIP_OVERLAP_MM
 from cad.servo import HORN_CENTRE_HOLE_DIAMETER_MM, HORN_DIAMETER_MM
@@ -120,7 +120,7 @@ def test_both_joint_axes_cross_at_the_centre_of_the_gaze_mirrors_face(built):
 
 def test_nothing_is_in_the_way_at_rest_and_over_the_joint_range(built):
     """But for the flanges' bolts in the hull, whose threads are not drawn."""
-    poses = joint_grid(built.assembly.layout, 4)
+    poses = checked_poses(built.assembly.layout, 4)
     found = [{overlap.first, overlap.second} for overlap in overlaps(built.meshes, built.assembly.layout, poses)]
     bolted = [{"hull", part.name} for part in built.assembly.parts if "flange_screw" in part.name]
     assert [pair for pair in found if pair not in bolted] == []
@@ -246,7 +246,7 @@ def test_a_servo_whose_shaft_is_beside_its_case_is_refused(aqua2):
 def test_thin_and_thick_walls_leave_the_fits_open(aqua2, wall_mm):
     assembly = build_assembly(replaced(aqua2.rig, "mount", wall_mm=wall_mm))
     meshes = [mesh for mesh in tessellate(assembly) if mesh.name != "hull"]
-    assert overlaps(meshes, assembly.layout, joint_grid(assembly.layout, 2)) == []
+    assert overlaps(meshes, assembly.layout, checked_poses(assembly.layout, 2)) == []
 
 
 def test_a_turned_camera_is_refused_by_key(aqua2):

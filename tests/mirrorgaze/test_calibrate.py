@@ -9,8 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
+from optics.layout import Layout
 from rigs import Rig
-from tracking.calibration.calibrated_rig import CalibratedRig, joint_grid
+from tracking.calibration.calibrated_rig import CalibratedRig
 from tracking.calibration.errors import PRINT_TOLERANCES, draw_errors
 from tracking.calibration.observation_files import write_observations
 from tracking.calibration.simulation import simulated_edges, simulated_target, useful_poses
@@ -28,7 +29,9 @@ def files(tmp_path_factory):
     errors = draw_errors(rig, PRINT_TOLERANCES, seed=1)
     target = simulated_target(rig, errors, useful_poses(rig, 8), known=True, direct=False, noise_px=0.3, seed=1)
     write_observations(folder / "observations.csv", target)
-    simulated_edges(rig, errors, joint_grid(rig, 4), noise_px=0.3, seed=2).to_csv(folder / "corners.csv")
+    simulated_edges(rig, errors, Layout.from_rig(rig).joint_grid(4), noise_px=0.3, seed=2).to_csv(
+        folder / "corners.csv"
+    )
     return folder
 
 
@@ -44,7 +47,7 @@ def test_it_tells_and_writes(files, here):
     assert lines[-1] == "calibration.toml"
     assert [path.name for path in here.iterdir()] == ["calibration.toml"]
     calibrated = CalibratedRig.load(here / "calibration.toml", Rig.load("aqua2"))
-    assert np.degrees(calibrated.gaze_deviation(joint_grid(calibrated.rig, 3))).max() < 0.1
+    assert np.degrees(calibrated.gaze_deviation(Layout.from_rig(calibrated.rig).joint_grid(3))).max() < 0.1
 
 
 def test_json_holds_the_same(files):

@@ -54,7 +54,7 @@ def test_the_direction_turns_as_difference_quotients_say(layout, q1, q2):
 @given(q1=ANGLES, q2=ANGLES)
 def test_its_singular_values_are_two_and_the_cosine_of_twice_the_tilt(q1, q2):
     values = np.linalg.svd(direction_jacobian(OBLIQUE, q1, q2), compute_uv=False)
-    turned = abs(np.cos(2 * OBLIQUE.tilt_angle(q2)))
+    turned = abs(np.cos(2 * OBLIQUE.tilt.angle(q2)))
     np.testing.assert_allclose(values, [2, turned], rtol=0, atol=ROUNDING)
     assert manipulability(OBLIQUE, q2) == pytest.approx(turned, abs=ROUNDING)
 

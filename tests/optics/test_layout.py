@@ -91,8 +91,8 @@ def test_the_optical_angle_is_sign_times_q_plus_offset(sign, offset, expected_de
     joint = Joint(min_deg=-90, max_deg=90, sign=sign, offset_deg=offset)
     joints = AQUA2.joints.model_copy(update={"pan": joint, "tilt": joint})
     layout = Layout.from_rig(AQUA2.model_copy(update={"joints": joints}))
-    assert np.degrees(layout.pan_angle(np.radians(10))) == pytest.approx(expected_deg, abs=1e-13)
-    assert np.degrees(layout.tilt_angle(np.radians(10))) == pytest.approx(expected_deg, abs=1e-13)
+    assert np.degrees(layout.pan.angle(np.radians(10))) == pytest.approx(expected_deg, abs=1e-13)
+    assert np.degrees(layout.tilt.angle(np.radians(10))) == pytest.approx(expected_deg, abs=1e-13)
 
 
 def test_joint_limits_are_inside_and_what_is_outside_is_named():

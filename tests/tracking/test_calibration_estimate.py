@@ -9,10 +9,11 @@ import pytest
 from scipy.stats import chi2
 
 from optics.analysis.tolerance_sources import NO_TOLERANCES, Tolerances
+from optics.layout import Layout
 from rigs import Rig
 from scenes.worlds.tank import tank_boards
 from tracking.calibration.board_start import board_poses
-from tracking.calibration.calibrated_rig import CalibratedRig, joint_grid, with_signs
+from tracking.calibration.calibrated_rig import CalibratedRig, with_signs
 from tracking.calibration.errors import PRINT_TOLERANCES, draw_errors, standard_deviations
 from tracking.calibration.estimate import calibrate
 from tracking.calibration.fit import TURNING_POINT, Evidence, Residuals, fit, softened
@@ -42,7 +43,7 @@ def poses(rig):
 
 def observed(rig, errors, q, *, seed, known=True, direct=False, edges=True):
     target = simulated_target(rig, errors, q, known=known, direct=direct, noise_px=NOISE_PX, seed=seed)
-    corners = simulated_edges(rig, errors, joint_grid(rig, 4), noise_px=NOISE_PX, seed=seed + 1000)
+    corners = simulated_edges(rig, errors, Layout.from_rig(rig).joint_grid(4), noise_px=NOISE_PX, seed=seed + 1000)
     return {"target": target, "edges": corners if edges else None}
 
 
@@ -84,7 +85,7 @@ def test_other_rigs_come_down_alike(preset):
 def test_gaze_is_as_well_known_as_it_is_said_to_be(rig, found):
     """Root mean square over the joints' range: the errors of all poses come from the same two dozen numbers."""
     errors, estimate = found
-    q = joint_grid(rig, 5)
+    q = Layout.from_rig(rig).joint_grid(5)
     off = np.linalg.norm(estimate.calibrated.gaze(q) - ErrorModel(rig).gaze(errors, q)[0], axis=1)
     said = estimate.calibrated.gaze_deviation(q)
     assert np.sqrt((off**2).mean()) < 3 * np.sqrt((said**2).mean())
@@ -117,7 +118,7 @@ def test_covariance_is_honest(rig, prior):
     that pictures without noise give.
     Expected: the sum of (found - true)' C^-1 (found - true) has as many degrees of freedom as numbers were found.
     """
-    q, corner_poses = useful_poses(rig, 8), joint_grid(rig, 3)
+    q, corner_poses = useful_poses(rig, 8), Layout.from_rig(rig).joint_grid(3)
     scales = standard_deviations(rig, PRINT_TOLERANCES)
     model = ErrorModel(rig)
 
@@ -219,7 +220,7 @@ def test_play_of_the_joints_is_part_of_what_is_not_known(rig, poses):
     unsaid = calibrate(rig, target=target)
     assert said.residual_width == 1
     assert unsaid.residual_width > 2
-    q = joint_grid(rig, 5)
+    q = Layout.from_rig(rig).joint_grid(5)
     true = ErrorModel(rig).gaze(errors, q)[0]
     ratio = [
         np.linalg.norm(each.calibrated.gaze(q) - true, axis=1).max() / each.calibrated.gaze_deviation(q).max()
@@ -282,7 +283,7 @@ def test_without_a_place_to_hold_on_to_the_fold_mirror_is_unknown(rig, poses, wh
     blind = np.linalg.qr(counted.unobservable.T)[0]
     kept = blind.T @ (counted.covariance / np.outer(counted.scales, counted.scales)) @ blind
     np.testing.assert_allclose(kept, np.eye(len(kept)), atol=0.02)
-    q = joint_grid(rig, 3)
+    q = Layout.from_rig(rig).joint_grid(3)
     assert np.isinf(free.calibrated.gaze_deviation(q)).all()
     said = believed.calibrated.gaze_deviation(q)
     # M1's print tolerance of 1 degree about each axis turns the gaze by up to twice that.
@@ -310,7 +311,7 @@ def test_boards_seen_directly_give_it_back(rig, poses):
     """Boards in unknown places that are also seen past the mirrors, and the corners: the gaze is known again."""
     errors = draw_errors(rig, PRINT_TOLERANCES, seed=1)
     held = calibrate(rig, **observed(rig, errors, poses, seed=1, known=False, direct=True))
-    q = joint_grid(rig, 5)
+    q = Layout.from_rig(rig).joint_grid(5)
     assert np.degrees(held.calibrated.gaze_deviation(q)).max() < 0.25
     assert remaining(rig, errors, held.calibrated).gaze_deg < 0.25
 
@@ -360,7 +361,7 @@ def test_offsets_of_a_fold_up_are_turned_over(rig):
     up = rig.model_copy(update={"fold_mirror": rig.fold_mirror.model_copy(update={"direction": "up"})})
     knowledge = knowledge_of_nothing()
     calibrated = CalibratedRig(rig=up, errors={"pan": 0.02, "tilt": -0.01}, knowledge=knowledge)
-    q = joint_grid(up, 3)
+    q = Layout.from_rig(up).joint_grid(3)
     np.testing.assert_allclose(
         ErrorModel(calibrated.with_joint_offsets()).gaze({}, q)[0], calibrated.gaze(q), atol=1e-9
     )
@@ -390,7 +391,7 @@ def test_calibration_file_reads_back_the_same(rig, found, tmp_path):
     calibrated = found[1].calibrated
     calibrated.save(tmp_path / "calibration.toml")
     again = CalibratedRig.load(tmp_path / "calibration.toml", rig)
-    q = joint_grid(rig, 3)
+    q = Layout.from_rig(rig).joint_grid(3)
     # Degrees and millimetres in the file: the last digit may go.
     np.testing.assert_allclose(again.gaze(q), calibrated.gaze(q), atol=1e-14)
     np.testing.assert_allclose(again.gaze_deviation(q), calibrated.gaze_deviation(q), rtol=1e-9)

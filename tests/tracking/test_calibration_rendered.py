@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
+from optics.layout import Layout
 from rigs import Rig
 from scenes.stage import stage
 from scenes.worlds.tank import BOARD_COLUMNS, BOARD_ROWS, tank_boards
 from tracking.calibration.board_corners import board_corners
-from tracking.calibration.calibrated_rig import joint_grid, with_joints
+from tracking.calibration.calibrated_rig import with_joints
 from tracking.calibration.estimate import calibrate
 from tracking.calibration.model import ErrorModel
 from tracking.calibration.observations import TargetObservations
@@ -113,7 +114,7 @@ def as_picture(radiance: np.ndarray) -> np.ndarray:
 
 def whole_views(model: ErrorModel, corners_m: np.ndarray) -> np.ndarray:
     """Poses in which all corners of a board are inside the gaze mirror's outline, far from each other."""
-    q = joint_grid(model.rig, 60)
+    q = Layout.from_rig(model.rig).joint_grid(60)
     count = len(corners_m)
     pixels = model.points({}, np.repeat(q, count, axis=0), np.tile(corners_m, (len(q), 1)), ())[0]
     outline = model.corners({}, q)[0][:, np.newaxis]

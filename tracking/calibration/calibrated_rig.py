@@ -13,6 +13,7 @@ import tomlkit
 from numpy.typing import ArrayLike
 
 from optics.arrays import FloatArray
+from optics.layout import Layout
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
 from tracking.calibration.errors import check_errors, shown_per_si, unit_of
@@ -82,7 +83,7 @@ class CalibratedRig:
 
         For who can use only a rig file: leaning axes and mirrors turned aside cannot be said there.
         """
-        q = joint_grid(self.rig, GRID)
+        q = Layout.from_rig(self.rig).joint_grid(GRID)
         wanted, model = self.gaze(q), self.model
         offsets = np.zeros(2)
         for _ in range(ITERATIONS):
@@ -190,14 +191,6 @@ def with_joints(rig: Rig, pan: Joint, tilt: Joint) -> Rig:
     """The rig with other joints."""
     assert rig.joints is not None
     return rig.model_copy(update={"joints": rig.joints.model_copy(update={"pan": pan, "tilt": tilt})})
-
-
-def joint_grid(rig: Rig, count: int) -> FloatArray:
-    """Even grid over both joints' ranges, shape (count^2, 2), radians."""
-    if rig.joints is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    sides = [np.radians(np.linspace(j.min_deg, j.max_deg, count)) for j in (rig.joints.pan, rig.joints.tilt)]
-    return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def _key(name: str) -> str:

@@ -165,7 +165,6 @@ class ErrorModel:
 
     def gaze_mirror(self, errors: Errors, q: FloatArray) -> Chain:
         """M2 in the camera frame at joint values of shape (n, 2), radians."""
-        pan, tilt = self.layout.pan, self.layout.tilt
 
         def off(name: str) -> float:
             return errors.get(name, 0.0)
@@ -174,11 +173,11 @@ class ErrorModel:
         for axis, name in enumerate(("gimbal_x", "gimbal_y", "gimbal_z")):
             chain.shift(name, axis, off(name))
         chain.turn("pan_axis_x", 0, off("pan_axis_x")).turn("pan_axis_y", 1, off("pan_axis_y"))
-        chain.turn("pan", 2, pan.sign * q[:, 0] + np.radians(pan.offset_deg) + off("pan"))
+        chain.turn("pan", 2, self.layout.pan.angle(q[:, 0]) + off("pan"))
         chain.shift("tilt_axis_shift_x", 0, off("tilt_axis_shift_x"))
         chain.shift("tilt_axis_shift_z", 2, off("tilt_axis_shift_z")).turn("tilt_axis_skew", 0, off("tilt_axis_skew"))
         # Positive tilt raises the normal: against M2's x, which is the tilt axis.
-        angle = tilt.sign * q[:, 1] + np.radians(tilt.offset_deg) + off("tilt")
+        angle = self.layout.tilt.angle(q[:, 1]) + off("tilt")
         chain.fixed(pan_from_m2(0.0)).turn("tilt", 0, angle, sense=-1)
         chain.turn("m2_x", 0, off("m2_x")).turn("m2_y", 1, off("m2_y")).turn("m2_z", 2, off("m2_z"))
         for axis, name in enumerate(("m2_slide_x", "m2_slide_y", "m2_shift")):

@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 
 from optics.arrays import FloatArray
+from optics.layout import Layout
 from rigs import Rig
-from tracking.calibration.calibrated_rig import joint_grid
 from tracking.calibration.errors import PRINT_TOLERANCES, draw_errors
 from tracking.calibration.estimate import NOISE_PX, calibrate
 from tracking.calibration.simulation import (
@@ -158,12 +158,12 @@ def _outcome(rig: Rig, session: Session, q: FloatArray, *, seed: int, noise_px: 
             true_q=_played(rig, q, play_deg, seed=of_play),
         )
     if session.edges:
-        over_the_range = joint_grid(rig, max(2, round(np.sqrt(len(q)))))
+        over_the_range = Layout.from_rig(rig).joint_grid(max(2, round(np.sqrt(len(q)))))
         true_q = _played(rig, over_the_range, play_deg, seed=of_edge_play)
         edges = simulated_edges(rig, errors, over_the_range, noise_px=noise_px, seed=of_edges, true_q=true_q)
     found = calibrate(rig, target=target, edges=edges, noise_px=noise_px, edge_noise_px=noise_px, play_deg=play_deg)
     calibrated = found.calibrated
-    expected = np.degrees(calibrated.gaze_deviation(joint_grid(rig, JUDGED)))
+    expected = np.degrees(calibrated.gaze_deviation(Layout.from_rig(rig).joint_grid(JUDGED)))
     return Outcome(
         seed=seed,
         session=session,

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from optics.arrays import FloatArray
 from optics.gaze import faces_light
+from optics.layout import Layout
 from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import Rig
 from scenes.worlds.tank import tank_boards
-from tracking.calibration.calibrated_rig import CalibratedRig, joint_grid
+from tracking.calibration.calibrated_rig import CalibratedRig
 from tracking.calibration.model import ErrorModel, Errors
 from tracking.calibration.observations import TargetObservations
 from tracking.perception.corner_samples import CornerSamples
@@ -94,7 +95,7 @@ def useful_poses(rig: Rig, count: int) -> FloatArray:
     # Some of the corners will do to say where the boards are.
     points, board = points[::THINNED], board[::THINNED]
     places = model.layout.body_from_camera.inv().apply(points)
-    candidates = joint_grid(rig, CANDIDATES)
+    candidates = Layout.from_rig(rig).joint_grid(CANDIDATES)
     candidates = candidates[faces_light(model.layout, candidates[:, 1])]
     of_pose = np.repeat(np.arange(len(candidates)), len(places))
     of_place = np.tile(np.arange(len(places)), len(candidates))
@@ -193,7 +194,7 @@ def remaining(rig: Rig, errors: Errors, believed: CalibratedRig | Rig) -> Remain
     true = ErrorModel(rig)
     other_rig, other_errors = (believed, {}) if isinstance(believed, Rig) else (believed.rig, believed.errors)
     other = ErrorModel(other_rig)
-    q = joint_grid(rig, JUDGED)
+    q = Layout.from_rig(rig).joint_grid(JUDGED)
     q = q[faces_light(true.layout, q[:, 1])]
     chord = np.linalg.norm(true.gaze(errors, q)[0] - other.gaze(other_errors, q)[0], axis=1)
     angle = np.degrees(2 * np.arcsin(np.minimum(chord / 2, 1)))

@@ -28,7 +28,6 @@ class Gimbal:
         self._body_from_gimbal = layout.body_from_gimbal.rotation.as_matrix()
         self._joints = (layout.pan, layout.tilt)
         self._upright = float(layout.fold_direction[1])
-        self._offsets = tuple(math.radians(joint.offset_deg) for joint in self._joints)
         self.lowest: FloatArray = np.radians([joint.min_deg for joint in self._joints])
         self.highest: FloatArray = np.radians([joint.max_deg for joint in self._joints])
 
@@ -46,16 +45,16 @@ class Gimbal:
     def angles(self, q: ArrayLike) -> tuple[float, float]:
         """Pan and tilt in the gimbal's frame, radians."""
         q1, q2 = np.asarray(q, dtype=np.float64).tolist()
-        return self._angle(0, q1), self._angle(1, q2)
+        return self._joints[0].angle(q1), self._joints[1].angle(q2)
 
     def joint_values(self, pan: float, tilt: float) -> FloatArray:
         """Joint values of pan and tilt, shape (2,), radians; limits are not asked."""
-        return np.array([self._value(0, pan), self._value(1, tilt)])
+        return np.array([joint.value(angle) for joint, angle in zip(self._joints, (pan, tilt), strict=True)])
 
     def limits(self, joint: int) -> tuple[float, float]:
         """Lowest and highest angle of pan (0) or tilt (1) in the gimbal's frame, radians."""
-        ends = (self._angle(joint, float(self.lowest[joint])), self._angle(joint, float(self.highest[joint])))
-        return min(ends), max(ends)
+        first, last = sorted(self._joints[joint].angle(q) for q in self._joints[joint].limits)
+        return first, last
 
     def normal(self, q: ArrayLike) -> FloatArray:
         """Normal of M2, body frame, shape (3,)."""
@@ -70,14 +69,6 @@ class Gimbal:
     def in_gimbal(self, direction: ArrayLike) -> FloatArray:
         """Components in the gimbal's frame of a direction of the body frame, shape (3,)."""
         return np.asarray(np.asarray(direction, dtype=np.float64) @ self._body_from_gimbal)
-
-    def _angle(self, joint: int, value: float) -> float:
-        sign: float = self._joints[joint].sign
-        return sign * value + self._offsets[joint]
-
-    def _value(self, joint: int, angle: float) -> float:
-        sign: float = self._joints[joint].sign
-        return sign * (angle - self._offsets[joint])
 
 
 def _spherical(azimuth: float, elevation: float) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from optics.arrays import FloatArray
-from optics.layout import Layout
+from optics.layout import Layout, joint_pairs
 from rigs import Rig
 from tracking.perception.corner_samples import CornerSamples
 from tracking.perception.corners import InverseDistanceCorners
@@ -50,11 +50,7 @@ class CornerError:
 def pose_grid(rig: Rig, columns: int, rows: int) -> FloatArray:
     """Joint values spread evenly from limit to limit, shape (columns * rows, 2), radians; tilt runs fastest."""
     layout = Layout.from_rig(rig)
-    q1, q2 = (
-        np.radians(np.linspace(joint.min_deg, joint.max_deg, count))
-        for joint, count in ((layout.pan, columns), (layout.tilt, rows))
-    )
-    return np.stack(np.meshgrid(q1, q2, indexing="ij"), axis=-1).reshape(-1, 2)
+    return joint_pairs(layout.pan.values(columns), layout.tilt.values(rows))
 
 
 def exact_samples(rig: Rig, columns: int, rows: int) -> CornerSamples:

@@ -99,7 +99,7 @@ class ExactCorners:
 
     def _grid_points(self, q1: FloatArray, q2: FloatArray) -> FloatArray:
         """Corners in the camera frame, shape (len(q1), len(q2), 4, 3): each joint's pose is made once."""
-        in_pan = np.array([pan_from_m2(self._layout.tilt_angle(each)).apply(self._outline) for each in q2.tolist()])
+        in_pan = np.array([pan_from_m2(self._layout.tilt.angle(each)).apply(self._outline) for each in q2.tolist()])
         camera_from_body = self._layout.body_from_camera.inv()
         poses = [camera_from_body * self._layout.body_from_pan(each) for each in q1.tolist()]
         return np.array([pose.apply(in_pan.reshape(-1, 3)) for pose in poses]).reshape(len(q1), len(q2), 4, 3)

@@ -13,7 +13,7 @@ from cad.checks.bodies import Body, chord_mm
 from cad.checks.clearance import CHECK, RESOLUTION_MM, clearance_bodies, pair_finding
 from cad.checks.finding import Verdict
 from cad.checks.moving_pair import MovingPair, joint_box, moving_pairs
-from cad.checks.overlaps import joint_grid, overlaps
+from cad.checks.overlaps import checked_poses, overlaps
 from cad.poses import body_from_group
 from optics.mesh import Group, PartMesh, Role
 
@@ -126,7 +126,7 @@ def test_a_block_planted_at_one_corner_of_the_joint_range_is_found(aqua2):
     layout = aqua2.assembly.layout
     block, where = corner_block(aqua2)
     holder = next(mesh for mesh in aqua2.meshes if mesh.name == "mirror_holder")
-    assert overlaps([holder, block], layout, joint_grid(layout, 5)) == []
+    assert overlaps([holder, block], layout, checked_poses(layout, 5)) == []
     pair = pair_of(Body.of("mirror_holder", [holder]), Body.of("block", [block]), layout)
     found = pair_finding(pair, aqua2.assembly, 1.0)
     assert found.verdict is Verdict.FAILED

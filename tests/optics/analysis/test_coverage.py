@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from plain_boxes import bowl_part, box_part
 
 from optics.analysis import Coverage, Fate, coverage, poses, sphere_views
-from optics.analysis.coverage import joint_grid as stepped_grid
+from optics.analysis.coverage import stepped_joints
 from optics.analysis.field import pixels_per_degree
 from optics.analysis.gaze_cone import gaze_cone
 from optics.analysis.sphere import cell_count, cell_directions, cell_solid_angle_sr, cells_of
@@ -28,8 +28,7 @@ def rig() -> Rig:
 
 def joint_grid(rig: Rig, count: int) -> dict[str, NDArray[np.float64]]:
     assert rig.joints is not None
-    joints = {"q1": rig.joints.pan, "q2": rig.joints.tilt}
-    return {name: np.radians(np.linspace(joint.min_deg, joint.max_deg, count)) for name, joint in joints.items()}
+    return {"q1": rig.joints.pan.values(count), "q2": rig.joints.tilt.values(count)}
 
 
 def shadow(rig: Rig, part: PartMesh, count: int = 31, **options: object) -> tuple[Coverage, Coverage]:
@@ -222,7 +221,7 @@ def test_mean_solid_angle_is_that_of_the_ranges(rig: Rig) -> None:
 
 @pytest.mark.parametrize(("step_deg", "count"), [(1.0, 156), (0.999, 157), (155.0, 2), (200.0, 2), (2.0, 79)])
 def test_steps_are_at_most_as_large_as_asked(rig: Rig, step_deg: float, count: int) -> None:
-    q1, q2 = stepped_grid(rig, step_deg)
+    q1, q2 = stepped_joints(rig, step_deg)
     assert len(q1) == len(q2) == count
     assert np.degrees([q1[0], q1[-1], q2[0], q2[-1]]) == pytest.approx([-77.5, 77.5, -32.5, 122.5])
     assert np.degrees(np.diff(q2)).max() <= step_deg + 1e-9
@@ -231,7 +230,7 @@ def test_steps_are_at_most_as_large_as_asked(rig: Rig, step_deg: float, count: i
 @pytest.mark.parametrize("step_deg", [0.0, -1.0, np.nan, np.inf])
 def test_steps_that_lead_nowhere_are_refused(rig: Rig, step_deg: float) -> None:
     with pytest.raises(ValueError, match="expected a step of the joints > 0 degrees"):
-        stepped_grid(rig, step_deg)
+        stepped_joints(rig, step_deg)
 
 
 def test_covered_fraction_converges_with_the_poses(rig: Rig) -> None:

@@ -123,8 +123,7 @@ def test_coarse_scores_are_those_of_coverage(rig: Rig) -> None:
         built = rig_with(rig, design)
         assert built.fold_mirror is not None
         plate = plate_part("m1", built.fold_mirror, Layout.from_rig(built).body_from_m1, Group.FIXED)
-        ranges = zip((joints.pan, joints.tilt), steps, strict=True)
-        q1, q2 = (np.radians(np.linspace(joint.min_deg, joint.max_deg, count)) for joint, count in ranges)
+        q1, q2 = joints.pan.values(steps[0]), joints.tilt.values(steps[1])
         return coverage(built, [boxed(rig), plate], q1=q1, q2=q2, **options)
 
     weight = [np.where(np.arange(count) % (count - 1), 1.0, 0.5) for count in (41, 21)]
