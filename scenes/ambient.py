@@ -27,6 +27,7 @@ from scenes.geometry import geometry_of
 from scenes.group_mesh import WORLD, GroupMesh, vertex_normals
 from scenes.kernel import Shape, compiled_frame
 from scenes.light import Light
+from scenes.looks import spiral_azimuth
 from scenes.packing import Packing
 from scenes.tracing import FAR_M
 
@@ -211,11 +212,8 @@ def _outward(origins: FloatArray, normals: FloatArray, count: int, first: int) -
     """Rays (origins, directions) from vertices into the half-space before them, spread as the cosine, each turned."""
     lane = dr.arange(UInt32, len(origins) * count)
     vertex, sample = lane // count, lane % count
-    # A spiral of equal shares of the disk (Vogel 1979); vertices turn it by the golden ratio's multiples.
     radius = dr.sqrt((Float32(sample) + 0.5) / count)
-    turns = Float32((vertex + first) % 4096) * 0.618033988749895
-    angle = Float32(sample) * 2.399963229728653 + 2 * np.pi * (turns - dr.floor(turns))
-    sine, cosine = dr.sincos(angle)
+    sine, cosine = dr.sincos(spiral_azimuth(vertex + first, sample))
     columns = [
         [dr.gather(Float32, Float32(np.ascontiguousarray(column, dtype=np.float32)), vertex) for column in array.T]
         for array in (origins, normals)

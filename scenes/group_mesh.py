@@ -15,6 +15,7 @@ from scenes.materials import Material, material_of
 from scenes.targets import MeshShape
 from scenes.worlds import World
 from scenes.worlds.snow import MarineSnow, snow_surface
+from scenes.worlds.surface import double_area_vectors
 
 WORLD, TARGET, SNOW = "world", "target", "snow"
 """Groups beside those of the rig (`optics.mesh.Group`)."""
@@ -175,21 +176,16 @@ def snow_mesh(snow: MarineSnow) -> GroupMesh:
 
 def face_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Unit normals, counter-clockwise; zero for a face without area."""
-    normals = _area_vectors(vertices_m, faces)
+    normals = double_area_vectors(vertices_m, faces)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.where(length > 0, length, 1))
 
 
 def vertex_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Normals at vertices, faces weighted by their area; zero for a vertex without faces."""
-    area = _area_vectors(vertices_m, faces)
+    area = double_area_vectors(vertices_m, faces)
     total = np.stack(
         [np.bincount(faces.ravel(), np.repeat(column, 3), minlength=len(vertices_m)) for column in area.T], axis=1
     )
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.asarray(total / np.where(length > 0, length, 1))
-
-
-def _area_vectors(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
-    corners = vertices_m[faces]
-    return np.asarray(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))

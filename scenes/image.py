@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from optics.backend import mi
 from scenes.frame import Frame
+from scenes.sensor.colour import srgb_encode
 from scenes.stage import Stage
 
 WHITE_LEVEL = 0.8
@@ -23,9 +24,7 @@ def display_image(frame: Frame, stage: Stage) -> NDArray[np.uint8]:
     """
     card = stage.light.white_radiance(stage.depth_m) / stage.light.n_water**2
     linear = np.clip(frame.radiance / card * WHITE_LEVEL, 0, 1)
-    # IEC 61966-2-1.
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.round(encoded * 255).astype(np.uint8)
+    return np.round(srgb_encode(linear) * 255).astype(np.uint8)
 
 
 def write_picture(picture: NDArray[np.uint8], path: Path) -> None:

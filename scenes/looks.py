@@ -43,9 +43,14 @@ class Looks:
     def around(self, axis: Any, cosine: Any) -> Any:
         """Directions at angles from an axis, spread around it, each point's turned."""
         sine = dr.safe_sqrt(1 - dr.square(cosine))
-        turns = Float32(self.place % 4096) * 0.618033988749895
-        s, c = dr.sincos(Float32(self.number) * 2.399963229728653 + 2 * np.pi * (turns - dr.floor(turns)))
+        s, c = dr.sincos(spiral_azimuth(self.place, self.number))
         return Array3f32(mi.Frame3f(mi.Normal3f(axis)).to_world(mi.Vector3f(sine * c, sine * s, cosine)))
+
+
+def spiral_azimuth(place: Any, number: Any) -> Any:
+    """Azimuths, radians, of a spiral of equal shares (Vogel 1979); places turn it by the golden ratio's multiples."""
+    turns = Float32(place % 4096) * 0.618033988749895
+    return Float32(number) * 2.399963229728653 + 2 * np.pi * (turns - dr.floor(turns))
 
 
 @dataclass(frozen=True)

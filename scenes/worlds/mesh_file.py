@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from optics.arrays import FloatArray
 from scenes.materials import Material
-from scenes.worlds.surface import Surface, face_normals, surface
+from scenes.worlds.surface import Surface, double_area_vectors, surface
 
 METRES = {"m": 1.0, "mm": 0.001, "inch": 0.0254}
 Y_UP_SUFFIXES = (".glb", ".gltf")
@@ -88,7 +88,7 @@ def _surface(mesh: trimesh.Trimesh, scale: float, y_up: bool) -> Surface:
         # A colour for each face needs corners of its own.
         vertices, colour = vertices[faces].reshape(-1, 3), np.repeat(colour, 3, axis=0)
         faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
-    flat = np.linalg.norm(face_normals(vertices, faces), axis=1) == 0
+    flat = np.linalg.norm(double_area_vectors(vertices, faces), axis=1) == 0
     return surface(vertices, faces[~flat], material, colour)
 
 

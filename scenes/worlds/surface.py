@@ -61,7 +61,7 @@ def joined(surfaces: Sequence[Surface]) -> Surface:
     )
 
 
-def face_normals(vertices_m: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
+def double_area_vectors(vertices_m: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
     """Normals of faces as long as twice their areas, shape (m, 3), m^2."""
     corners = vertices_m[faces]
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -70,4 +70,4 @@ def face_normals(vertices_m: FloatArray, faces: NDArray[np.int32]) -> FloatArray
 def enclosed_volume_m3(vertices_m: FloatArray, faces: NDArray[np.int32]) -> float:
     """Volume within a closed surface, by the divergence theorem; negative when its faces look inwards."""
     first = vertices_m[faces[:, 0]] - vertices_m.mean(axis=0)
-    return float(np.sum(first * face_normals(vertices_m, faces)) / 6)
+    return float(np.sum(first * double_area_vectors(vertices_m, faces)) / 6)

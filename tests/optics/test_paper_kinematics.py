@@ -1,13 +1,14 @@
-"""Eqs. 1-3 of the paper describe the mirror that the layout describes."""
+"""Eqs. 1-3 of Cortes-Perez & Torres-Mendez 2021, read as `docs/explanation/gaze.md` says, against the layout."""
 
 from __future__ import annotations
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
-from optics.layout import Layout
-from optics.paper_kinematics import camera_from_frame_1, frame_1_from_frame_2, gaze_mirror_by_paper, paper_joints
+from optics.arrays import FloatArray
+from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
 from rigs import Rig
 
 AQUA2 = Rig.load("aqua2")
@@ -16,6 +17,35 @@ D1_M, D2_M = AQUA2.fold_mirror.distance_mm / 1000, AQUA2.gaze_mirror.distance_mm
 
 ROUNDING = 1e-15
 """One product of rotations, on lengths below a metre, twice over."""
+
+
+def paper_joints(layout: Layout, q1: float, q2: float) -> tuple[float, float]:
+    """The paper's (q1, q2) of eq. 2 for joint values of a rig, radians."""
+    return -layout.pan.angle(q1), layout.tilt.angle(q2) + FACE_ELEVATION_AT_ZERO
+
+
+def camera_from_frame_1(d1_m: float) -> FloatArray:
+    """Eq. 1: frame 1, on the axis at d1, shape (4, 4)."""
+    return _homogeneous(Rotation.from_rotvec([-np.pi / 2, 0.0, 0.0]), [0.0, 0.0, d1_m])
+
+
+def frame_1_from_frame_2(q1: float, q2: float, d2_m: float) -> FloatArray:
+    """Eq. 2: frame 2, at the centre of M2, for the paper's joint values; shape (4, 4)."""
+    turn = Rotation.from_euler("z", q1 - np.pi / 2) * Rotation.from_euler("y", q2 - np.pi / 2)
+    return _homogeneous(turn, [0.0, 0.0, d2_m])
+
+
+def gaze_mirror_by_paper(q1: float, q2: float, *, d1_m: float, d2_m: float) -> tuple[FloatArray, FloatArray]:
+    """Eq. 3: centre and normal of M2 in the camera frame, shape (3,) each, for the paper's joint values."""
+    pose = camera_from_frame_1(d1_m) @ frame_1_from_frame_2(q1, q2, d2_m)
+    return pose[:3, 3], -pose[:3, 2]
+
+
+def _homogeneous(rotation: Rotation, translation: list[float]) -> FloatArray:
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation.as_matrix()
+    matrix[:3, 3] = translation
+    return matrix
 
 
 @given(q1=st.floats(-1.3, 1.3), q2=st.floats(-0.5, 2.1))

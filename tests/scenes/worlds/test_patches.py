@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.worlds.patches import patches
-from scenes.worlds.surface import face_normals
+from scenes.worlds.surface import double_area_vectors
 
 CELLS = 6
 
@@ -22,7 +22,7 @@ def grid():
 
 
 def areas(vertices, faces):
-    return face_normals(vertices, faces)[:, 2] / 2
+    return double_area_vectors(vertices, faces)[:, 2] / 2
 
 
 def test_a_border_lies_where_scores_are_equal():

@@ -11,7 +11,7 @@ from scenes.worlds.noise import GradientNoise
 from scenes.worlds.poisson_disk import spaced
 from scenes.worlds.reef import ARENA_FLOOR_M, ARENA_RADIUS_M, BOTTOM_BELOW_ROBOT_M, FORMS, FREE_RADIUS_M, reef
 from scenes.worlds.space_colonisation import PIPE_EXPONENT, grown_tree
-from scenes.worlds.surface import enclosed_volume_m3, face_normals
+from scenes.worlds.surface import double_area_vectors, enclosed_volume_m3
 from scenes.worlds.terrain import RADIUS_M
 
 DEPTH_M = 6.0
@@ -66,7 +66,7 @@ def test_there_is_a_ridge_ahead_and_open_water_to_the_right(world):
 
 
 def test_no_triangle_is_degenerate(world):
-    assert np.linalg.norm(face_normals(world.vertices_m, world.faces), axis=1).min() > SMALLEST_DOUBLE_AREA_M2
+    assert np.linalg.norm(double_area_vectors(world.vertices_m, world.faces), axis=1).min() > SMALLEST_DOUBLE_AREA_M2
 
 
 def test_every_colour_is_a_reflectance(world):
