@@ -39,7 +39,6 @@ PROGRAMS = (
 EXTRAS = (
     ("optiland", "optiland", "benchmarks compare our rays with it; ./run bench installs it"),
     ("embreex", "embreex", "benchmarks compare our ray casting with it; ./run bench installs it"),
-    ("viser", "viser", "live 3-D view, planned; pip install viser"),
 )
 """Packages that are not needed: distribution, module, what they are for and where they come from."""
 
