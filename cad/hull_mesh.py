@@ -1,12 +1,11 @@
 """A hull from the user's file as one closed surface of moderate size, and what had to be done to it.
 
 Reading, repairing and simplifying a large mesh takes long, so the outcome is kept in the cache under the hash of the
-file and of the code that made it.
+file.
 """
 
 from __future__ import annotations
 
-import hashlib
 import zipfile
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -17,11 +16,10 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from cad import mesh_repair, mesh_simplification
 from cad.mesh_repair import check_that_it_stays_out_of_itself, repaired, welded
 from cad.mesh_simplification import simplified, surface_distance, thinned
 from optics.arrays import FloatArray
-from optics.cache import cache_folder, load_arrays, save_arrays
+from optics.cache import cache_folder, load_arrays, result_key, save_arrays
 from rigs import FileHull, Rig
 from rigs.files import STEP_SUFFIXES
 
@@ -31,6 +29,9 @@ STL_HEADER = 80
 """Bytes before the number of triangles in a binary STL."""
 PLAUSIBLE_MM = (100.0, 20_000.0)
 """Longest side of a vehicle, from a hand's breadth to a large submarine."""
+
+HULL_MESH_VERSION = 1
+"""Raised when reading, repair or simplification make another surface or other notes of the same file."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +87,7 @@ def read_hull_mesh(hull: FileHull) -> HullMesh:
     if hull.file.suffix.lower() not in MESH_SUFFIXES:
         known = ", ".join((*STEP_SUFFIXES, *MESH_SUFFIXES))
         raise ValueError(f"hull.file = {hull.file.name!r}: expected a file that ends in {known}")
-    path = cache_folder() / f"hull-{_key(hull)}.npz"
+    path = cache_folder() / f"hull-mesh-{hull_mesh_key(hull)}.npz"
     try:
         return _load(path)
     except (OSError, KeyError, ValueError, zipfile.BadZipFile):
@@ -94,6 +95,12 @@ def read_hull_mesh(hull: FileHull) -> HullMesh:
         made = _made(hull)
     _save(path, made)
     return made
+
+
+def hull_mesh_key(hull: FileHull) -> str:
+    """Key of a hull's surface: what is in the file, how it is read, and the libraries that repair it."""
+    libraries = version("trimesh"), version("manifold3d")
+    return result_key("hull mesh", HULL_MESH_VERSION, hull.file, hull.file.suffix.lower(), hull.unit, libraries)
 
 
 def check_size(size_mm: FloatArray, unit: str | None) -> None:
@@ -174,15 +181,6 @@ def _binary_stl(file: Path) -> NDArray[np.float32] | None:
     if size != STL_HEADER + 4 + count * record.itemsize:
         return None
     return np.array(np.memmap(file, dtype=record, mode="r", offset=STL_HEADER + 4, shape=(count,))["corners"])
-
-
-def _key(hull: FileHull) -> str:
-    with hull.file.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256")
-    digest.update(f"{hull.file.suffix.lower()} {hull.unit} {version('trimesh')} {version('manifold3d')}".encode())
-    for module in (__file__, mesh_repair.__file__, mesh_simplification.__file__):
-        digest.update(Path(module).read_bytes())
-    return digest.hexdigest()
 
 
 def _save(path: Path, mesh: HullMesh) -> None:

@@ -5,8 +5,6 @@ The modelling kernel takes seconds to import; it is imported only when the cache
 
 from __future__ import annotations
 
-import hashlib
-import json
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -17,8 +15,7 @@ from typing import Any
 import numpy as np
 from pydantic.main import IncEx
 
-import optics.layout
-from optics.cache import cache_folder, load_arrays, save_arrays
+from optics.cache import cache_folder, load_arrays, result_key, save_arrays
 from optics.layout import check_stows
 from optics.mesh import Group, PartMesh, Role
 from rigs import FileHull, Rig
@@ -48,6 +45,10 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
 
 
+MESH_VERSION = 1
+"""Raised when a part of the same rig gets another shape: in `cad`, or in what of `optics` places and shapes parts."""
+
+
 def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
     """Parts of a rig as triangles in metres, each in the frame of its group; from the cache when it can be.
 
@@ -62,7 +63,7 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
         raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     if stowed:
         check_stows(rig)
-    path = cache_folder() / f"{mesh_key(rig)}{'-stowed' if stowed else ''}.npz"
+    path = cache_folder() / f"rig-meshes-{mesh_key(rig, stowed=stowed)}.npz"
     try:
         meshes = load_meshes(path)
     except (OSError, KeyError, ValueError, zipfile.BadZipFile):
@@ -73,20 +74,10 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
     return [replace(mesh, colour=colour) if mesh.role is Role.MOUNT else mesh for mesh in meshes]
 
 
-def mesh_key(rig: Rig) -> str:
-    """Hash of everything the shapes come from: the rig's numbers, the hull's file, and the code that makes solids."""
-    digest = hashlib.sha256()
+def mesh_key(rig: Rig, *, stowed: bool = False) -> str:
+    """Key of a rig's meshes: the numbers that shape them, the hull's file, and the library that makes solids."""
     numbers = rig.model_dump(mode="json", exclude=WITHOUT_SHAPE)
-    digest.update(json.dumps(numbers, sort_keys=True).encode())
-    digest.update(version("build123d").encode())
-    sources = sorted(Path(__file__).parent.glob("*.py"))
-    if isinstance(rig.hull, FileHull):
-        sources.append(rig.hull.file)
-    for source in [*sources, Path(optics.layout.__file__)]:
-        content = source.read_bytes()
-        digest.update(f"{source.name} {len(content)} ".encode())
-        digest.update(content)
-    return digest.hexdigest()
+    return result_key("rig meshes", MESH_VERSION, numbers, _hull_key(rig), stowed, version("build123d"))
 
 
 def save_meshes(path: Path, meshes: Sequence[PartMesh]) -> None:
@@ -119,3 +110,11 @@ def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:
     from cad.tessellation import tessellate  # noqa: PLC0415
 
     return tessellate(build_assembly(rig), stowed=stowed)
+
+
+def _hull_key(rig: Rig) -> str | None:
+    if not isinstance(rig.hull, FileHull):
+        return None
+    from cad.hull_mesh import hull_mesh_key  # noqa: PLC0415  (only a file's hull needs trimesh for its key)
+
+    return hull_mesh_key(rig.hull)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from rigs import Rig
+from optics.cache import result_key
+from rigs import FileHull, Rig
 
 STATE_FILE = ".stages.json"
 
-SOURCE_PACKAGES = ("rigs", "optics", "cad", "scenes", "tracking", "reports")
+STAGES_VERSION = 1
+"""Raised when a stage computes or writes something else for the same rig and settings."""
 
 Announce = Callable[[str], None]
 """Takes one line of progress at a time."""
@@ -79,12 +81,19 @@ def write_text(path: Path, text: str) -> None:
 
 
 def work_key(rig: Rig, settings: str = "") -> str:
-    """Hash of the rig, of its hull file if it has one, of the settings, and of the program itself."""
-    digest = hashlib.sha256((rig.model_dump_json() + settings).encode())
-    if rig.hull is not None and rig.hull.shape == "file":
-        digest.update(rig.hull.file.read_bytes())
-    root = Path(__file__).parent.parent
-    for package in SOURCE_PACKAGES:
-        for path in sorted((root / package).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+    """Key of the rig, of its hull file if it has one, of the settings, and of the versions of what is computed."""
+    versions = version("mirrorgaze"), *physics_versions()
+    hull_file = rig.hull.file if isinstance(rig.hull, FileHull) else None
+    return result_key("stages", STAGES_VERSION, versions, rig.model_dump(mode="json"), hull_file, settings)
+
+
+def physics_versions() -> tuple[int, ...]:
+    """Versions of all that stages take from the cache."""
+    # Renderer and solids take seconds to import, and tables are written by programs that need neither.
+    from cad.checks.slicer import SLICE_VERSION  # noqa: PLC0415
+    from cad.hull_mesh import HULL_MESH_VERSION  # noqa: PLC0415
+    from cad.meshes import MESH_VERSION  # noqa: PLC0415
+    from optics.radiative_transfer.field import RADIANCE_VERSION  # noqa: PLC0415
+    from scenes.ambient import LIGHT_VERSION  # noqa: PLC0415
+
+    return RADIANCE_VERSION, HULL_MESH_VERSION, MESH_VERSION, SLICE_VERSION, LIGHT_VERSION

@@ -10,19 +10,17 @@ any averaging: where nothing is in the way there is no noise.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import logging
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from optics.arrays import FloatArray
 from optics.backend import Array3f32, Float32, UInt32, dr
-from optics.cache import cache_folder, load_arrays, save_arrays
+from optics.cache import cache_folder, load_arrays, result_key, save_arrays
 from scenes.geometry import geometry_of
 from scenes.group_mesh import WORLD, GroupMesh, vertex_normals
 from scenes.kernel import Shape, compiled_frame
@@ -51,6 +49,12 @@ INSET = 0.05
 
 OFFSET_M = 1e-3
 
+LIGHT_VERSION = 1
+"""Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
+
+One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.
+"""
+
 
 def with_ambient(mesh: GroupMesh, light: Light) -> GroupMesh:
     """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
@@ -62,11 +66,11 @@ def with_ambient(mesh: GroupMesh, light: Light) -> GroupMesh:
 def cached(
     mesh: GroupMesh, light: Light, name: str, make: Callable[[], FloatArray], *, places: Sequence[FloatArray] = ()
 ) -> FloatArray:
-    """Array that comes from a mesh under a light, kept on disk under the hash of both and of this package's code.
+    """Array that comes from a mesh under a light, kept on disk.
 
     `places` are whatever else it comes from. The log tells what is not there yet: it takes seconds to a minute.
     """
-    path = cache_folder() / f"{_key(mesh, light, places)}-{name.replace(' ', '-')}.npz"
+    path = cache_folder() / f"{name.replace(' ', '-')}-{light_key(name, mesh, light, places)}.npz"
     # Absent or damaged: either way it is made again.
     with contextlib.suppress(OSError, KeyError, ValueError, zipfile.BadZipFile):
         return load_arrays(path)[name]
@@ -76,19 +80,11 @@ def cached(
     return made
 
 
-def _key(mesh: GroupMesh, light: Light, places: Sequence[FloatArray]) -> str:
-    """Hash of everything the light comes from: the mesh, the light, places, and the code of this package."""
-    digest = hashlib.sha256()
-    arrays = [mesh.vertices_m, mesh.faces, mesh.material, light.field_nodes, light.ambient_nodes]
-    colour = [] if mesh.colour is None else [mesh.colour]
-    mirrors = [] if mesh.mirrors is None else list(mesh.mirrors.values())
-    for array in [*arrays, *light.numbers(1.0).values(), *colour, *mirrors, *places]:
-        content = np.ascontiguousarray(array)
-        digest.update(f"{content.shape} {content.dtype} ".encode())
-        digest.update(content.tobytes())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
+def light_key(name: str, mesh: GroupMesh, light: Light, places: Sequence[FloatArray] = ()) -> str:
+    """Key of what comes from a mesh under a light and from places: the mesh, and all that the kernels take of both."""
+    looks = mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, mesh.mirrors
+    lit = light.field_nodes, light.ambient_nodes, light.numbers(1.0)
+    return result_key(name, LIGHT_VERSION, looks, lit, places)
 
 
 def ambient_light(mesh: GroupMesh, light: Light) -> FloatArray:

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from xdist.scheduler import LoadFileScheduling
 
 GATHERED: dict[str, Any] = {}
+
+RECORDED = Path(__file__).parent / "recorded_results.json"
+"""Version and fingerprint of small cases of each kind of result that the cache keeps."""
 
 SHARING_FOLDERS = ("tests/cad/checks", "tests/cad/export")
 """Whose files share solids, checks and an export that take half a minute to make."""
@@ -36,7 +43,7 @@ def rough_light():
     from scenes import ambient, ambient_volume, robot_light, source_volume, water_shade, world_shade
 
     def gathered_once(mesh, light, name, make, *, places=()):
-        key = f"{ambient._key(mesh, light, places)}-{name}"
+        key = ambient.light_key(name, mesh, light, places)
         if key not in GATHERED:
             GATHERED[key] = make()
         return GATHERED[key]
@@ -50,3 +57,37 @@ def rough_light():
         patch.setattr(source_volume, "MOST_POINTS", 6)
         patch.setattr(source_volume, "MOST_TURNS", 2)
         yield
+
+
+def fingerprint(array):
+    """Words as their digest; numbers as their size and some sums, weighted so that each one counts."""
+    if array.dtype.kind == "U":
+        return hashlib.sha256("\n".join(array.ravel()).encode()).hexdigest()[:16]
+    values = np.asarray(array, dtype=np.float64).ravel()
+    weights = np.cos(np.multiply.outer([0.0, 1.0, 2.0], np.arange(values.size)))
+    return [values.size, float(np.abs(values).sum()), *(weights @ values).tolist()]
+
+
+@pytest.fixture
+def check_recorded():
+    """Fails when a kept result has changed and its version has not: what is in caches would be stale.
+
+    The result is right or wrong by other tests. When it has changed on purpose, raise the version and record what the
+    failure prints in `recorded_results.json`.
+    """
+
+    def check(case, version, *, rel, **arrays):
+        found = {"version": version} | {name: fingerprint(array) for name, array in arrays.items()}
+        recorded = json.loads(RECORDED.read_text(encoding="utf-8")).get(case, {"version": None})
+        told = f'raise the version, then record "{case}": {json.dumps(found)}'
+        assert recorded["version"] == version, told
+        assert recorded.keys() == found.keys(), told
+        for name, numbers in found.items():
+            if isinstance(numbers, list):
+                size, scale, *sums = recorded[name]
+                assert numbers[0] == size, told
+                np.testing.assert_allclose(numbers[1:], [scale, *sums], rtol=0, atol=rel * scale, err_msg=told)
+            else:
+                assert numbers == recorded[name], told
+
+    return check

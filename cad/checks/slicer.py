@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import shutil
@@ -17,7 +16,7 @@ import trimesh
 from cad.checks.finding import Finding, Sense
 from cad.checks.orientation import print_pose
 from optics.arrays import FloatArray
-from optics.cache import cache_folder
+from optics.cache import cache_folder, result_key
 from optics.mesh import PartMesh
 from rigs import Mount, Problem
 from rigs.materials import MATERIALS
@@ -45,6 +44,9 @@ PROFILE: Mapping[str, str] = {
 TIMEOUT_S = 300
 STATUS_LINE = re.compile(r"^(\d+ => |Slicing result|\[\d{4}-)")
 WARNING = "print warning:"
+
+SLICE_VERSION = 1
+"""Raised when the slicer's words are read as another `Slice`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,8 +122,8 @@ def slice_stl(program: str, stl: bytes, mount: Mount) -> Slice:
         When the slicer fails.
     """
     settings = _settings(mount)
-    digest = hashlib.sha256(json.dumps([_version(program), *settings]).encode() + stl).hexdigest()
-    stored = cache_folder() / "slices" / f"{digest}.json"
+    key = result_key("slice", SLICE_VERSION, _version(program), settings, stl)
+    stored = cache_folder() / "slices" / f"{key}.json"
     try:
         numbers = json.loads(stored.read_text())
         return Slice(**{**numbers, "warnings": tuple(numbers["warnings"])})

@@ -9,16 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from optics.arrays import FloatArray
-from optics.cache import cache_folder, load_arrays, save_arrays
+from optics.cache import cache_folder, load_arrays, result_key, save_arrays
 from optics.inherent_optics import InherentOptics
 from optics.radiative_transfer.column import WINDOW_STREAMS, Column, fourier, multiple_radiance, solve_columns
-from optics.radiative_transfer.content_key import content_key
 from optics.radiative_transfer.delta_scaling import DEGREES
 from optics.radiative_transfer.grids import SHALLOWEST_M, azimuths_rad, cosines, depths_m
 from optics.radiative_transfer.irradiance import irradiance_on_planes, irradiances
 from optics.radiative_transfer.quadrature import window_cosines_air
 
 DEEPEST_M = 40.0
+
+RADIANCE_VERSION = 1
+"""Raised when the solver or the tables give another field for the same water, sun and sky."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,8 +112,8 @@ def radiance_field(
     # Particles and molecules at the angles of the table: what all else of a phase function follows from.
     phase = optics.phase_function(optics.phase.angle_rad)
     numbers = (optics.wavelength_nm, optics.absorption, optics.scattering, optics.n_water, phase)
-    key = content_key((*numbers, sun_cosine_air, sun, sky, deepest_m))
-    path = cache_folder() / f"radiance-{key}.npz"
+    key = result_key("radiance field", RADIANCE_VERSION, *numbers, float(sun_cosine_air), sun, sky, float(deepest_m))
+    path = cache_folder() / f"radiance-field-{key}.npz"
     try:
         return RadianceField(**load_arrays(path))
     except (OSError, TypeError, ValueError, zipfile.BadZipFile):

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -37,3 +38,9 @@ def built(request: pytest.FixtureRequest) -> Built:
 @pytest.fixture(scope="session")
 def aqua2() -> Built:
     return built_once("aqua2")
+
+
+@pytest.fixture(scope="session")
+def built_preset() -> Callable[[str], Built]:
+    """Any preset by name, built once."""
+    return built_once

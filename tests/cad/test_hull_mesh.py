@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from cad import hull_mesh, mesh_simplification
-from cad.hull_mesh import hull_notes, posed_hull_mesh, read_hull_mesh
+from cad.hull_mesh import HULL_MESH_VERSION, hull_notes, posed_hull_mesh, read_hull_mesh
 from cad.mesh_repair import manifold, winding_numbers
 from cad.mesh_simplification import simplified, surface_distance
 from rigs import FileHull, Rig
@@ -242,3 +242,15 @@ def test_a_wrong_unit_is_suspected(tmp_path, scale, unit, words):
     with pytest.raises(ValueError, match="expected a vehicle of 100 mm to 20 m") as refusal:
         read_hull_mesh(hull)
     assert words in str(refusal.value)
+
+
+def test_kept_hulls_are_what_would_be_read_today(tmp_path, check_recorded, monkeypatch):
+    """An ellipsoid of more triangles than are kept with a hole, and a box that overlaps it."""
+    monkeypatch.setattr(hull_mesh, "simplified", lambda mesh: simplified(mesh, 600))
+    ellipsoid = trimesh.creation.icosphere(subdivisions=4, radius=1)
+    ellipsoid.apply_scale((400, 60, 80))
+    read = read_hull_mesh(written(tmp_path, trimesh.util.concatenate([without(ellipsoid, [5]), box(0)])))
+    assert len(read.notes) == 3
+    corners = np.asarray(read.surface.triangles)
+    shape = np.array([len(corners), read.surface.area, read.surface.volume, *np.abs(corners).sum(axis=(0, 1))])
+    check_recorded("hull mesh", HULL_MESH_VERSION, rel=1e-6, shape=shape, notes=np.array(read.notes))

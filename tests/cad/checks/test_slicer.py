@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import trimesh
 
 from cad.checks.finding import Verdict
-from cad.checks.slicer import NO_SLICER, PROGRAM, read_slice, slice_finding, slice_stl, slicer_path
+from cad.checks.slicer import NO_SLICER, PROGRAM, SLICE_VERSION, read_slice, slice_finding, slice_stl, slicer_path
 from rigs import Mount
 
 MOUNT = Mount(fold_anchor_mm=(0, 0, 0), base_anchor_mm=(0, 0, 0))
@@ -40,6 +41,12 @@ def test_time_plastic_supports_and_warnings_are_read():
     (warning,) = found.warnings
     assert warning.startswith("Empty layer between 30.05 and 37.85. Object name: float.stl Make sure")
     assert "Exporting" not in warning
+
+
+def test_kept_slices_are_what_would_be_read_today(check_recorded):
+    found = read_slice(SAID, GCODE)
+    numbers = np.array([found.time_s, found.mass_g, found.support_layers])
+    check_recorded("slice", SLICE_VERSION, rel=1e-9, numbers=numbers, warnings=np.array(found.warnings))
 
 
 def test_a_file_without_figures_is_refused():

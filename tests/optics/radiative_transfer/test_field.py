@@ -15,6 +15,7 @@ from optics.radiative_transfer.column import (
     sky_radiance,
     solve_columns,
 )
+from optics.radiative_transfer.field import RADIANCE_VERSION
 from optics.radiative_transfer.line_of_sight import scattering_angle
 from rigs import Water
 
@@ -191,3 +192,8 @@ def test_bad_arguments_are_told_all_at_once(optics, here):
     ):
         assert part in text
     assert len(text.splitlines()) == 6
+
+
+def test_a_kept_field_is_what_would_be_solved_today(field, check_recorded):
+    """Eigenvalues of other machines' libraries agree to far more than 1e-7."""
+    check_recorded("radiance field", RADIANCE_VERSION, rel=1e-7, **vars(field))

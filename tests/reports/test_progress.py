@@ -1,0 +1,71 @@
+"""What makes a stage of long work count as done before, and what does not."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+import trimesh
+
+import reports.progress as module
+from cad.checks.slicer import SLICE_VERSION
+from cad.hull_mesh import HULL_MESH_VERSION, hull_mesh_key
+from cad.meshes import MESH_VERSION, mesh_key
+from optics.radiative_transfer.field import RADIANCE_VERSION
+from reports.progress import work_key
+from rigs import FileHull, Rig
+from scenes.ambient import LIGHT_VERSION, light_key
+from scenes.frame import Label
+from scenes.group_mesh import GroupMesh
+from scenes.light import underwater_light
+from scenes.materials import Material
+
+TRIANGLE = GroupMesh(
+    vertices_m=np.eye(3),
+    faces=np.array([[0, 1, 2]], dtype=np.int32),
+    material=np.array([Material.TILE_WHITE], dtype=np.int32),
+    label=np.array([Label.WORLD], dtype=np.int32),
+    instance=np.zeros(1, dtype=np.int32),
+)
+
+
+@pytest.fixture
+def rig(tmp_path):
+    """aqua2 on a box from a file."""
+    file = tmp_path / "hull.stl"
+    trimesh.creation.box(extents=(650, 260, 130)).export(file)
+    return Rig.load("aqua2").model_copy(update={"hull": FileHull(shape="file", file=file, unit="mm")})
+
+
+def test_work_is_done_anew_for_another_rig_hull_file_setting_or_version(rig, monkeypatch):
+    before = work_key(rig, "coverage 1.0")
+    assert work_key(rig, "coverage 1.0") == before
+    assert work_key(rig, "coverage 2.0") != before
+    assert work_key(rig.model_copy(update={"name": "other"}), "coverage 1.0") != before
+    monkeypatch.setattr(module, "STAGES_VERSION", module.STAGES_VERSION + 1)
+    assert work_key(rig, "coverage 1.0") != before
+    monkeypatch.undo()
+    trimesh.creation.box(extents=(650, 261, 130)).export(rig.hull.file)
+    assert work_key(rig, "coverage 1.0") != before
+
+
+def test_stages_count_every_version_of_what_is_kept():
+    kept = RADIANCE_VERSION, HULL_MESH_VERSION, MESH_VERSION, SLICE_VERSION, LIGHT_VERSION
+    assert module.physics_versions() == kept
+
+
+def test_a_comment_makes_nothing_again(rig, monkeypatch):
+    """No key reads a source file: what a comment says cannot be in it."""
+    light = underwater_light(rig.water)
+    opened, open_file = [], io.open
+
+    def noted(file, *arguments, **settings):
+        opened.append(str(file))
+        return open_file(file, *arguments, **settings)
+
+    monkeypatch.setattr(io, "open", noted)
+    for key in (mesh_key(rig), hull_mesh_key(rig.hull), light_key("light", TRIANGLE, light), work_key(rig)):
+        assert len(key) == 64
+    assert str(rig.hull.file) in opened
+    assert [file for file in opened if file.endswith(".py")] == []
