@@ -27,7 +27,7 @@ from scenes.kernel import Shape, compiled_frame
 from scenes.light import Light
 from scenes.looks import spiral_azimuth
 from scenes.packing import Packing
-from scenes.tracing import FAR_M
+from scenes.tracing import FAR_M, FixedHit, Rays
 
 LOG = logging.getLogger(__name__)
 
@@ -193,15 +193,12 @@ class Surroundings:
 
     def radiance(self, origin: Any, direction: Any) -> list[Any]:
         """Radiance by channel, without the direct sun and what surrounds it closely."""
-        rays = {
-            "origin": origin,
-            "direction": direction,
-            "gain": dr.full(Float32, 1.0, dr.width(origin)),
-            "prefix": [{"distance": dr.full(Float32, FAR_M, 1), "face": dr.zeros(UInt32, 1)}],
-        }
+        nothing = FixedHit(distance=dr.full(Float32, FAR_M, 1), face=dr.zeros(UInt32, 1))
+        gain = dr.full(Float32, 1.0, dr.width(origin))
+        rays = Rays(origin=origin, direction=direction, gain=gain, prefix=(nothing,))
         dr.eval(rays)
         frame = compiled_frame(self._shape)(rays, self._geometry.arrays, self.tables, *self._rows)
-        return list(frame["rgb"])
+        return list(frame.rgb)
 
 
 def _outward(origins: FloatArray, normals: FloatArray, count: int, first: int) -> tuple[Any, Any]:

@@ -80,8 +80,31 @@ class Frame:
         return float((u * weight).sum()) / total, float((v * weight).sum()) / total
 
 
-def frames_of(arrays: dict[str, Any], count: int, shape: tuple[int, int], per_pixel: int) -> list[Frame]:
-    """Frames of what a kernel returned (`scenes.kernel.Shape`): frame by frame, row by row, sample by sample."""
+@dataclass(frozen=True, kw_only=True)
+class TruthArrays:
+    """What kernels know of what is seen, as Dr.Jit arrays, ray by ray; see `Frame`.
+
+    Infinity is a large number here, and instances are counted from one, with zero for none.
+    """
+
+    distance: Any
+    point: Any
+    normal: Any
+    region: Any
+    instance: Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrameArrays:
+    """What the kernel of a frame returns, as Dr.Jit arrays, ray by ray: radiance by channel, label, and more."""
+
+    rgb: list[Any]
+    label: Any
+    truth: TruthArrays | None
+
+
+def frames_of(arrays: FrameArrays, count: int, shape: tuple[int, int], per_pixel: int) -> list[Frame]:
+    """Frames of what a kernel returned with ground truth: frame by frame, row by row, sample by sample."""
 
     def samples(values: Any) -> NDArray[Any]:
         """As images, shape (frames, height, width, samples)."""
@@ -91,11 +114,14 @@ def frames_of(arrays: dict[str, Any], count: int, shape: tuple[int, int], per_pi
         """What the first sample of each pixel sees."""
         return samples(values)[..., 0]
 
-    radiance = np.stack([samples(channel).mean(axis=-1) for channel in arrays["rgb"]], axis=-1)
-    share = (samples(arrays["label"]) == Label.TARGET).mean(axis=-1).astype(np.float32)
-    point, normal = (np.stack([first(each) for each in arrays[name]], axis=-1) for name in ("point", "normal"))
-    distance, instance = first(arrays["distance"]), first(arrays["instance"]).astype(np.int32) - 1
-    label, region = (first(arrays[name]).astype(np.uint8) for name in ("label", "region"))
+    truth = arrays.truth
+    if truth is None:
+        raise ValueError("expected arrays with ground truth, got radiance and label alone")
+    radiance = np.stack([samples(channel).mean(axis=-1) for channel in arrays.rgb], axis=-1)
+    share = (samples(arrays.label) == Label.TARGET).mean(axis=-1).astype(np.float32)
+    point, normal = (np.stack([first(each) for each in vectors], axis=-1) for vectors in (truth.point, truth.normal))
+    distance, instance = first(truth.distance), first(truth.instance).astype(np.int32) - 1
+    label, region = (first(values).astype(np.uint8) for values in (arrays.label, truth.region))
     distance = np.where(distance < FARTHEST_M, distance, np.inf).astype(np.float32)
     point = np.where(np.isfinite(distance)[..., np.newaxis], point, np.nan).astype(np.float32)
     return [

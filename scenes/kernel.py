@@ -8,7 +8,7 @@ one sample per pixel has no noise.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -17,14 +17,17 @@ from optics.freezing import frozen
 from optics.mesh import Group
 from optics.refraction import reflect
 from scenes.field_table import layer
+from scenes.frame import FrameArrays, TruthArrays
 from scenes.group_mesh import WORLD
 from scenes.packing import Packing
-from scenes.path_ends import describe
+from scenes.path_ends import shade
 from scenes.paths import Inputs, follow
 from scenes.tracing import (
     FAR_M,
     START_OFFSET_M,
-    Thing,
+    FixedHit,
+    Primitive,
+    Rays,
     mirror_normal,
     nearest,
     nothing_known,
@@ -76,14 +79,14 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
     # Every renderer has scenes of its own, for which the recording is made again.
     @frozen(recordings=RENDERERS)
     def frame(
-        rays: dict[str, Any], geometry: dict[str, Any], tables: dict[str, Any], light_row: Any, state_rows: Any
-    ) -> Any:
+        rays: Rays, geometry: dict[str, Any], tables: dict[str, Any], light_row: Any, state_rows: Any
+    ) -> FrameArrays:
         light = shape.light.unpack(light_row, UInt32(0))
         one_instant = shape.states == 1 and not shape.rows
         if shape.rows:
             state_rows = _rows_between(state_rows, shape)
             dr.eval(state_rows)
-        state = shape.state.unpack(state_rows, UInt32(0) if one_instant else rays["row" if shape.rows else "state"])
+        state = shape.state.unpack(state_rows, UInt32(0) if one_instant else rays.row if shape.rows else rays.state)
         # Numbers that all lanes share are unpacked by a small kernel of their own: the large one reads each once.
         tables = tables | {"field_layer": layer(light, tables["field"], light["reference_depth"][0])}
         dr.eval(light, tables["field_layer"], *([state] if one_instant else []))
@@ -107,11 +110,10 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
             wavelengths=shape.wavelengths,
             eyes=shape.eyes,
         )
-        path = follow(inputs)
-        seen, reflected = describe(path, inputs)
-        rgb = [rays["gain"] * (a + b) for a, b in zip(path["rgb"], reflected, strict=True)]
-        found = {"rgb": rgb, **(seen if shape.truth else {"label": seen["label"]})}
-        return _in_place(found, rays["place"], shape.lanes) if shape.lanes else found
+        found = shade(follow(inputs), inputs)
+        if not shape.truth:
+            found = replace(found, truth=None)
+        return _in_place(found, rays.place, shape.lanes) if shape.lanes else found
 
     return frame
 
@@ -127,41 +129,43 @@ def _rows_between(knots: Any, shape: Shape) -> Any:
     return dr.lerp(first, second, position - Float32(knot))
 
 
-def _in_place(found: dict[str, Any], place: Any, lanes: int) -> dict[str, Any]:
+def _in_place(found: FrameArrays, place: Any, lanes: int) -> FrameArrays:
     """Kernel: results where their rays belong."""
 
     def placed(values: Any) -> Any:
-        if isinstance(values, list):
-            return [placed(each) for each in values]
         result = dr.empty(type(values), lanes)
         dr.scatter(result, values, place)
         return result
 
-    return {name: placed(values) for name, values in found.items()}
+    return FrameArrays(
+        rgb=[placed(channel) for channel in found.rgb],
+        label=placed(found.label),
+        truth=found.truth and TruthArrays(**{name: placed(values) for name, values in vars(found.truth).items()}),
+    )
 
 
 @cache
 def compiled_prefix(state: Packing) -> Callable[..., Any]:
-    """Frozen kernel of what no joint moves: where rays of the port, and of M1 behind it, meet the fixed group."""
+    """Frozen kernel of what no joint moves: where rays of the port, and of M1 behind it, hit the fixed group."""
 
     @frozen(recordings=RENDERERS)
-    def prefix(rays: dict[str, Any], groups: dict[str, dict[str, Any]], state_rows: Any) -> Any:
+    def prefix(rays: Rays, groups: dict[str, dict[str, Any]], state_rows: Any) -> list[FixedHit]:
         numbers = state.unpack(state_rows, UInt32(0))
-        static = {name: value for name, value in numbers.items() if name in (Thing.M1.name, WORLD)}
+        static = {name: value for name, value in numbers.items() if name in (Primitive.M1.name, WORLD)}
         static["ball"], static["clearance_m"] = [Float32(0)] * 4, [Float32(0)]
         # The sea is out of the way: its pose is replaced by one far below.
         static[WORLD] = [Float32(x) for x in (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -FAR_M)]
         fixed = {name: group for name, group in groups.items() if name == str(Group.FIXED)}
         found = []
-        origin, direction, active = rays["origin"], rays["direction"], rays["gain"] > 0
+        origin, direction, active = rays.origin, rays.direction, rays.gain > 0
         for _ in range(2):
             hit = nearest(fixed, static, origin, direction, active=active, known=nothing_known())
-            on_fixed = hit.thing >= int(Thing.FIRST_GROUP)
-            found.append({"distance": dr.select(on_fixed, hit.distance, FAR_M), "face": hit.face})
-            if Thing.M1.name not in static:
+            on_fixed = hit.primitive >= int(Primitive.FIRST_GROUP)
+            found.append(FixedHit(distance=dr.select(on_fixed, hit.distance, FAR_M), face=hit.face))
+            if Primitive.M1.name not in static:
                 break
-            folded = hit.thing == int(Thing.M1)
-            reflected = reflect(direction, mirror_normal(static[Thing.M1.name]))
+            folded = hit.primitive == int(Primitive.M1)
+            reflected = reflect(direction, mirror_normal(static[Primitive.M1.name]))
             origin = dr.select(folded, origin + direction * hit.distance + reflected * START_OFFSET_M, origin)
             direction = dr.select(folded, reflected, direction)
         return found

@@ -1,4 +1,4 @@
-"""Kernel: what the paths end at, and the light that it sends back."""
+"""Kernel: the surfaces that paths end at, and the light that they send back."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from optics.status import Region
 from scenes.ambient_cube import changed_irradiance
 from scenes.flicker import flicker
 from scenes.forward_cone import gain_of_light, hidden_share
-from scenes.frame import Label
+from scenes.frame import FrameArrays, Label, TruthArrays
 from scenes.geometry import ROW, FaceColumn, VertexColumn, face_code, from_octahedron
 from scenes.group_mesh import TARGET, WORLD
 from scenes.lamps import lamp_irradiance, towards_lamps
 from scenes.light import SPECTRUM_ROW
 from scenes.materials import Material
 from scenes.packing import Numbers, row_of, vector
-from scenes.paths import Inputs
+from scenes.paths import Inputs, Path
 from scenes.shading import (
     Illumination,
     Spectrum,
@@ -28,7 +28,7 @@ from scenes.tracing import (
     BACKS,
     FAR_M,
     FRONTS,
-    Thing,
+    Primitive,
     is_free,
     mirror_normal,
     move,
@@ -45,29 +45,29 @@ LAMP_CLEARANCE_M = 0.03
 """Nothing this near to a lamp is in its own light's way: the lamp's housing."""
 
 
-def describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], list[Any]]:
-    """What the paths end at, and the light by channel that the Lambertian surfaces among them send back."""
+def shade(path: Path, inputs: Inputs) -> FrameArrays:
+    """What paths show, with the light that the Lambertian surfaces at their ends send back."""
     geometry, light, state = inputs.geometry, inputs.light, inputs.state
-    thing, point, direction = path["thing"], path["origin"], path["direction"]
-    lit = thing >= int(Thing.M1_BACK)
-    lit = lit & (thing != int(Thing.SEA_SURFACE))
-    on_group = thing >= int(Thing.FIRST_GROUP)
-    row = path["face"]
+    primitive, point, direction = path.primitive, path.origin, path.direction
+    lit = primitive >= int(Primitive.M1_BACK)
+    lit = lit & (primitive != int(Primitive.SEA_SURFACE))
+    on_group = primitive >= int(Primitive.FIRST_GROUP)
+    row = path.face
     for position, group in enumerate(geometry["groups"].values()):
-        row = dr.select(thing == Thing.FIRST_GROUP + position, path["face"] + UInt32(group["offset"]), row)
+        row = dr.select(primitive == Primitive.FIRST_GROUP + position, path.face + UInt32(group["offset"]), row)
     face = row_of(geometry["faces"], dr.select(on_group, row, 0), ROW)
     local = Array3f32(*face[FaceColumn.NORMAL : FaceColumn.NORMAL + 3])
     of_face, label, textured, baked = face_code(face[FaceColumn.CODE])
     textured, baked = on_group & textured, on_group & baked
-    smooth, colour, ambient = _blended_corners(geometry["vertices"], face, textured, path["u"], path["v"])
-    flat_normal = _in_body(local, thing, geometry["groups"], state, point)
-    shading_normal = _in_body(dr.select(textured, smooth, local), thing, geometry["groups"], state, point)
+    smooth, colour, ambient = _blended_corners(geometry["vertices"], face, textured, path.u, path.v)
+    flat_normal = _in_body(local, primitive, geometry["groups"], state, point)
+    shading_normal = _in_body(dr.select(textured, smooth, local), primitive, geometry["groups"], state, point)
     # Faces are two-sided: what is seen is turned towards the ray.
     side = dr.select(dr.dot(flat_normal, direction) > 0, Float32(-1), Float32(1))
     flat_normal, shading_normal = flat_normal * side, dr.normalize(shading_normal * side)
 
     material = dr.select(on_group, of_face, UInt32(int(Material.MIRROR_BACK)))
-    material = dr.select(thing == int(Thing.BALL), UInt32(state["ball_material"][0]), material)
+    material = dr.select(primitive == int(Primitive.BALL), UInt32(state["ball_material"][0]), material)
     towards_sun = vector(state, "towards_sun")
     open_to_sun, sunlit = _sunlit(inputs, point, flat_normal, lit & (dr.dot(flat_normal, towards_sun) > 0))
 
@@ -84,11 +84,11 @@ def describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], list
     place, outward = move(state[WORLD], point), turn(state[WORLD], shading_normal)
     ambient = dr.if_stmt((outward, place, ambient), lit & ~baked, share_of_surroundings, as_gathered)
     if "shade" in geometry:
-        kept = _kept_by_robot(inputs, place, outward, lit & _stands_around(thing, geometry["groups"]))
+        kept = _kept_by_robot(inputs, place, outward, lit & _stands_around(primitive, geometry["groups"]))
         # The water before the robot's shadow on the world is lit by it: it is seen darker than it is.
         radius = dr.select(baked, geometry["shade"]["radius"][0], 0)
-        share = hidden_share(inputs.tables["forward_cone"], path["length"], radius)
-        darker = gain_of_light(light["b_veil"][inputs.wavelengths // 2], path["length"], share)
+        share = hidden_share(inputs.tables["forward_cone"], path.length, radius)
+        darker = gain_of_light(light["b_veil"][inputs.wavelengths // 2], path.length, share)
         ambient = [a - k * (1 + darker) for a, k in zip(ambient, kept, strict=True)]
         sunlit = sunlit - darker * (open_to_sun - sunlit)
     sun_cosine = dr.maximum(dr.dot(shading_normal, towards_sun), 0) * sunlit
@@ -100,22 +100,25 @@ def describe(path: dict[str, Any], inputs: Inputs) -> tuple[dict[str, Any], list
     )
     reflected = reflected_radiance(
         light,
-        path["throughput"],
+        path.throughput,
         albedo=_albedo(material, colour, inputs),
         depth=-place.z,
         illumination=illumination,
     )
     seen_normal = dr.select(
-        path["surface_seen"], turn_back(state[WORLD], Array3f32(0, 0, -1)), dr.select(lit, flat_normal, 0)
+        path.surface_seen, turn_back(state[WORLD], Array3f32(0, 0, -1)), dr.select(lit, flat_normal, 0)
     )
-    return {
-        "distance": path["distance"],
-        "point": move(state[WORLD], path["seen_point"]),
-        "normal": turn(state[WORLD], seen_normal),
-        "label": _label(path, label, on_group),
-        "region": path["region"],
-        "instance": _instance(path, face[FaceColumn.INSTANCE], on_group, state),
-    }, [dr.select(lit, channel, 0) for channel in reflected]
+    return FrameArrays(
+        rgb=[inputs.rays.gain * (a + dr.select(lit, b, 0)) for a, b in zip(path.rgb, reflected, strict=True)],
+        label=_label(path, label, on_group),
+        truth=TruthArrays(
+            distance=path.distance,
+            point=move(state[WORLD], path.seen_point),
+            normal=turn(state[WORLD], seen_normal),
+            region=path.region,
+            instance=_instance(path, face[FaceColumn.INSTANCE], on_group, state),
+        ),
+    )
 
 
 def _blended_corners(vertices: Any, face: list[Any], textured: Any, u: Any, v: Any) -> tuple[Any, list[Any], list[Any]]:
@@ -142,12 +145,12 @@ def _sunlit(inputs: Inputs, point: Any, normal: Any, active: Any) -> tuple[Any, 
     return share, dr.select(free, share, 0)
 
 
-def _stands_around(thing: Any, groups: dict[str, dict[str, Any]]) -> Any:
-    """Whether things are the world's, or the target: what the robot is not."""
-    around = thing == int(Thing.BALL)
+def _stands_around(primitive: Any, groups: dict[str, dict[str, Any]]) -> Any:
+    """Whether primitives are the world's or the target: what the robot is not."""
+    around = primitive == int(Primitive.BALL)
     for position, name in enumerate(groups):
         if name in (WORLD, TARGET):
-            around = around | (thing == Thing.FIRST_GROUP + position)
+            around = around | (primitive == Primitive.FIRST_GROUP + position)
     return around
 
 
@@ -194,16 +197,16 @@ def _lamps(inputs: Inputs, point: Any, normal: Any, flat_normal: Any, lit: Any) 
     return lamp_irradiance(inputs.light, point, normal, inputs.light["c"], reached)
 
 
-def _in_body(local: Any, thing: Any, groups: dict[str, dict[str, Any]], state: Numbers, point: Any) -> Any:
+def _in_body(local: Any, primitive: Any, groups: dict[str, dict[str, Any]], state: Numbers, point: Any) -> Any:
     """Normal of what was hit, turned from its own frame into the body's."""
     normal = point - Array3f32(*state["ball"][:3])  # of the ball
     for position, name in enumerate(groups):
         pose = pose_of(state, name)
         turned = local if pose is None else turn_back(pose, local)
-        normal = dr.select(thing == Thing.FIRST_GROUP + position, turned, normal)
+        normal = dr.select(primitive == Primitive.FIRST_GROUP + position, turned, normal)
     for front, back in zip(FRONTS, BACKS, strict=True):
         if front.name in state:
-            normal = dr.select(thing == int(back), -mirror_normal(state[front.name]), normal)
+            normal = dr.select(primitive == int(back), -mirror_normal(state[front.name]), normal)
     return dr.normalize(normal)
 
 
@@ -218,23 +221,22 @@ def _albedo(material: Any, colour: list[Any], inputs: Inputs) -> Spectrum:
     ]
 
 
-def _label(path: dict[str, Any], of_face: Any, on_group: Any) -> Any:
-    thing = path["thing"]
+def _label(path: Path, of_face: Any, on_group: Any) -> Any:
     label = dr.select(on_group, of_face, UInt32(int(Label.OPEN_WATER)))
-    for things, meaning in (
+    for primitives, meaning in (
         (FRONTS, Label.MIRROR),
         (BACKS, Label.MIRROR_BACK),
-        ((Thing.SEA_SURFACE,), Label.SURFACE),
-        ((Thing.BALL,), Label.TARGET),
+        ((Primitive.SEA_SURFACE,), Label.SURFACE),
+        ((Primitive.BALL,), Label.TARGET),
     ):
-        for each in things:
-            label = dr.select(thing == int(each), UInt32(int(meaning)), label)
-    label = dr.select(path["surface_seen"], UInt32(int(Label.SURFACE)), label)
-    return dr.select(path["region"] == int(Region.HOUSING), UInt32(int(Label.HOUSING)), label)
+        for each in primitives:
+            label = dr.select(path.primitive == int(each), UInt32(int(meaning)), label)
+    label = dr.select(path.surface_seen, UInt32(int(Label.SURFACE)), label)
+    return dr.select(path.region == int(Region.HOUSING), UInt32(int(Label.HOUSING)), label)
 
 
-def _instance(path: dict[str, Any], of_face: Any, on_group: Any, state: Numbers) -> Any:
+def _instance(path: Path, of_face: Any, on_group: Any, state: Numbers) -> Any:
     """Instance of what is seen, counted from one; zero for none."""
-    number = dr.select(on_group & ~path["surface_seen"], UInt32(of_face + 1), UInt32(0))
-    on_ball = (path["thing"] == int(Thing.BALL)) & ~path["surface_seen"]
+    number = dr.select(on_group & ~path.surface_seen, UInt32(of_face + 1), UInt32(0))
+    on_ball = (path.primitive == int(Primitive.BALL)) & ~path.surface_seen
     return dr.select(on_ball, UInt32(state["ball_instance"][0]), number)

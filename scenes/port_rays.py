@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.backend import Array3f32, Float32, UInt32
+from optics.backend import Float32, UInt32
 from optics.layout import camera_pose
 from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
+from scenes.packing import vectors
+from scenes.tracing import Rays
 
 TILE_PX = 4
 """A tile's rays are one vector of the processor."""
 
 
-def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> dict[str, Any]:
+def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> Rays:
     """Rays on the port's outer face in the body frame, sample by sample of each pixel, in single precision.
 
     They are computed tile by tile, so that rays of one vector stay close together; `place` says where each belongs.
@@ -32,12 +32,12 @@ def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> dict[str, Any]
     pose = camera_pose(rig.camera)
     # Radiance falls by the square of the index on its way from the water into the air before the lens.
     gain = bare.transmittance(pixels) * (train.port.n_inside / train.port.n_water) ** 2
-    return {
-        "origin": _columns32(pose.apply(rays.origin_m)),
-        "direction": _columns32(pose.rotation.apply(rays.direction)),
-        "gain": Float32(np.where(rays.status == Status.OK, gain, 0).astype(np.float32)),
-        "place": UInt32(np.add.outer(tiled * samples, np.arange(samples)).ravel().astype(np.uint32)),
-    }
+    return Rays(
+        origin=vectors(pose.apply(rays.origin_m)),
+        direction=vectors(pose.rotation.apply(rays.direction)),
+        gain=Float32(np.where(rays.status == Status.OK, gain, 0).astype(np.float32)),
+        place=UInt32(np.add.outer(tiled * samples, np.arange(samples)).ravel().astype(np.uint32)),
+    )
 
 
 def _tiles(rows: int, columns: int) -> NDArray[np.int64]:
@@ -56,7 +56,3 @@ def _spread(count: int) -> NDArray[np.float64]:
     steps = np.arange(count)[:, np.newaxis] / np.array([plastic, plastic**2])
     points = (0.5 + steps) % 1 - 0.5
     return np.asarray(points - points.mean(axis=0))
-
-
-def _columns32(vectors: NDArray[np.float64]) -> Any:
-    return Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in vectors.T))

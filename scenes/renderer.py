@@ -16,7 +16,7 @@ from optics.layout import Layout, camera_pose
 from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.ambient_volume import ambient_volume
-from scenes.frame import Frame, frames_of
+from scenes.frame import Frame, FrameArrays, frames_of
 from scenes.geometry import geometry_of
 from scenes.group_mesh import (
     SNOW,
@@ -38,7 +38,7 @@ from scenes.stage import Stage
 from scenes.state import State
 from scenes.state_numbers import StateNumbers
 from scenes.targets import MeshShape
-from scenes.tracing import Thing
+from scenes.tracing import FixedHit, Primitive, Rays
 from scenes.veil import AZIMUTHS, ELEVATIONS
 from scenes.water_shade import folded_begins, water_shade
 from scenes.world_shade import world_shade
@@ -113,9 +113,10 @@ class FastRenderer:
         self._tables = stage.light.tables() | stage.sea.tables()
         lamps = rig.lamps
         self._lamp_numbers = lamp_numbers(lamps, stage.light.bands.wavelength_nm) if lamps else {}
-        self._rays = port_rays(rig, *self.shape, samples)
+        rays = port_rays(rig, *self.shape, samples)
         self._packing = Packing.of(self._state_numbers.of([State()]))
-        self._rays["prefix"] = compiled_prefix(self._packing)(self._rays, self._geometry.groups, self._rows([State()]))
+        prefix = compiled_prefix(self._packing)(rays, self._geometry.groups, self._rows([State()]))
+        self._rays = replace(rays, prefix=tuple(prefix))
         self._light: tuple[float, Any] | None = None
 
     def render(
@@ -159,11 +160,11 @@ class FastRenderer:
         """
         return frames_of(self.sweep_arrays(states), 1, self.shape, self.samples)[0]
 
-    def arrays(self, states: Sequence[State], *, truth: bool = True) -> dict[str, Any]:
+    def arrays(self, states: Sequence[State], *, truth: bool = True) -> FrameArrays:
         """Same as `render_states`, left on the device as flat arrays.
 
-        State by state, pixel by pixel (row by row), sample by sample. Without `truth` there is only the radiance `rgb`
-        and the `label`.
+        State by state, pixel by pixel (row by row), sample by sample. Without `truth` there is only radiance
+        and label.
         """
         if not states:
             raise ValueError("expected at least one state, got none")
@@ -171,7 +172,7 @@ class FastRenderer:
         rays = self._rays if count == 1 else self._repeated_rays(count)
         return self._computed(rays, self._rows(states), self._depth(states), frames=count, truth=truth)
 
-    def sweep_arrays(self, states: Sequence[State], *, truth: bool = True) -> dict[str, Any]:
+    def sweep_arrays(self, states: Sequence[State], *, truth: bool = True) -> FrameArrays:
         """Same as `render_sweep`, left on the device as `arrays` does."""
         if len(states) < 2:
             raise ValueError(f"expected the states of the first and the last row at least, got {len(states)}")
@@ -182,7 +183,7 @@ class FastRenderer:
 
     def _computed(
         self,
-        rays: dict[str, Any],
+        rays: Rays,
         state_rows: Any,
         depth_m: float,
         *,
@@ -190,21 +191,21 @@ class FastRenderer:
         truth: bool,
         rows: int = 0,
         knots: int = 0,
-    ) -> dict[str, Any]:
+    ) -> FrameArrays:
         """What the kernel of `scenes.kernel.Shape` returns."""
         light_packing, light_row = self._light_row(depth_m)
         shape = Shape(
             light=light_packing,
             state=self._packing,
             wavelengths=len(self.stage.light.bands.wavelength_nm),
-            lanes=dr.width(rays["place"]),
+            lanes=dr.width(rays.place),
             states=frames,
             eyes=dr.width(self._geometry.eyes),
             truth=truth,
             rows=rows,
             knots=knots,
         )
-        result: dict[str, Any] = compiled_frame(shape)(rays, self._geometry.arrays, self._tables, light_row, state_rows)
+        result: FrameArrays = compiled_frame(shape)(rays, self._geometry.arrays, self._tables, light_row, state_rows)
         return result
 
     def _depth(self, states: Sequence[State]) -> float:
@@ -212,11 +213,11 @@ class FastRenderer:
         return float(np.mean([-self._state_numbers.body_pose(state).translation[2] for state in states]))
 
     @cached_property
-    def _swept_rays(self) -> dict[str, Any]:
-        """Rays of the port, and which row of the frame each lane belongs to."""
-        row = self._rays["place"] // (self.shape[1] * self.samples)
+    def _swept_rays(self) -> Rays:
+        """Rays of the port, and which row of the frame each belongs to."""
+        row = self._rays.place // (self.shape[1] * self.samples)
         dr.eval(row)
-        return self._rays | {"row": row}
+        return replace(self._rays, row=row)
 
     def _rows(self, states: Sequence[State]) -> Any:
         """Packed numbers of the states."""
@@ -244,20 +245,27 @@ class FastRenderer:
         eyes = self._eyes()
         begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
         if mirrors:
-            begins[1] = folded_begins(eyes[0], mirrors[Thing.M1.name])
+            begins[1] = folded_begins(eyes[0], mirrors[Primitive.M1.name])
         return begins
 
-    def _repeated_rays(self, count: int) -> dict[str, Any]:
-        """Rays of the port once for each state, and which state each lane belongs to."""
+    def _repeated_rays(self, count: int) -> Rays:
+        """Rays of the port once for each state, and which state each belongs to."""
         lanes = self.samples * self.shape[0] * self.shape[1]
         lane = dr.arange(UInt32, count * lanes)
-        repeated: dict[str, Any] = {"state": lane // lanes}
-        ray = lane % lanes
-        repeated["place"] = dr.gather(UInt32, self._rays["place"], ray) + repeated["state"] * lanes
-        for name in ("origin", "direction", "gain"):
-            repeated[name] = dr.gather(type(self._rays[name]), self._rays[name], ray)
-        repeated["prefix"] = [
-            {name: dr.gather(type(values), values, ray) for name, values in hit.items()} for hit in self._rays["prefix"]
-        ]
-        dr.eval(repeated)
-        return repeated
+        state, ray = lane // lanes, lane % lanes
+
+        def repeated(values: Any) -> Any:
+            return dr.gather(type(values), values, ray)
+
+        found = Rays(
+            origin=repeated(self._rays.origin),
+            direction=repeated(self._rays.direction),
+            gain=repeated(self._rays.gain),
+            prefix=tuple(
+                FixedHit(distance=repeated(hit.distance), face=repeated(hit.face)) for hit in self._rays.prefix
+            ),
+            place=repeated(self._rays.place) + state * lanes,
+            state=state,
+        )
+        dr.eval(found)
+        return found

@@ -18,7 +18,7 @@ from scenes.light import Light
 from scenes.looks import Cone, Looks, scattered_density, scattered_directions
 from scenes.packing import vectors
 from scenes.shading import channels, molecular_phase, phase
-from scenes.tracing import Thing
+from scenes.tracing import Primitive
 
 LEAST_RADIUS_M = 1e-3
 
@@ -60,7 +60,7 @@ class RobotLight:
 
     def __init__(self, robot: GroupMesh, light: Light):
         self._extent = extent_of(robot)
-        self._gaze_mirror = (robot.mirrors or {}).get(Thing.M2.name)
+        self._gaze_mirror = (robot.mirrors or {}).get(Primitive.M2.name)
         depth = -float(self._extent.middle[2])
         self._with, self._without = (Surroundings(mesh, light, depth_m=depth) for mesh in (robot, None))
         self._scene, self._tables, self._numbers = self._with.scene, self._with.tables, self._with.numbers

@@ -19,7 +19,7 @@ from scenes.materials import Material
 from scenes.stage import Stage
 from scenes.state import State
 from scenes.targets import MeshShape
-from scenes.tracing import Thing
+from scenes.tracing import Primitive
 from scenes.worlds.snow import snow_offset_m
 
 NumberRows = dict[str, FloatArray]
@@ -97,7 +97,7 @@ class StateNumbers:
             return {}
         tilt = body_from[str(Group.TILT)]
         fold = np.broadcast_to(self._layout.body_from_m1.as_matrix(), tilt.shape)
-        plates = {Thing.M1.name: (fold, self._rig.fold_mirror), Thing.M2.name: (tilt, self._rig.gaze_mirror)}
+        plates = {Primitive.M1.name: (fold, self._rig.fold_mirror), Primitive.M2.name: (tilt, self._rig.gaze_mirror)}
         return {name: _packed_mirror(*plate) for name, plate in plates.items()}
 
     def _target(self, states: Sequence[State], world_from_body: FloatArray, body_from_world: FloatArray) -> NumberRows:

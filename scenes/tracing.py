@@ -1,4 +1,4 @@
-"""Kernels of geometry: the nearest thing a ray meets, and whether the sun reaches a point.
+"""Kernels of geometry: the nearest hit of a ray, and whether the sun reaches a point.
 
 Rays live in the body frame; each group is traced in its own frame, the world in the world's.
 """
@@ -21,8 +21,8 @@ START_OFFSET_M = 1e-5
 """How far a ray starts off the surface it leaves; single precision places hits to about 1e-7 m at arm's length."""
 
 
-class Thing(IntEnum):
-    """What a ray met; groups of triangles are counted from `FIRST_GROUP` in the order of the geometry."""
+class Primitive(IntEnum):
+    """What a ray hits; groups of triangles are counted from `FIRST_GROUP` in the order of the geometry."""
 
     OPEN_WATER = 0
     M1 = 1
@@ -34,18 +34,52 @@ class Thing(IntEnum):
     FIRST_GROUP = 7
 
 
-FRONTS, BACKS = (Thing.M1, Thing.M2), (Thing.M1_BACK, Thing.M2_BACK)
+FRONTS, BACKS = (Primitive.M1, Primitive.M2), (Primitive.M1_BACK, Primitive.M2_BACK)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hit:
-    """Nearest thing: Dr.Jit arrays. `face`, `u` and `v` say where on a group's triangles."""
+    """Nearest primitive: Dr.Jit arrays. `face`, `u` and `v` say where on a group's triangles."""
 
     distance: Any
-    thing: Any
+    primitive: Any
     face: Any
     u: Any
     v: Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class FixedHit:
+    """Where rays hit the fixed group's triangles: Dr.Jit arrays; `FAR_M` away where they miss it."""
+
+    distance: Any
+    face: Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rays:
+    """Rays at their beginning, body frame: Dr.Jit arrays.
+
+    Attributes
+    ----------
+    origin, direction : Array3f32
+    gain : Float32
+        Factor on their radiance; zero for rays that see no water.
+    prefix : tuple of FixedHit
+        Of the rays themselves, and of those that the fold mirror reflects: no joint moves these.
+    place : UInt32, optional
+        Where each ray's result belongs; in the order of the rays without.
+    state, row : UInt32, optional
+        Which of several states, and which row of a frame that is read out row by row, each belongs to.
+    """
+
+    origin: Any
+    direction: Any
+    gain: Any
+    prefix: tuple[FixedHit, ...] = ()
+    place: Any = None
+    state: Any = None
+    row: Any = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,28 +122,30 @@ def nearest(
     known: Known,
 ) -> Hit:
     """Nearest of mirrors, sea surface, ball, groups and world along unit rays of the body frame."""
-    distance, thing = Float32(FAR_M), UInt32(int(Thing.OPEN_WATER))
+    distance, primitive = Float32(FAR_M), UInt32(int(Primitive.OPEN_WATER))
     for front, back in zip(FRONTS, BACKS, strict=True):
         if front.name in state:
-            met, approach = _strike_mirror(state[front.name], origin, direction)
-            distance, thing = _nearer(
-                distance, thing, met, dr.select(approach < 0, UInt32(int(front)), UInt32(int(back)))
+            reached, approach = _intersect_mirror(state[front.name], origin, direction)
+            distance, primitive = _nearer(
+                distance, primitive, reached, dr.select(approach < 0, UInt32(int(front)), UInt32(int(back)))
             )
-    distance, thing = _nearer(distance, thing, _strike_surface(state[WORLD], origin, direction), Thing.SEA_SURFACE)
-    distance, thing = _nearer(distance, thing, strike_ball(state["ball"], origin, direction), Thing.BALL)
+    distance, primitive = _nearer(
+        distance, primitive, _intersect_surface(state[WORLD], origin, direction), Primitive.SEA_SURFACE
+    )
+    distance, primitive = _nearer(distance, primitive, intersect_ball(state["ball"], origin, direction), Primitive.BALL)
     face, u, v = UInt32(0), Float32(0), Float32(0)
     for position, (name, group) in enumerate(groups.items()):
         tried = active
         if name == str(Group.FIXED):
             closer = known.known & (known.distance < distance)
-            distance, thing = _nearer(
-                distance, thing, dr.select(known.known, known.distance, FAR_M), Thing.FIRST_GROUP + position
+            distance, primitive = _nearer(
+                distance, primitive, dr.select(known.known, known.distance, FAR_M), Primitive.FIRST_GROUP + position
             )
             face = dr.select(closer, known.face, face)
             tried = active & ~known.known
         local_origin, local_direction = _in_frame(state, name, origin, direction)
         if name == WORLD:
-            # Short pieces of the way, such as those between the mirrors, end before the world begins.
+            # Short segments, such as those between the mirrors, end before the world begins.
             tried = tried & (dr.norm(origin) + distance > state["clearance_m"][0])
         else:
             tried = tried & crosses_box(group["box"], local_origin, local_direction, distance)
@@ -118,17 +154,17 @@ def nearest(
         found = group["scene"].ray_intersect_preliminary(ray, coherent=True, active=tried)
         closer = tried & found.is_valid() & (found.t < distance)
         distance = dr.select(closer, found.t, distance)
-        thing = dr.select(closer, UInt32(Thing.FIRST_GROUP + position), thing)
+        primitive = dr.select(closer, UInt32(Primitive.FIRST_GROUP + position), primitive)
         face = dr.select(closer, found.prim_index, face)
         u, v = dr.select(closer, found.prim_uv.x, u), dr.select(closer, found.prim_uv.y, v)
-    return Hit(distance=distance, thing=thing, face=face, u=u, v=v)
+    return Hit(distance=distance, primitive=primitive, face=face, u=u, v=v)
 
 
 def is_free(  # noqa: PLR0917
     groups: dict[str, dict[str, Any]], state: Numbers, point: Any, direction: Any, distance: Any, active: Any
 ) -> Any:
     """Whether nothing stands before points of the body frame along a direction, up to a distance."""
-    free = active & (strike_ball(state["ball"], point, direction) >= distance)
+    free = active & (intersect_ball(state["ball"], point, direction) >= distance)
     for name, group in groups.items():
         local_point, local_direction = _in_frame(state, name, point, direction)
         tried = free & crosses_box(group["box"], local_point, local_direction, distance)
@@ -150,7 +186,7 @@ def crosses_box(box: list[list[Any]], origin: Any, direction: Any, length: Any) 
     return near <= far * (1 + 1e-6)
 
 
-def strike_ball(ball: list[Any], origin: Any, direction: Any) -> Any:
+def intersect_ball(ball: list[Any], origin: Any, direction: Any) -> Any:
     """Distance to a sphere (centre, radius), `FAR_M` where it is missed; of radius zero when there is none."""
     offset = origin - Array3f32(*ball[:3])
     half_b = dr.dot(offset, direction)
@@ -166,7 +202,7 @@ def mirror_normal(mirror: list[Any]) -> Any:
     return dr.cross(Array3f32(*mirror[3:6]), Array3f32(*mirror[6:9]))
 
 
-def _strike_mirror(mirror: list[Any], origin: Any, direction: Any) -> tuple[Any, Any]:
+def _intersect_mirror(mirror: list[Any], origin: Any, direction: Any) -> tuple[Any, Any]:
     """Distance to a rectangle, `FAR_M` where it is missed, and the cosine to its normal: negative from the front."""
     normal = mirror_normal(mirror)
     approach = dr.dot(direction, normal)
@@ -179,16 +215,16 @@ def _strike_mirror(mirror: list[Any], origin: Any, direction: Any) -> tuple[Any,
     return dr.select((distance > 0) & inside, distance, FAR_M), approach
 
 
-def _strike_surface(world: list[Any], origin: Any, direction: Any) -> Any:
+def _intersect_surface(world: list[Any], origin: Any, direction: Any) -> Any:
     height, rise = move(world, origin).z, turn(world, direction).z
     return dr.select((rise > 0) & (height < 0), -height / rise, FAR_M)
 
 
-def _nearer(distance: Any, thing: Any, other: Any, other_thing: Any) -> tuple[Any, Any]:
-    if isinstance(other_thing, int):
-        other_thing = UInt32(int(other_thing))
+def _nearer(distance: Any, primitive: Any, other: Any, other_primitive: Any) -> tuple[Any, Any]:
+    if isinstance(other_primitive, int):
+        other_primitive = UInt32(int(other_primitive))
     closer = other < distance
-    return dr.select(closer, other, distance), dr.select(closer, other_thing, thing)
+    return dr.select(closer, other, distance), dr.select(closer, other_primitive, primitive)
 
 
 def _in_frame(state: Numbers, name: str, origin: Any, direction: Any) -> tuple[Any, Any]:

@@ -293,7 +293,7 @@ def _state(dive: Dive, q: FloatArray, time_s: float) -> State:
 
 def _labels(renderer: FastRenderer, states: list[State]) -> NDArray[np.uint8]:
     """What each pixel shows, shape (height, width), as its rows went through the states."""
-    flat = renderer.sweep_arrays(states, truth=False)["label"].numpy()
+    flat = renderer.sweep_arrays(states, truth=False).label.numpy()
     return np.asarray(flat.astype(np.uint8).reshape(renderer.shape))
 
 

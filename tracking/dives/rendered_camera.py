@@ -181,8 +181,8 @@ class RenderedCamera:
             # the frame.
             arrays = self.renderer.sweep_arrays(states[3 * number : 3 * number + 3], truth=False)
             if number == len(sweeps) // 2:
-                label = arrays["label"].numpy().astype(np.uint8).reshape(shape)
-            for channel, values in enumerate(arrays["rgb"]):
+                label = arrays.label.numpy().astype(np.uint8).reshape(shape)
+            for channel, values in enumerate(arrays.rgb):
                 # Scattered light is a difference of two fields, and may come out below nothing where it is dark. What
                 # is not a number stays one, and is told by the sensor.
                 radiance[..., channel] += np.maximum(values.numpy().reshape(shape), 0)
