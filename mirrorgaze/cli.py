@@ -1,8 +1,8 @@
 """The `mirrorgaze` command.
 
 To add a command: write a function in a module of `mirrorgaze.commands` (its name is the command's, its docstring the
-help, with an example), import what is heavy inside it, and add it to `COMMANDS`. It raises on bad input; the
-wrapping here turns that into a sentence and an exit status.
+help: a summary that begins with a verb, what is written, an example), import what is heavy inside it, and add it to
+`COMMANDS`. It raises on bad input; the wrapping here turns that into a sentence and an exit status.
 """
 
 from __future__ import annotations
@@ -11,76 +11,61 @@ import logging
 
 import typer
 
-from mirrorgaze.commands import (
+from mirrorgaze.commands.calibration import calibrate, calibrate_study
+from mirrorgaze.commands.design import coverage, design, search, size, tolerance
+from mirrorgaze.commands.dives import (
     angular_speed,
     bag,
-    calibrate,
-    calibration,
-    compare,
     corners,
-    coverage,
-    design,
-    detector_trial,
     dive,
-    doctor,
     ensemble,
-    gaze,
-    loads,
-    ports,
+    evaluate_detector,
     redetect,
-    render,
-    rig_files,
-    search,
-    sizing,
-    tolerance,
     track,
-    water,
 )
+from mirrorgaze.commands.images import compare, render
+from mirrorgaze.commands.maintenance import doctor
+from mirrorgaze.commands.mount import export, loads
+from mirrorgaze.commands.optics import gaze, port, virtual_camera, water
+from mirrorgaze.commands.rig_files import check, presets, schema
 from mirrorgaze.errors import with_exit_status
+from mirrorgaze.help import SectionedCommand, SectionedGroup
+from mirrorgaze.option_groups import with_option_groups
 
-COMMANDS = (
-    design.design,
-    design.export,
-    rig_files.rigs,
-    rig_files.new,
-    rig_files.check,
-    rig_files.schema,
-    sizing.size,
-    render.render,
-    compare.compare,
-    coverage.coverage,
-    gaze.gaze,
-    gaze.virtual_camera,
-    water.water,
-    ports.port,
-    corners.corners,
-    detector_trial.detector_trial,
-    calibrate.calibrate,
-    calibration.calibrate_study,
-    tolerance.tolerance,
-    search.search,
-    loads.loads,
-    dive.dive,
-    ensemble.ensemble,
-    redetect.redetect,
-    angular_speed.angular_speed,
-    bag.bag,
-    track.track,
-    doctor.doctor,
-)
-"""Every command, in the order in which `mirrorgaze --help` shows them."""
+COMMANDS = {
+    "Rig files": (presets.rigs, presets.new, check.check, schema.schema),
+    "Design": (design.design, size.size, coverage.coverage, tolerance.tolerance, search.search),
+    "Mount": (export.export, loads.loads),
+    "Optics": (gaze.gaze, virtual_camera.virtual_camera, port.port, water.water),
+    "Images": (render.render, compare.compare),
+    "Dives and tracking": (
+        dive.dive,
+        ensemble.ensemble,
+        track.track,
+        redetect.redetect,
+        evaluate_detector.evaluate_detector,
+        angular_speed.angular_speed,
+        corners.corners,
+        bag.bag,
+    ),
+    "Calibration": (calibrate.calibrate, calibrate_study.calibrate_study),
+    "Maintenance": (doctor.doctor,),
+}
+"""Every command, under the headings and in the order in which `mirrorgaze --help` shows them."""
 
 app = typer.Typer(
     name="mirrorgaze",
+    cls=SectionedGroup,
     help="Design, check and fly two-mirror gaze systems for the fixed cameras of underwater robots.",
-    epilog="Exit status: 0 good, 1 failed, 2 bad input. 'mirrorgaze COMMAND --help' shows an example.",
+    epilog="Exit status: 0 success, 1 failure, 2 bad input. 'mirrorgaze COMMAND --help' shows an example.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,  # help as plain text: it is instant, and examples keep their lines
     pretty_exceptions_enable=False,
 )
-for command in COMMANDS:
-    app.command()(with_exit_status(command))
+for heading, commands in COMMANDS.items():
+    for command in commands:
+        app.command(cls=SectionedCommand, rich_help_panel=heading)(with_exit_status(with_option_groups(command)))
 
 
 def main() -> None:
@@ -89,7 +74,3 @@ def main() -> None:
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     logging.getLogger("scenes").setLevel(logging.INFO)
     app()
-
-
-if __name__ == "__main__":
-    main()

@@ -17,8 +17,8 @@ def load_usable_rig(name_or_path: str) -> Rig:
     return rig
 
 
-def tell_hull_notes(rig: Rig) -> list[str]:
-    """Say on stderr what had to be done to a hull's file, and return it; `ValueError` when the file cannot be used."""
+def print_hull_notes(rig: Rig) -> list[str]:
+    """Print on stderr what had to be done to a hull's file, and return it; `ValueError` for an unusable file."""
     if not isinstance(rig.hull, FileHull):
         return []
     # Reading meshes takes libraries that other hulls do not need.

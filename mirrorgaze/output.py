@@ -1,18 +1,15 @@
-"""What commands share in what they take and print."""
+"""What commands share in what they print."""
 
 from __future__ import annotations
 
 import json
 import sys
 from collections.abc import Iterable, Sequence
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
-RigArgument = Annotated[str, typer.Argument(metavar="RIG", help="Name of a preset, or a rig file.")]
 TENTHS = 10
-
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
 
 
 def print_json(data: Any) -> None:
@@ -29,8 +26,13 @@ def print_table(rows: Iterable[Sequence[str]]) -> None:
         typer.echo("  ".join([*padded, line[-1]]))
 
 
+def print_note(line: str) -> None:
+    """Print a line on stderr, which leaves stdout to the results."""
+    typer.echo(line, err=True)
+
+
 def print_progress(name: str, done: int, total: int) -> None:
-    """Print how far something is: on stderr, which leaves stdout to machines.
+    """Print how far something is, on stderr.
 
     At a terminal over what was printed before; into a file a line for every tenth.
     """

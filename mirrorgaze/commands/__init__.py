@@ -1,1 +1,1 @@
-"""The commands, one module per command or small family; `mirrorgaze.cli.COMMANDS` lists them."""
+"""One function for each command, in rooms by the headings of `mirrorgaze --help`."""

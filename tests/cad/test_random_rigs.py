@@ -17,7 +17,7 @@ from cad.checks.overlaps import manifold_mm
 from cad.checks.walls import wall_finding
 from cad.gimbal_room import with_standing_base
 from cad.tessellation import tessellate
-from mirrorgaze.commands.rig_files import new
+from mirrorgaze.commands.rig_files.presets import new
 from optics.mesh import Role
 from rigs import Rig
 from rigs.files import parse_rig

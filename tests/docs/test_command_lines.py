@@ -81,10 +81,10 @@ def test_the_examples_of_help_are_taken(name):
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("`mirrorgaze render aqua2 --q1 30 -o x.png`", []),
+        ("`mirrorgaze render aqua2 --q1-deg 30 -o x.png`", []),
         ("`mirrorgaze rendr aqua2`", ["no command rendr"]),
         ("```\n./run render aqua2 --q9 30   # a comment with --flags\n```", ["render has no --q9"]),
-        ("    mirrorgaze gaze aqua2 --azimuth -40 \\\n        --elevaton=3", ["gaze has no --elevaton"]),
+        ("    mirrorgaze gaze aqua2 --azimuth-deg -40 \\\n        --elevaton=3", ["gaze has no --elevaton"]),
         ("`--samples 3`, `--sampels`", ["no command has --sampels"]),
         ("`./run bench train` and mirrorgaze designs things", []),
     ],

@@ -1,0 +1,5 @@
+"""`python -m mirrorgaze`."""
+
+from mirrorgaze.cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""Calibrate a built rig, and a camera through its port."""

@@ -1,0 +1,233 @@
+"""Calibration of a built rig: joint offsets and signs, mirrors, axes and port, from images."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mirrorgaze.options import JsonOption, RigArgument
+from mirrorgaze.output import print_json, print_progress, print_table
+
+if TYPE_CHECKING:
+    from rigs import Rig
+    from tracking.calibration.estimate import Estimate
+    from tracking.calibration.session_study import SessionStudy
+    from tracking.calibration.simulation import Remaining
+
+
+def calibrate(
+    rig: RigArgument,
+    observations: Annotated[
+        Path | None, typer.Argument(metavar="OBSERVATIONS", help="CSV of a target's points in images.")
+    ] = None,
+    edges: Annotated[
+        Path | None, typer.Option(metavar="CORNERS", help="CSV of the gaze mirror's corners in images.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the calibration to this file (TOML).")
+    ] = None,
+    noise_px: Annotated[float, typer.Option(help="Standard deviation of the image points, in pixels.")] = 0.3,
+    backlash_deg: Annotated[
+        float, typer.Option(help="Standard deviation of the joint angles from pose to pose, in degrees.")
+    ] = 0.0,
+    prior: Annotated[
+        bool, typer.Option("--prior/--no-prior", help="Use print tolerances of 1 mm and 1 degree as a prior.")
+    ] = True,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="Simulate sessions in a tank, and print what they would give.")
+    ] = False,
+    rigs: Annotated[int, typer.Option(metavar="N", help="Number of rigs to simulate.", min=1)] = 1,
+    seed: Annotated[int, typer.Option(metavar="N", help="Random seed of the first simulated rig.", min=0)] = 0,
+    json: JsonOption = False,
+) -> None:
+    """Calibrate a built rig from images.
+
+    Estimates joint offsets and signs, mirrors, axes and port from images of a board, of the gaze mirror's corners, or
+    both. OBSERVATIONS has the columns q1_deg, q2_deg (empty: seen past the mirrors), u_px, v_px and body_x_mm,
+    body_y_mm, body_z_mm, or board_x_mm, board_y_mm and board where the boards' places are not known.
+
+    \b
+    Example:
+      mirrorgaze calibrate aqua2 --simulate --rigs 3
+      mirrorgaze calibrate my-auv.toml observations.csv --edges corners.csv -o my-auv-calibration.toml
+    """
+    from mirrorgaze.loading import load_usable_rig
+
+    loaded = load_usable_rig(rig)
+    if not loaded.has_mirrors:
+        raise ValueError(f"{rig}: expected a rig with mirrors, got {loaded.name!r}, which has none")
+    if simulate:
+        if observations is not None or edges is not None or output is not None:
+            raise ValueError("expected --simulate alone: it makes its own observations and writes no calibration")
+        _simulate(loaded, range(seed, seed + rigs), noise_px=noise_px, play_deg=backlash_deg, json=json)
+        return
+    from tracking.calibration.estimate import calibrate as estimate
+
+    target, corners = _read(loaded, observations, edges)
+    found = estimate(
+        loaded,
+        target=target,
+        edges=corners,
+        prior=prior,
+        noise_px=noise_px,
+        edge_noise_px=noise_px,
+        play_deg=backlash_deg,
+    )
+    if output is not None:
+        found.calibrated.save(output)
+    if json:
+        print_json({**_summary(found), "file": None if output is None else str(output)})
+        return
+    _print(found)
+    if output is not None:
+        typer.echo(str(output))
+
+
+def _read(rig: Rig, observations: Path | None, edges: Path | None) -> tuple[Any, Any]:
+    """Both files, or every problem of both."""
+    from tracking.calibration.observation_files import read_observations
+    from tracking.calibration.observations import edge_problems
+    from tracking.perception.corner_samples import CornerSamples
+
+    if observations is None and edges is None:
+        raise ValueError("expected OBSERVATIONS, --edges CORNERS, or --simulate, got none of them")
+    problems, target, corners = [], None, None
+    try:
+        target = None if observations is None else read_observations(observations, rig)
+    except ValueError as error:
+        problems.append(str(error))
+    try:
+        corners = None if edges is None else CornerSamples.from_csv(edges)
+    except ValueError as error:
+        problems.append(str(error))
+    if corners is not None:
+        problems += [f"{edges}: {problem}" for problem in edge_problems(rig, corners)]
+    if problems:
+        raise ValueError("\n".join(problems))
+    return target, corners
+
+
+def _summary(found: Estimate) -> dict[str, Any]:
+    from tracking.calibration.errors import shown_per_si, unit_of
+
+    calibrated = found.calibrated
+    known, joints = calibrated.knowledge, calibrated.rig.joints
+    corrected = calibrated.with_joint_offsets().joints
+    assert joints is not None and corrected is not None
+    rows = []
+    for index, name in enumerate(known.names):
+        factor = shown_per_si(name)
+        rows.append(
+            {
+                "error": name,
+                "unit": unit_of(name),
+                "value": calibrated.errors[name] * factor,
+                "standard_deviation": float(known.deviations()[index]) * factor,
+                "standard_deviation_from_data": float(known.data_deviation[index]) * factor,
+                "tolerance": float(known.scales[index]) * factor,
+            }
+        )
+    gaze = _gaze_deviation_deg(found)
+    return {
+        "rig": calibrated.rig.name,
+        "prior": known.has_prior,
+        "pan_sign": joints.pan.sign,
+        "tilt_sign": joints.tilt.sign,
+        "signs_decided": found.signs_decided,
+        "sign_costs": [[trial.pan_sign, trial.tilt_sign, trial.cost] for trial in found.trials],
+        "errors": rows,
+        "unobservable": list(known.combinations()),
+        "residual_px": found.residual_px,
+        "residual_width": found.residual_width,
+        "converged": found.converged,
+        "outliers": found.outlier_count,
+        "missing": found.missing_count,
+        "gaze_deviation_deg": gaze,
+        "pan_offset_deg": corrected.pan.offset_deg,
+        "tilt_offset_deg": corrected.tilt.offset_deg,
+    }
+
+
+def _gaze_deviation_deg(found: Estimate) -> float:
+    """Root mean square over the joints' range."""
+    import numpy as np
+
+    from optics.layout import Layout
+
+    deviation = found.calibrated.gaze_deviation(Layout.from_rig(found.calibrated.rig).joint_grid(5))
+    return float(np.degrees(np.sqrt((deviation**2).mean())))
+
+
+def _print(found: Estimate) -> None:
+    summary = _summary(found)
+    doubt = "" if found.signs_decided else " (not determined by the images; as in the rig file)"
+    typer.echo(f"signs: pan {summary['pan_sign']:+d}, tilt {summary['tilt_sign']:+d}{doubt}")
+    rows = [["parameter", "estimate", "std. dev.", "from the images alone", "tolerance", ""]]
+    for row in summary["errors"]:
+        numbers = (row["value"], row["standard_deviation"], row["standard_deviation_from_data"], row["tolerance"])
+        digits = 5 if row["unit"] == "" else 3
+        rows.append([row["error"], *(f"{number:.{digits}f}" for number in numbers), row["unit"]])
+    print_table(rows)
+    if summary["unobservable"]:
+        kept = "keep their prior" if summary["prior"] else "are unknown"
+        typer.echo(f"the images do not determine these combinations, which {kept}:")
+        for combination in summary["unobservable"]:
+            typer.echo(f"  {combination}")
+    typer.echo(
+        f"residual: {found.residual_px:.2f} px rms, {found.outlier_count} outliers, {found.missing_count} missing"
+    )
+    if found.residual_width > 1:
+        typer.echo(
+            f"that is {found.residual_width:.2f} times the noise given; all standard deviations are scaled by it"
+        )
+    if not found.converged:
+        typer.echo("the solver did not converge: these numbers are a start, not a result")
+    typer.echo(f"gaze: standard deviation {summary['gaze_deviation_deg']:.3f} deg over the joints' range")
+    typer.echo(
+        f"nearest rig file: joints.pan.offset_deg = {summary['pan_offset_deg']:.3f}, "
+        f"joints.tilt.offset_deg = {summary['tilt_offset_deg']:.3f}"
+    )
+
+
+def _simulate(rig: Rig, seeds: range, *, noise_px: float, play_deg: float, json: bool) -> None:
+    from tracking.calibration.session_study import session_study
+
+    study = session_study(
+        rig, seeds=seeds, noise_px=noise_px, play_deg=play_deg, progress=partial(print_progress, "calibrate: session")
+    )
+    if json:
+        from dataclasses import asdict
+
+        print_json({"rig": rig.name, "seeds": list(seeds), **asdict(study)})
+        return
+    _print_study(study)
+
+
+def _print_study(study: SessionStudy) -> None:
+    from itertools import groupby
+
+    head = ("session", "poses", "gaze (deg)", "worst rig", "worst pose", "expected", "image (px)", "worst rig")
+    rows = [(*head, "corners (px)", "worst rig"), _study_row("nominal rig, before", "-", study.before, "-")]
+    for (name, count), group in groupby(study.outcomes, key=lambda each: (each.session.name, each.pose_count)):
+        outcomes = list(group)
+        expected = f"{median(outcome.gaze_expected_deg for outcome in outcomes):.3f}"
+        rows.append(_study_row(name, str(count), [outcome.after for outcome in outcomes], expected))
+    print_table(rows)
+    typer.echo(
+        f"rigs built with errors of 1 mm and 1 degree: {len(study.before)}. Root mean squares over the joints' range, "
+        "median of the rigs;\nimage: of points 3 m away, corners: of the gaze mirror; expected: what the covariance "
+        "says of the gaze"
+    )
+
+
+def _study_row(name: str, poses: str, rigs: Sequence[Remaining], expected: str) -> tuple[str, ...]:
+    gaze, image, corners = ([getattr(each, key) for each in rigs] for key in ("gaze_deg", "image_px", "corners_px"))
+    worst_pose = f"{max(each.gaze_worst_deg for each in rigs):.3f}"
+    of_gaze = (f"{median(gaze):.3f}", f"{max(gaze):.3f}", worst_pose, expected)
+    in_pixels = (f"{value:.2f}" for values in (image, corners) for value in (median(values), max(values)))
+    return (name, poses, *of_gaze, *in_pixels)

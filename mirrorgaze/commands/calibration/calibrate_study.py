@@ -1,0 +1,110 @@
+"""Calibration: what a pinhole calibrated through a port turns out to be."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mirrorgaze.options import JsonOption, RigArgument, SeedOption
+from mirrorgaze.output import print_json, print_table
+
+if TYPE_CHECKING:
+    from optics.calibration_study import Calibration
+
+DISCS = (0.4, 0.55, 0.7, 0.85, 1.0)
+"""Radii of the second table, in parts of the first one's."""
+
+EXPLANATION = """\
+Why 1.84 is not the index: on the axis a flat port lengthens the focal length by n exactly, further out by more (the
+image is a pincushion). A pinhole without radial terms averages this over the image: distant points that fill a disc
+evenly give the ratio 'even disc', which grows with the disc and is 1.84 at 875 px for the paper's camera. Without
+radial terms and with unknown poses the ratio follows the board, not the water: try --board small. The rms of tens of
+pixels says that the model does not fit. With radial terms the ratio is close to n, and more so on smaller discs.
+The paper prints no distortion and no rms, and its change of cx, cy is not explained by an untilted port."""
+
+
+def calibrate_study(
+    rig: RigArgument,
+    radius_px: Annotated[float, typer.Option(help="Use corners within this image radius, in pixels.")] = 870.0,
+    noise_px: Annotated[float, typer.Option(help="Standard deviation of the corners, in pixels.")] = 0.0,
+    seed: SeedOption = 0,
+    board: Annotated[str, typer.Option(help="Board: large fills the image, small is moved around in it.")] = "large",
+    json: JsonOption = False,
+) -> None:
+    """Calibrate a pinhole through the port (paper, table 1).
+
+    A checkerboard is imaged exactly in air, distilled and salt water and calibrated with OpenCV, with and without
+    radial terms.
+
+    \b
+    Example:
+      mirrorgaze calibrate-study bench --radius-px 870
+    """
+    from mirrorgaze.loading import load_usable_rig
+    from optics.calibration_board import BOARDS
+    from optics.calibration_study import PAPER_TABLE_1, Medium, calibration_study, even_disc_ratio
+
+    if board not in BOARDS:
+        raise ValueError(f"expected --board to be one of {', '.join(BOARDS)}, got {board!r}")
+    loaded = load_usable_rig(rig)
+    study = partial(calibration_study, loaded, board=BOARDS[board], noise_px=noise_px, seed=seed)
+    table = study(radius_px=radius_px)
+    discs = [
+        (
+            even_disc_ratio(loaded, Medium.DISTILLED, share * radius_px),
+            study(radius_px=share * radius_px, media=[Medium.DISTILLED]),
+        )
+        for share in DISCS
+    ]
+    if json:
+        print_json(
+            {
+                "rig": loaded.name,
+                "board": board,
+                "calibrations": [asdict(calibration) for calibration in table],
+                "discs": [
+                    {"even_disc_ratio": even, "calibrations": [asdict(calibration) for calibration in calibrations]}
+                    for even, calibrations in discs
+                ],
+                "paper_table_1": {str(medium): numbers for medium, numbers in PAPER_TABLE_1.items()},
+            }
+        )
+        return
+    print_table(_table_1(table))
+    typer.echo("")
+    print_table(_ratios(discs))
+    if loaded.port.shape == "flat":
+        typer.echo(f"\n{EXPLANATION}")
+
+
+def _table_1(table: list[Calibration]) -> list[list[str]]:
+    from optics.calibration_study import PAPER_TABLE_1, Medium
+
+    rows = [["medium", "model", "fx", "fy", "cx", "cy", "fx/air", "rms px", "k1 k2 p1 p2 k3"]]
+    in_air = PAPER_TABLE_1[Medium.AIR][0]
+    for medium in Medium:
+        paper = PAPER_TABLE_1[medium]
+        for found in table:
+            if found.medium == medium:
+                numbers = (found.fx_px, found.fy_px, found.cx_px, found.cy_px)
+                terms = " ".join(f"{value:.3f}" for value in found.distortion) if any(found.distortion) else "-"
+                rows.append(
+                    [medium, found.model, *_pixels(numbers), f"{found.ratio:.3f}", f"{found.rms_px:.2f}", terms]
+                )
+        rows.append([medium, "the paper", *_pixels(paper), f"{paper[0] / in_air:.3f}", "-", "-"])
+    return rows
+
+
+def _pixels(numbers: tuple[float, ...]) -> list[str]:
+    return [f"{number:.2f}" for number in numbers]
+
+
+def _ratios(discs: list[tuple[float | None, list[Calibration]]]) -> list[list[Any]]:
+    rows = [["fx/air in distilled water, by disc", "even disc", *(found.model for found in discs[0][1])]]
+    for even, calibrations in discs:
+        ratios = [f"{found.ratio:.3f}" for found in calibrations]
+        rows.append([f"{calibrations[0].radius_px:g} px", "-" if even is None else f"{even:.3f}", *ratios])
+    return rows

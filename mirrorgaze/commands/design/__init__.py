@@ -1,0 +1,1 @@
+"""Design mirrors, and study a design: size, coverage, tolerances, search."""

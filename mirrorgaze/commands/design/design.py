@@ -1,0 +1,47 @@
+"""The main job: one rig in, a design report out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mirrorgaze.options import JsonOption, RigArgument
+from mirrorgaze.output import print_json, print_note
+
+
+def design(
+    rig: RigArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.", show_default="out/RIG"),
+    ] = None,
+    dive: Annotated[
+        str | None,
+        typer.Option(metavar="DIVE", help="Validate with this dive, a preset or a file.", show_default="spiral"),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Design a rig: mount, views, coverage, dive, report.
+
+    Writes the files of the mount, what the camera sees, the coverage of the sphere, a simulated dive that tracks a ball
+    over the designed mirrors and is compared with ground truth, and a report of all of it (report.html, summary.json).
+    An interrupted run continues where it stopped.
+
+    \b
+    Example:
+      mirrorgaze design aqua2 -o out/aqua2
+      mirrorgaze design my-auv.toml --dive my-dive.toml
+    """
+    from mirrorgaze.loading import load_usable_rig
+    from reports.dossier import design as design_rig
+    from tracking.dives import Dive
+
+    loaded = load_usable_rig(rig)
+    chosen = None if dive is None else Dive.load(dive)
+    report = design_rig(loaded, output or Path("out") / loaded.name, announce=print_note, dive=chosen)
+    if json:
+        import json as json_format
+
+        print_json(json_format.loads((report.parent / "summary.json").read_text(encoding="utf-8")))

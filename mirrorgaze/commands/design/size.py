@@ -1,0 +1,279 @@
+"""Sizing: how large the mirrors have to be, what stands in the way, and what other distances would give."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mirrorgaze.errors import FAILED
+from mirrorgaze.options import JsonOption, RigArgument
+from mirrorgaze.output import print_json, print_note, print_table
+
+if TYPE_CHECKING:
+    from optics.analysis.sizing import Sizing
+    from optics.analysis.window import Window
+    from rigs import Rig
+
+DISTANCE_FACTORS = (0.7, 0.85, 1.0, 1.15, 1.3, 1.45, 1.6)
+"""Of the rig's own d1 and d2, over which the trade-off is drawn."""
+
+
+class Outline(StrEnum):
+    """Outlines whose corners can be printed."""
+
+    RECTANGLE = "rectangle"
+    OCTAGON = "octagon"
+    CONVEX = "convex"
+
+
+def size(
+    rig: RigArgument,
+    window: Annotated[
+        str,
+        typer.Option(
+            help="Part of the image to pass: a fraction of its sides (0.2), pixels (320x240), degrees in the water "
+            "(20x15deg), or edges left,top,right,bottom in pixels; the first three are centred."
+        ),
+    ] = "0.2",
+    azimuth_deg: Annotated[
+        tuple[float, float],
+        typer.Option(help="Range of the gaze azimuth, from and to, in degrees; 0 is ahead, left is positive."),
+    ] = (-60.0, 60.0),
+    elevation_deg: Annotated[
+        tuple[float, float], typer.Option(help="Range of the gaze elevation, from and to, in degrees; up is positive.")
+    ] = (-30.0, 30.0),
+    margin_mm: Annotated[
+        float, typer.Option(help="Margin added all around for printing and lip, in millimetres.")
+    ] = 2.0,
+    angle_tolerance_deg: Annotated[
+        float, typer.Option(help="Largest angular error of camera, M1 and M2 each, in degrees.")
+    ] = 0.25,
+    outline: Annotated[Outline, typer.Option(help="Print the corners of this outline.")] = Outline.RECTANGLE,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Write outlines and the trade-off to this folder."),
+    ] = None,
+    apply: Annotated[bool, typer.Option("--apply", help="Write the rectangles into the rig file.")] = False,
+    json: JsonOption = False,
+) -> None:
+    """Size both mirrors for an image window and gaze range.
+
+    Exit status 1 when the request cannot be met; the output then says what limits it and how much would fit. With
+    --output also the trade-off over the distances d1 and d2, as CSV and PNG.
+
+    \b
+    Example:
+      mirrorgaze size aqua2 --window 20x15deg --azimuth-deg -60 60 --elevation-deg -20 30 -o out/sizes
+    """
+    import numpy as np
+
+    from optics.analysis.gaze_range import GazeRange
+    from optics.analysis.limits import Request
+    from optics.analysis.sizing import size_mirrors
+    from rigs import Rig
+
+    if apply:
+        file = _own_file(rig)
+        if outline is not Outline.RECTANGLE:
+            raise ValueError(
+                f"--apply: expected --outline rectangle, all that a rig file can hold, got {outline.value}"
+            )
+    loaded = Rig.load(rig)
+    request = Request(
+        window=_window(loaded, window),
+        gaze=GazeRange(first=_radians(azimuth_deg), second=_radians(elevation_deg), in_joints=False),
+        margin_m=margin_mm / 1000,
+        angle_tolerance=float(np.radians(angle_tolerance_deg)),
+    )
+    sizing = size_mirrors(loaded, request)
+    if json:
+        print_json(_as_data(sizing))
+    else:
+        _print(rig, sizing, outline)
+    if output is not None:
+        _write_folder(loaded, sizing, output)
+    if sizing.bindings:
+        raise typer.Exit(FAILED)
+    if apply:
+        _apply(sizing, file, quiet=json)
+
+
+def _radians(interval: tuple[float, float]) -> tuple[float, float]:
+    import math
+
+    return math.radians(interval[0]), math.radians(interval[1])
+
+
+def _window(rig: Rig, text: str) -> Window:
+    """Window from the words of the command line."""
+    import math
+
+    from optics.analysis.footprint import bare_train
+    from optics.analysis.window import Window, centred_window, field_of_view_window, fraction_window
+
+    train = bare_train(rig)
+    try:
+        if "," in text:
+            left, top, right, bottom = (float(part) for part in text.split(","))
+        elif "x" in text:
+            width, height = (float(part) for part in text.removesuffix("deg").split("x"))
+        else:
+            fraction = float(text)
+    except ValueError:
+        raise ValueError(
+            f"--window {text}: expected a fraction (0.2), pixels (320x240), degrees in the water (20x15deg), or "
+            "edges (left,top,right,bottom in pixels)"
+        ) from None
+    if "," in text:
+        window = Window(left_px=left, top_px=top, right_px=right, bottom_px=bottom)
+    elif text.endswith("deg"):
+        window = field_of_view_window(train.camera, train.port, math.radians(width), math.radians(height))
+    elif "x" in text:
+        window = centred_window(train.camera, width, height)
+    else:
+        window = fraction_window(train.camera, fraction)
+    window.check_inside(train.camera)
+    return window
+
+
+def _own_file(rig: str) -> Path:
+    """The user's rig file, to be written; presets are refused."""
+    from rigs.files import PRESETS, find_rig
+
+    file = find_rig(rig)
+    if file.resolve().parent == PRESETS.resolve():
+        raise ValueError(f"--apply: {rig!r} is a preset; copy it first: mirrorgaze new my-rig --from {file.stem}")
+    return file
+
+
+def _apply(sizing: Sizing, file: Path, *, quiet: bool) -> None:
+    """Write the sizes into the rig file, comments kept, once the result is known to be a good rig."""
+    import tomlkit
+
+    from optics.feasibility import feasibility_problems
+    from rigs import RigError, load_document, save_document
+    from rigs.files import parse_rig
+
+    assert sizing.rig is not None
+    document = load_document(file)
+    for name in ("fold_mirror", "gaze_mirror"):
+        plate = getattr(sizing.rig, name)
+        for key in ("width_mm", "height_mm"):
+            document[name][key] = getattr(plate, key)
+    changed = parse_rig(tomlkit.dumps(document), source=str(file), folder=file.parent)
+    problems = feasibility_problems(changed)
+    if problems:
+        raise RigError(str(file), problems)
+    save_document(document, file)
+    if not quiet:
+        typer.echo(f"{file}: sizes written; check that the mount fits: mirrorgaze check {file} --cad")
+
+
+def _write_folder(rig: Rig, sizing: Sizing, folder: Path) -> None:
+    """Outlines as they are, and the trade-off where there is one."""
+    from cad.meshes import rig_meshes
+    from optics.analysis.trade_off import trade_off
+    from optics.mesh import Role
+    from reports.sizing_figures import (
+        outlines_figure,
+        save_figure,
+        trade_off_figure,
+        write_outlines,
+        write_trade_off,
+    )
+
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(f"{folder}: expected a folder to write into")
+    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
+    result = None
+    if sizing.m2 is not None:
+        print_note("trade-off over d1 and d2 ...")
+        hull = [part for part in rig_meshes(rig) if part.role is Role.HULL]
+        d1, d2 = ([f * m.distance_mm for f in DISTANCE_FACTORS] for m in (rig.fold_mirror, rig.gaze_mirror))
+        result = trade_off(rig, sizing.request, hull, d1_mm=d1, d2_mm=d2)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_outlines(sizing, folder / "outlines.json")
+    save_figure(outlines_figure(sizing), folder / "outlines.png")
+    if result is not None:
+        write_trade_off(result, folder / "trade_off.csv")
+        save_figure(trade_off_figure(result, rig), folder / "trade_off.png")
+
+
+def _print(name: str, sizing: Sizing, outline: Outline) -> None:
+    import math
+
+    window, gaze = sizing.request.window, sizing.request.gaze
+    ranges = [
+        f"{label} {math.degrees(low):g} to {math.degrees(high):g}"
+        for label, (low, high) in zip(gaze.names, (gaze.first, gaze.second), strict=True)
+    ]
+    typer.echo(f"{name}: a window of {window.size_px[0]:.0f} x {window.size_px[1]:.0f} px, {', '.join(ranges)} degrees")
+    print_table(_rows(sizing))
+    typer.echo(f"  the present mirrors pass {sizing.passed_now:.1%} of it (without margins)")
+    if outline is not Outline.RECTANGLE:
+        for label, outlines in (("M1", sizing.m1), ("M2", sizing.m2)):
+            if outlines is not None:
+                corners = ", ".join(f"({1000 * x:.2f}, {1000 * y:.2f})" for x, y in outlines.corners_m(outline.value))
+                typer.echo(f"  {label} {outline.value} (mm): {corners}")
+    for binding in sizing.bindings:
+        typer.echo(f"  cannot be met, {binding.constraint}: {binding.message}")
+    if sizing.bindings:
+        typer.echo(f"  would fit: {_would_fit(sizing)}")
+
+
+def _rows(sizing: Sizing) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for label, outlines in (("M1", sizing.m1), ("M2", sizing.m2)):
+        if outlines is None:
+            rows.append((f"  {label}", "no finite mirror", ""))
+            continue
+        for kind in ("rectangle", "free rectangle", "octagon", "convex"):
+            width, height = 1000 * (outlines.corners_m(kind).max(axis=0) - outlines.corners_m(kind).min(axis=0))
+            area = f"{1e4 * outlines.area_m2(kind):.1f} cm²"
+            rows.append((f"  {label} {kind}", f"{width:.1f} x {height:.1f} mm", area))
+    return rows
+
+
+def _would_fit(sizing: Sizing) -> str:
+    import math
+
+    name = sizing.request.gaze.names[1]
+    parts = []
+    if sizing.window_factor > 0:
+        parts.append(f"{sizing.window_factor:.0%} of the window's sides over the whole range")
+    if sizing.second_range is not None:
+        low, high = map(math.degrees, sizing.second_range)
+        parts.append(f"the whole window for {name} {low:.1f} to {high:.1f} degrees")
+    return "; or ".join(parts) or "no window over this range, nor this window anywhere in it"
+
+
+def _as_data(sizing: Sizing) -> dict[str, Any]:
+    import math
+
+    from reports.sizing_figures import outlines_as_data
+
+    window, gaze = sizing.request.window, sizing.request.gaze
+    applied = None
+    if sizing.rig is not None:
+        plates = {"M1": sizing.rig.fold_mirror, "M2": sizing.rig.gaze_mirror}
+        applied = {name: [plate.width_mm, plate.height_mm] for name, plate in plates.items() if plate is not None}
+    second = sizing.second_range
+    return {
+        "window_px": [window.left_px, window.top_px, window.right_px, window.bottom_px],
+        **{
+            f"{name}_deg": [math.degrees(value) for value in interval]
+            for name, interval in zip(gaze.names, (gaze.first, gaze.second), strict=True)
+        },
+        "met": not sizing.bindings,
+        "rectangles_mm": applied,
+        "outlines": outlines_as_data(sizing),
+        "present_mirrors_pass": sizing.passed_now,
+        "bindings": [{"constraint": b.constraint, "message": b.message} for b in sizing.bindings],
+        "fits": {
+            "window_factor": sizing.window_factor,
+            f"{gaze.names[1]}_deg": second and [math.degrees(value) for value in second],
+        },
+    }

@@ -1,0 +1,1 @@
+"""Dive in simulation, track recorded or live images, and evaluate both."""

@@ -1,0 +1,153 @@
+"""Many rendered dives: over seeds and settings, with intervals and comparisons."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mirrorgaze.errors import FAILED
+from mirrorgaze.options import DiveArgument, JsonOption
+from mirrorgaze.output import print_json, print_note, print_table
+
+if TYPE_CHECKING:
+    from tracking.ensembles.run import Outcome
+    from tracking.ensembles.tables import Difference, Row
+
+INTERRUPTED = 130
+"""Exit status of a process that Ctrl-C ended, as shells have it."""
+
+
+def ensemble(
+    dive: DiveArgument,
+    seeds: Annotated[
+        int, typer.Option(metavar="N", help="Number of dives of each setting, with seeds from 0.", min=1, max=10_000)
+    ] = 8,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUES",
+            help="Vary a key of the dive file over values a,b or a range low..high; repeat for all combinations.",
+        ),
+    ] = None,
+    points: Annotated[
+        int, typer.Option(metavar="N", help="Number of random points of the ranges (Latin hypercube).", min=0)
+    ] = 0,
+    points_seed: Annotated[int, typer.Option(metavar="N", help="Random seed of these points.", min=0)] = 0,
+    compare: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY", help="Compare the values of this key in pairs.", show_default="the first that is varied"
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Number of dives at a time.", show_default="number of cores", min=1),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.", show_default="out/DIVE-ensemble"),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Repeat a dive over seeds and settings, and compare.
+
+    Each dive is written to a folder of its own; finished ones are kept, so that the same command continues where it was
+    stopped, and more seeds or settings may be added. dives.csv has one line per dive, summary.csv and summary.md every
+    setting's metrics with 95 % confidence intervals, differences.csv and differences.md those between the values of a
+    key, over pairs of the same seed; ensemble.json has all of it.
+
+    \b
+    Example:
+      mirrorgaze ensemble spiral --seeds 8 --vary variant=default,paper -o out/loops
+      mirrorgaze ensemble spiral --seeds 4 --vary depth_m=3..12 --points 10 --vary jerlov_type=IB,II -o out/depths
+    """
+    from tracking.ensembles.members import Choice, members, parsed_variation
+    from tracking.ensembles.run import run_ensemble
+    from tracking.ensembles.tables import differences, summary_rows
+
+    variations = [parsed_variation(text) for text in vary or []]
+    choices = [varied.key for varied in variations if isinstance(varied, Choice) and len(varied.values) > 1]
+    if compare is not None and compare not in choices:
+        raise ValueError(
+            f"--compare {compare}: expected a key with two values or more ({', '.join(choices) or 'none'})"
+        )
+    chosen = members(variations, seeds=range(seeds), points=points, points_seed=points_seed)
+    folder = output or Path("out") / f"{Path(dive).stem}-ensemble"
+    try:
+        outcomes = run_ensemble(
+            dive,
+            chosen,
+            folder,
+            workers=workers or os.cpu_count() or 1,
+            announce=print_note,
+        )
+    except KeyboardInterrupt:
+        typer.echo(f"mirrorgaze: {folder}: stopped; the same command continues from there", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    rows = summary_rows(outcomes)
+    key = compare or (choices[0] if choices else None)
+    pairs = differences(outcomes, key) if key is not None else []
+    found = _write(folder, outcomes, rows, pairs)
+    if json:
+        print_json(found)
+    else:
+        _print(folder, rows, pairs)
+    failed = [outcome for outcome in outcomes if outcome.failure is not None]
+    for outcome in failed:
+        assert outcome.failure is not None
+        typer.echo(f"mirrorgaze: {outcome.folder}: {outcome.failure.sentence}", err=True)
+    if failed:
+        raise typer.Exit(FAILED)
+
+
+def _write(folder: Path, outcomes: list[Outcome], rows: list[Row], pairs: list[Difference]) -> dict[str, Any]:
+    """Write the tables; all of it as data."""
+    from dataclasses import asdict
+
+    from reports.progress import write_text
+    from tracking.dives.files import json_text
+    from tracking.ensembles import tables
+
+    found = {
+        "dives": [
+            {
+                "name": outcome.member.name,
+                "settings": outcome.member.settings,
+                "seed": outcome.member.seed,
+                "failure": outcome.failure.sentence if outcome.failure else None,
+                "metrics": outcome.metrics,
+            }
+            for outcome in outcomes
+        ],
+        "summary": [asdict(row) for row in rows],
+        "differences": [asdict(pair) for pair in pairs],
+    }
+    texts = {
+        "dives.csv": tables.dives_csv(outcomes),
+        "summary.csv": tables.summary_csv(rows),
+        "summary.md": tables.markdown(tables.summary_table(rows)),
+        "ensemble.json": json_text(found),
+    }
+    if pairs:
+        texts |= {
+            "differences.csv": tables.differences_csv(pairs),
+            "differences.md": tables.markdown(tables.differences_table(pairs)),
+        }
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return found
+
+
+def _print(folder: Path, rows: list[Row], pairs: list[Difference]) -> None:
+    from tracking.ensembles.tables import differences_table, summary_table
+
+    print_table(summary_table(rows))
+    if pairs:
+        typer.echo()
+        print_table(differences_table(pairs))
+    files = ("dives.csv", "summary.csv", "summary.md", *(("differences.csv", "differences.md") if pairs else ()))
+    typer.echo(f"{folder}: {', '.join(files)}, ensemble.json, a folder for each dive")

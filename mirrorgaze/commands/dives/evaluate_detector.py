@@ -1,0 +1,115 @@
+"""Detector evaluation: how often the target is found in images with ground truth, and what colour it has there."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mirrorgaze.options import JsonOption, RigArgument
+from mirrorgaze.output import print_json, print_progress, print_table
+from mirrorgaze.scene_options import SceneOptions
+
+if TYPE_CHECKING:
+    from tracking.perception import DetectorSettings
+    from tracking.perception.trial import TrialPicture
+
+RANGES_M = ((2.0, 3.0), (3.0, 4.0), (4.0, 5.0), (2.0, 5.0))
+"""Distances in which images are counted together."""
+
+DRAWN = 4
+"""Images of the figure."""
+
+REEF = SceneOptions(world="reef")
+
+
+def evaluate_detector(
+    rig: RigArgument,
+    scene: SceneOptions = REEF,
+    detector: Annotated[str, typer.Option(help="Detector settings: red-ball, narrow-hue, wide-hue.")] = "red-ball",
+    images: Annotated[
+        int, typer.Option(metavar="N", help="Number of images; every sixth is without the target.", min=1)
+    ] = 60,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write a PNG with images, crops and masks."),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Evaluate a detector on images with ground truth.
+
+    Renders the target at random places, 2 to 5 m away, and counts detections by distance: found is a centroid within
+    the target's radius of the true one, wrong is one elsewhere. Hue, saturation and value are medians of the target's
+    pixels, from 5 to 95 % of the images: what a colour window has to let through.
+
+    \b
+    Example:
+      mirrorgaze evaluate-detector aqua2 --world reef --detector wide-hue -o evaluation.png
+    """
+    from cad.meshes import rig_meshes
+    from mirrorgaze.loading import load_usable_rig
+    from scenes.image import check_image_path
+    from scenes.renderer import FastRenderer
+    from tracking.perception import DETECTORS
+    from tracking.perception.trial import trial_pictures
+
+    if detector not in DETECTORS:
+        raise ValueError(f"expected --detector to be one of {', '.join(DETECTORS)}, got {detector!r}")
+    loaded = load_usable_rig(rig)
+    if not loaded.has_mirrors:
+        raise ValueError(f"{rig}: expected a rig with mirrors, got {loaded.name!r}, which has none")
+    if output is not None:
+        check_image_path(output, ".png")
+    renderer = FastRenderer(loaded, rig_meshes(loaded), scene.stage(loaded))
+    taken = trial_pictures(renderer, images, scene.seed, partial(print_progress, "evaluate-detector: image"))
+    settings = DETECTORS[detector]
+    if output is not None:
+        from reports.perception_figures import draw_detection
+
+        shown = [each for each in taken if each.seen][:DRAWN]
+        if not shown:
+            raise ValueError(f"expected an image that shows the target to draw {output}, got none of {images}")
+        draw_detection(shown, settings, output)
+    rows = [
+        _row(low, high, [each for each in taken if low <= each.distance_m < high], settings) for low, high in RANGES_M
+    ]
+    if json:
+        print_json(
+            {
+                "rig": loaded.name,
+                "detector": detector,
+                "seed": scene.seed,
+                "ranges": rows,
+                "file": None if output is None else str(output),
+            }
+        )
+        return
+    head = ("distance", "seen", "found", "wrong", "empty", "false alarms", "precision", "recall")
+    print_table([(*head, "hue (deg)", "saturation", "value"), *map(_text_row, rows)])
+    if output is not None:
+        typer.echo(str(output))
+
+
+def _row(low_m: float, high_m: float, images: list[TrialPicture], settings: DetectorSettings) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from tracking.perception.trial import score, target_colours
+
+    colours = target_colours(images)
+    counted = {"from_m": low_m, "to_m": high_m, **asdict(score(images, settings))}
+    return {**counted, "colours": None if colours is None else asdict(colours)}
+
+
+def _text_row(row: dict[str, Any]) -> tuple[str, ...]:
+    counts = [str(row[key]) for key in ("seen", "found", "wrong", "empty", "false_alarms")]
+    shares = [f"{row[key]:.2f}" for key in ("precision", "recall")]
+    colours = ["-"] * 3
+    if row["colours"] is not None:
+        hue, saturation, value = row["colours"].values()
+        colours = [
+            f"{hue[0]:.0f} to {hue[-1]:.0f}",
+            *(f"{each[0]:.2f} to {each[-1]:.2f}" for each in (saturation, value)),
+        ]
+    return (f"{row['from_m']:g} to {row['to_m']:g} m", *counts, *shares, *colours)

@@ -1,0 +1,1 @@
+"""Render images, and compare them with the reference."""

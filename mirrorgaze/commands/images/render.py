@@ -1,0 +1,106 @@
+"""Images: what the camera sees through port and mirrors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from mirrorgaze.options import JsonOption, PanOption, RigArgument, TiltOption
+from mirrorgaze.output import print_json, print_progress, print_table
+from mirrorgaze.scene_options import SceneOptions
+
+if TYPE_CHECKING:
+    from scenes.views import View
+
+SAMPLES = {"fast": 1, "reference": 64}
+
+
+def render(
+    rig: RigArgument,
+    scene: SceneOptions,
+    q1_deg: PanOption = 0.0,
+    q2_deg: TiltOption = 0.0,
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="Write a PNG (sRGB) or an EXR (radiance, ground truth)."),
+    ] = Path("view.png"),
+    ground_truth: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write ground truth here: layers.exr, masks, boxes.json.")
+    ] = None,
+    sensor: Annotated[bool, typer.Option("--sensor", help="Render as the rig's image sensor takes it.")] = False,
+    renderer: Annotated[
+        Literal["fast", "reference"], typer.Option(help="Renderer; the reference is Mitsuba's path tracer.")
+    ] = "fast",
+    width_px: Annotated[
+        int | None, typer.Option(metavar="N", help="Image width.", show_default="the camera's", min=1, max=20000)
+    ] = None,
+    height_px: Annotated[
+        int | None, typer.Option(metavar="N", help="Image height.", show_default="the camera's", min=1, max=20000)
+    ] = None,
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="Samples per pixel.", show_default="1; 64 for the reference", min=1, max=1_000_000
+        ),
+    ] = None,
+    time_s: Annotated[float, typer.Option(help="Time on the clock of waves, flicker and snow, in seconds.")] = 0.0,
+    blur: Annotated[bool, typer.Option("--blur", help="Add the blur by forward scattering.")] = False,
+    stowed: Annotated[bool, typer.Option("--stowed", help="Swing the fold mirror out of the view.")] = False,
+    json: JsonOption = False,
+) -> None:
+    """Render what the camera sees.
+
+    The reference renderer (Mitsuba's volpathmis) has a flat sea and no snow.
+
+    \b
+    Example:
+      mirrorgaze render aqua2 --q1-deg 30 --q2-deg -10 -o view.png
+      mirrorgaze render aqua2 --world reef --target diver --snow --depth-m 8 --sensor --ground-truth truth
+      mirrorgaze render aqua2 --date 2026-03-20T15:00:00-05:00 --latitude-deg 20.5 --longitude-deg -87 -o view.exr
+    """
+    from mirrorgaze.loading import load_usable_rig
+    from scenes.views import Output, Shot, render_view
+
+    loaded = load_usable_rig(rig)
+    shot = Shot(
+        q1_deg=q1_deg,
+        q2_deg=q2_deg,
+        time_s=time_s,
+        stowed=stowed,
+        width_px=width_px,
+        height_px=height_px,
+        samples=SAMPLES[renderer] if samples is None else samples,
+        renderer=renderer,
+        seed=scene.seed,
+        blur=blur,
+    )
+    files = Output(path=output, sensor=sensor, truth=ground_truth)
+    stage = scene.stage(loaded, flat_sea=renderer == "reference")
+    view = render_view(
+        loaded, stage, shot, files, progress=lambda done, total: print_progress("reference", done, total)
+    )
+    for note in view.notes:
+        typer.echo(note, err=True)
+    if json:
+        print_json(view.as_dict())
+        return
+    first = "first frame, with compiling" if renderer == "fast" else f"reference, {shot.samples} samples"
+    typer.echo(f"{output}: {view.width_px} x {view.height_px} px in {view.time_s:.2f} s ({first})")
+    if ground_truth is not None:
+        typer.echo(f"{ground_truth}: {view.truth_files} files of ground truth")
+    print_table(_rows(view))
+
+
+def _rows(view: View) -> list[tuple[str, str]]:
+    rows = [(f"  {name}", f"{count} px") for name, count in view.region_px.items()]
+    if view.gaze_deg is not None:
+        rows += [(f"  gaze {name}", f"{value:.2f} deg") for name, value in view.gaze_deg.items()]
+    rows += [(f"  sun {name}", f"{value:.2f} deg") for name, value in view.sun_deg.items()]
+    if view.exposure is not None:
+        rows += [
+            ("  exposure time", f"{view.exposure['time_ms']:.3f} ms"),
+            ("  gain", f"{view.exposure['gain_db']:.1f} dB"),
+        ]
+    return rows

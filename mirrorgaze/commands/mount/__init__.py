@@ -1,0 +1,1 @@
+"""Weigh the mount and export it."""

@@ -1,0 +1,1 @@
+"""Gaze, virtual camera, port and water."""

@@ -1,0 +1,1 @@
+"""Begin, check and describe rig files."""

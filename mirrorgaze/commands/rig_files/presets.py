@@ -1,0 +1,82 @@
+"""Presets: list them, and begin a rig file with one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mirrorgaze.options import JsonOption
+from mirrorgaze.output import print_json, print_table
+
+
+def rigs(json: JsonOption = False) -> None:
+    """List the preset rigs.
+
+    \b
+    Example:
+      mirrorgaze rigs
+    """
+    from rigs import Rig, preset_names
+
+    found = [Rig.load(name) for name in preset_names()]
+    if json:
+        print_json([{"name": rig.name, "description": rig.description} for rig in found])
+    else:
+        print_table((rig.name, rig.description) for rig in found)
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new rig.")],
+    preset: Annotated[
+        str | None, typer.Option("--from", metavar="PRESET", help="Copy this preset.", show_default="aqua2")
+    ] = None,
+    hull: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SHAPE|FILE",
+            help="Use this hull: box, open-frame or torpedo picks the preset that has it; a STEP, STL, OBJ or PLY file "
+            "replaces the preset's.",
+        ),
+    ] = None,
+    unit: Annotated[str | None, typer.Option(help="Unit of the numbers in a hull file: mm, m or inch.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write this rig file.", show_default="NAME.toml"),
+    ] = None,
+) -> None:
+    """Create a rig file from a preset.
+
+    The preset is copied with its comments. A file that exists is never overwritten. With a hull's file, `mirrorgaze
+    check FILE --cad` then says where the anchors have to go.
+
+    \b
+    Example:
+      mirrorgaze new reef-camera --from bluerov2
+      mirrorgaze new glider --hull glider.stl --unit mm
+    """
+    import tomlkit
+
+    from rigs import load_document, preset_path, preset_with_hull, save_document
+    from rigs.files import parse_rig, put_hull_file
+
+    file = output or Path(f"{name}.toml")
+    is_file = hull is not None and "." in hull
+    if unit is not None and not is_file:
+        raise ValueError(f"--unit {unit}: expected with the file of a hull only")
+    if preset is None:
+        preset = preset_with_hull(hull) if hull is not None and not is_file else "aqua2"
+    elif hull is not None and not is_file:
+        raise ValueError(f"--hull {hull}: expected --from or the shape of a hull, got both")
+    document = load_document(preset_path(preset))
+    document["name"] = name
+    if hull is not None and is_file:
+        put_hull_file(document, Path(hull), unit=unit, folder=file.parent)
+    parse_rig(tomlkit.dumps(document), source=f"new rig {name!r}", folder=file.parent)
+    if file.exists():
+        raise FileExistsError(f"{file}: expected a new file, but there is one already")
+    if not file.parent.is_dir():
+        raise FileNotFoundError(f"{file}: expected an existing folder, but there is no {file.parent}")
+    save_document(document, file)
+    typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")

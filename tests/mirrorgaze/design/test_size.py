@@ -1,0 +1,137 @@
+"""`mirrorgaze size`: what it prints, what it writes, and that it writes nothing it should not."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from mirrorgaze.cli import app
+from rigs import Rig, load_document, preset_path, save_document
+
+LEVEL = ("--elevation-deg", "-10", "30", "--azimuth-deg", "-40", "40")
+
+
+def mirrorgaze(*arguments: str):
+    return CliRunner().invoke(app, list(arguments))
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """A rig file of one's own, with a comment behind a number that will change."""
+    monkeypatch.chdir(tmp_path)
+    document = load_document(preset_path("aqua2"))
+    document["name"] = "mine"
+    save_document(document, tmp_path / "mine.toml")
+    return tmp_path / "mine.toml"
+
+
+def test_sizes_are_printed_for_people_and_machines(own):
+    result = mirrorgaze("size", "mine.toml", *LEVEL)
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.startswith(
+        "mine.toml: a window of 128 x 96 px, azimuth -40 to 40, elevation -10 to 30 degrees"
+    )
+    assert "M2 octagon" in result.stdout and "cm²" in result.stdout and "the present mirrors pass" in result.stdout
+    answer = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--json").stdout)
+    assert answer["met"] is True and answer["bindings"] == []
+    assert answer["window_px"] == [255.5, 191.5, 383.5, 287.5]
+    width, height = answer["rectangles_mm"]["M2"]
+    assert f"{answer['outlines']['M2']['rectangle']['area_cm2']:.1f} cm²" in result.stdout
+    assert answer["outlines"]["M2"]["rectangle"]["area_cm2"] <= width * height / 100
+
+
+@pytest.mark.parametrize("window", ["128x96", "0.2", "255.5,191.5,383.5,287.5"])
+def test_windows_may_be_said_in_several_ways(own, window):
+    answer = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--window", window, "--json").stdout)
+    assert answer["window_px"] == [255.5, 191.5, 383.5, 287.5]
+
+
+def test_apply_changes_the_four_numbers_and_keeps_the_comments(own):
+    before = own.read_text(encoding="utf-8").splitlines()
+    result = mirrorgaze("size", "mine.toml", *LEVEL, "--apply")
+    assert result.exit_code == 0, result.stderr
+    after = own.read_text(encoding="utf-8").splitlines()
+    changed = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
+    assert [b.split(" =")[0] for _, b in changed] == ["width_mm", "height_mm", "width_mm", "height_mm"]
+    assert all(a.partition("#")[2] == b.partition("#")[2] for a, b in changed)
+    rig = Rig.load(own)
+    answer = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--json").stdout)
+    assert answer["rectangles_mm"]["M1"] == [rig.fold_mirror.width_mm, rig.fold_mirror.height_mm]
+    assert answer["rectangles_mm"]["M2"] == [rig.gaze_mirror.width_mm, rig.gaze_mirror.height_mm]
+    assert answer["present_mirrors_pass"] == 1
+    assert [file.name for file in own.parent.iterdir()] == ["mine.toml"]
+
+
+def test_apply_writes_nothing_when_the_request_cannot_be_met(own):
+    before = own.read_bytes()
+    result = mirrorgaze("size", "mine.toml", "--window", "0.9", "--elevation-deg", "-65", "0", "--apply")
+    assert result.exit_code == 1
+    assert "cannot be met, grazing incidence on M2: at " in result.stdout
+    assert "would fit: " in result.stdout
+    assert own.read_bytes() == before
+
+
+def test_apply_writes_nothing_when_the_mirrors_do_not_fit_the_printer(own):
+    document = load_document(own)
+    document["mount"]["printer_bed_mm"] = [50.0, 60.0, 80.0]
+    save_document(document, own)
+    before = own.read_bytes()
+    result = mirrorgaze("size", "mine.toml", *LEVEL, "--apply")
+    assert (result.exit_code, result.stderr) == (1, "")
+    assert "cannot be met, printer bed: M2 of " in result.stdout
+    assert own.read_bytes() == before
+
+
+def test_presets_are_not_written(own):
+    before = preset_path("aqua2").read_bytes()
+    for rig in ("aqua2", str(preset_path("aqua2"))):
+        result = mirrorgaze("size", rig, *LEVEL, "--apply")
+        assert result.exit_code == 2
+        assert "is a preset; copy it first: mirrorgaze new my-rig --from aqua2" in result.stderr
+    assert preset_path("aqua2").read_bytes() == before
+
+
+def test_output_holds_outlines_and_trade_off(own, monkeypatch):
+    from mirrorgaze.commands.design import size
+
+    # Two by two designs: what they are is tested elsewhere.
+    monkeypatch.setattr(size, "DISTANCE_FACTORS", (1.0, 1.2))
+    result = mirrorgaze("size", "mine.toml", *LEVEL, "-o", "out", "--outline", "octagon")
+    assert result.exit_code == 0, result.stderr
+    assert "M1 octagon (mm): (" in result.stdout
+    files = sorted(file.name for file in (own.parent / "out").iterdir())
+    assert files == ["outlines.json", "outlines.png", "trade_off.csv", "trade_off.png"]
+    assert len((own.parent / "out" / "trade_off.csv").read_text(encoding="utf-8").splitlines()) == 5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--window", "wide"], "--window wide: expected a fraction (0.2), pixels (320x240), degrees"),
+        (["--window", "1,2,3"], "expected a fraction (0.2), pixels (320x240), degrees"),
+        (["--window", "2"], "expected a fraction of the image's sides above 0 and at most 1, got 2"),
+        (["--window", "0,0,900,90"], "expected a window within the image"),
+        (["--window", "170x20deg"], "degrees in the water, what the image shows through the port, got 170"),
+        (
+            ["--azimuth-deg", "40", "-40"],
+            "expected a range of azimuth from a lower to a higher angle, got 40 to -40 deg",
+        ),
+        (["--elevation-deg", "0", "120"], "expected elevations between -90 and 90 deg, got 0 to 120"),
+        (["--margin-mm", "-1"], "expected margin_m of at least 0, got -0.001"),
+        (["--apply", "--outline", "octagon"], "--apply: expected --outline rectangle, all that a rig file can hold"),
+        (["-o", "mine.toml"], "expected a folder to write into"),
+    ],
+)
+def test_bad_input_is_a_sentence(own, arguments, words):
+    before = own.read_bytes()
+    result = mirrorgaze("size", "mine.toml", *arguments)
+    assert (result.exit_code, words in result.stderr) == (2, True), result.stderr
+    assert own.read_bytes() == before
+    assert [file.name for file in own.parent.iterdir()] == ["mine.toml"]
+
+
+def test_a_rig_without_mirrors_is_refused():
+    result = mirrorgaze("size", "bench")
+    assert (result.exit_code, "expected a rig with mirrors, got 'bench'" in result.stderr) == (2, True)

@@ -1,0 +1,71 @@
+"""`mirrorgaze angular-speed`: what it prints. The search itself is tested with the metrics."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from mirrorgaze.cli import app
+from tracking.metrics import angular_speed
+from tracking.metrics.angular_speed import LargestSpeed, Trial
+from tracking.metrics.intervals import mean_interval
+
+
+def mirrorgaze(*arguments: str):
+    return CliRunner().invoke(app, ["angular-speed", *arguments])
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """The default follows 40 and 60 degrees a second, others nothing."""
+
+    def search(rig, variant, arc, *, seeds, frame_rate_hz, progress):
+        speeds = (40.0, 60.0) if variant.name == "default" else (0.0, 0.0)
+        progress(2, 2)
+        trials = tuple(
+            (Trial(speed_deg_s=speed, longest_gap_frames=0, gaze_error_rms_deg=speed / 20),) if speed else ()
+            for speed in speeds
+        )
+        return LargestSpeed(arc=arc, by_seed_deg_s=speeds, interval=mean_interval(speeds), trials=trials)
+
+    monkeypatch.setattr(angular_speed, "largest_angular_speed", search)
+
+
+def test_a_line_for_each_loop_and_axis(found):
+    result = mirrorgaze("aqua2", "--variant", "default, paper-literal", "--seeds", "2")
+    assert result.exit_code == 0, result.stderr
+    head, *lines = result.stdout.splitlines()
+    assert head.startswith("loop")
+    assert [line.split()[:2] for line in lines] == [
+        [loop, axis] for loop in ("default", "paper-literal") for axis in ("azimuth", "elevation")
+    ]
+    assert "50 (40 to 60)" in lines[0]
+    assert lines[0].split()[-1] == "3"
+    assert lines[2].split()[-1] == "-"
+    assert "default, azimuth: 2 of 2" in result.stderr
+
+
+def test_json_has_every_trial(found):
+    data = json.loads(mirrorgaze("aqua2", "--json").stdout)
+    assert [item["arc"]["axis"] for item in data] == ["azimuth", "elevation"]
+    assert data[0]["trials"][1][0]["speed_deg_s"] == 60.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("aqua2", "--variant", "best"), "variant 'best': expected one of"),
+        (("aqua2", "--radius-m", "3"), "a radius between 0 and its distance"),
+        (("nosuch",), "expected a preset"),
+    ],
+)
+def test_bad_input_is_a_sentence_and_2(arguments, message):
+    result = mirrorgaze(*arguments)
+    assert result.exit_code == 2
+    assert message in result.stderr
+
+
+def test_help_has_an_example():
+    assert "mirrorgaze angular-speed aqua2" in mirrorgaze("--help").stdout

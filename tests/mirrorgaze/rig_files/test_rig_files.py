@@ -1,0 +1,164 @@
+"""`mirrorgaze rigs`, `new`, `check` and `schema`: exit status, words, and nothing written on bad input."""
+
+from __future__ import annotations
+
+import json
+
+import jsonschema
+import pytest
+import tomlkit
+from typer.testing import CliRunner
+
+from mirrorgaze.cli import app
+from rigs import Rig, load_document, preset_names, preset_path, save_document
+
+
+def mirrorgaze(*arguments: str):
+    return CliRunner().invoke(app, list(arguments))
+
+
+@pytest.fixture
+def bad_rig(here):
+    document = load_document(preset_path("aqua2"))
+    document["camera"]["fx_px"] = -1
+    document["camera"]["cy_px"] = float("nan")
+    document["port"]["thicknes_mm"] = 3
+    save_document(document, here / "bad.toml")
+    return "bad.toml"
+
+
+def test_rigs_lists_the_presets():
+    result = mirrorgaze("rigs")
+    assert result.exit_code == 0
+    assert [line.split()[0] for line in result.stdout.splitlines()] == preset_names()
+    assert [rig["name"] for rig in json.loads(mirrorgaze("rigs", "--json").stdout)] == preset_names()
+
+
+def test_new_copies_a_preset_with_its_comments(here):
+    result = mirrorgaze("new", "reef", "--from", "bluerov2")
+    assert result.exit_code == 0
+    original = preset_path("bluerov2").read_text(encoding="utf-8")
+    assert (here / "reef.toml").read_text(encoding="utf-8") == original.replace('name = "bluerov2"', 'name = "reef"')
+    assert [path.name for path in here.iterdir()] == ["reef.toml"]
+
+
+@pytest.mark.parametrize(("shape", "preset"), [("box", "aqua2"), ("open-frame", "bluerov2"), ("torpedo", "torpedo")])
+def test_new_begins_with_the_preset_that_has_a_hull(here, shape, preset):
+    assert mirrorgaze("new", "reef", "--hull", shape).exit_code == 0
+    assert Rig.load(here / "reef.toml").model_copy(update={"name": preset}) == Rig.load(preset)
+
+
+def test_new_puts_a_hulls_file_in_the_presets_place(here):
+    (here / "hulls").mkdir()
+    (here / "hulls" / "mine.stl").write_text("solid", encoding="utf-8")
+    (here / "rigs").mkdir()
+    arguments = ("new", "reef", "--from", "torpedo", "--hull", "hulls/mine.stl", "--unit", "m", "-o", "rigs/reef.toml")
+    assert mirrorgaze(*arguments).exit_code == 0
+    rig = Rig.load(here / "rigs" / "reef.toml")
+    assert (rig.hull.file, rig.hull.unit) == (here / "hulls" / "mine.stl", "m")
+    assert rig.mount.fold_plane is None
+
+
+def test_new_writes_where_it_is_told(here):
+    assert mirrorgaze("new", "reef", "-o", "other.toml").exit_code == 0
+    assert Rig.load(here / "other.toml").name == "reef"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["My Rig"], "name = 'My Rig': expected lower-case letters"),
+        (["reef", "--from", "aqua"], "did you mean 'aqua2'?"),
+        (["reef", "-o", "nowhere/reef.toml"], "expected an existing folder, but there is no nowhere"),
+        (["reef", "-o", "."], "expected a new file, but there is one already"),
+        (["reef", "--hull", "sphere"], "hull 'sphere': expected box, open-frame, torpedo or the name of a file"),
+        (["reef", "--hull", "mine.stl"], "expected --unit mm, m or inch"),
+        (["reef", "--hull", "mine.stl", "--unit", "ft"], "hull.unit = 'ft': expected 'mm', 'm' or 'inch'"),
+        (["reef", "--hull", "mine.stl", "--unit", "mm"], "hull.file = 'mine.stl': expected a file; there is none at"),
+        (["reef", "--hull", "box", "--unit", "mm"], "expected with the file of a hull only"),
+        (["reef", "--hull", "box", "--from", "aqua2"], "expected --from or the shape of a hull, got both"),
+        (
+            ["reef", "--hull", "mine.step", "--from", "bench"],
+            "expected a preset with mirrors, got one that has no hull",
+        ),
+    ],
+)
+def test_new_writes_nothing_on_bad_input(here, arguments, words):
+    result = mirrorgaze("new", *arguments)
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert not list(here.iterdir())
+
+
+def test_new_does_not_overwrite(here):
+    (here / "reef.toml").write_text("mine", encoding="utf-8")
+    result = mirrorgaze("new", "reef")
+    assert (result.exit_code, result.stderr) == (
+        2,
+        "mirrorgaze: reef.toml: expected a new file, but there is one already\n",
+    )
+    assert (here / "reef.toml").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_check_finds_the_presets_good(name):
+    result = mirrorgaze("check", name)
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.startswith(f"{name}: good\n")
+    assert json.loads(mirrorgaze("check", name, "--json").stdout)["good"] is True
+
+
+def test_check_shows_the_key_facts():
+    lines = [" ".join(line.split()) for line in mirrorgaze("check", "aqua2").stdout.splitlines()]
+    assert lines == [
+        "aqua2: good",
+        "camera pinhole, 640 x 480 px",
+        "port flat, pmma, 8 mm",
+        "M1 80 x 90 mm, d1 = 95 mm",
+        "M2 80 x 100 mm, d2 = 125 mm",
+        "q1 (pan) -77.5 to 77.5 degrees",
+        "q2 (tilt) -32.5 to 122.5 degrees",
+    ]
+
+
+def test_check_says_everything_that_is_wrong(bad_rig):
+    result = mirrorgaze("check", bad_rig)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.splitlines() == [
+        "mirrorgaze: bad.toml: 3 problems",
+        "  camera.fx_px = -1: expected a number greater than 0",
+        "  camera.cy_px = nan: expected a finite number",
+        "  port.thicknes_mm = 3: expected a known key; did you mean 'thickness_mm'?",
+    ]
+
+
+def test_check_says_it_to_machines_too(bad_rig):
+    result = mirrorgaze("check", bad_rig, "--json")
+    assert result.exit_code == 2
+    answer = json.loads(result.stdout)
+    assert answer["good"] is False
+    assert [problem["place"] for problem in answer["problems"]] == ["camera.fx_px", "camera.cy_px", "port.thicknes_mm"]
+    assert [problem["value"] for problem in answer["problems"]] == [-1, "nan", 3]
+
+
+def test_check_reports_a_rig_that_cannot_be_built(here):
+    """A well-formed rig whose fold mirror stands inside the port's glass."""
+    document = load_document(preset_path("aqua2"))
+    document["fold_mirror"]["distance_mm"] = 21.0
+    save_document(document, here / "tight.toml")
+    result = mirrorgaze("check", "tight.toml")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("mirrorgaze: tight.toml: ")
+    assert "fold_mirror.distance_mm = 21.0: expected M1 in the water in front of the port" in result.stderr
+
+
+def test_schema_accepts_the_presets_and_refuses_a_bad_rig():
+    schema = json.loads(mirrorgaze("schema").stdout)
+    validator = jsonschema.Draft202012Validator(schema)
+    for name in preset_names():
+        document = load_document(preset_path(name)).unwrap()
+        validator.validate(document)
+    document["camera"]["fx_px"] = -1
+    assert not validator.is_valid(document)
+    assert validator.is_valid(tomlkit.parse(preset_path("aqua2").read_text(encoding="utf-8")).unwrap())
