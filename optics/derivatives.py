@@ -23,7 +23,7 @@ from optics.arrays import FloatArray, check_points, opaque_vector, to_columns, t
 from optics.backend import Array3f64, Float64, UInt32, dr
 from optics.camera import camera_from_spec
 from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
-from optics.mirror import strike, unfold
+from optics.mirror import MirrorPlane, reflect_over, unfold
 from optics.port import DomePort, FlatPort, NoPort, port_from_spec
 from rigs import Rig
 
@@ -274,11 +274,8 @@ def _miss(port: Any, numbers: dict[str, Any], direction: Any, point: Any) -> tup
 def _leave(port: Any, numbers: dict[str, Any], direction: Any) -> tuple[Any, Any, Any]:
     """Point on the last surface, direction behind it, and whether the port lets the ray out."""
     exit_ = port.leave(numbers["port"], direction)
-    origin, outgoing = exit_.point, exit_.direction
-    for mirror in numbers["mirrors"]:
-        hit = strike(mirror, origin, outgoing)
-        origin, outgoing = hit.point, hit.direction
-    return origin, outgoing, exit_.transmitted
+    last = [exit_, *reflect_over(numbers["mirrors"], exit_.point, exit_.direction)][-1]
+    return last.point, last.direction, exit_.transmitted
 
 
 def _pixel(model: Any, camera: dict[str, Any], distorted: bool, direction: Any) -> tuple[Any, Any]:
@@ -345,7 +342,7 @@ def _port(port: Any, leaves: dict[str, Any]) -> dict[str, Any]:
     return numbers
 
 
-def _mirrors(layout: Layout, leaves: dict[str, Any]) -> list[dict[str, Any]]:
+def _mirrors(layout: Layout, leaves: dict[str, Any]) -> list[MirrorPlane]:
     """M1 and M2 in the camera frame, unbounded."""
     axial = Array3f64(0, 0, leaves["fold_mirror_distance_m"])
     folded = axial + opaque_vector(layout.fold_direction) * leaves["gaze_mirror_distance_m"]
@@ -365,10 +362,10 @@ def _mirrors(layout: Layout, leaves: dict[str, Any]) -> list[dict[str, Any]]:
     return [_moved("m1", m1_point, m1_axes, leaves), _moved("m2", m2_point, m2_axes, leaves)]
 
 
-def _moved(name: str, point: Any, axes: Sequence[Any], leaves: dict[str, Any]) -> dict[str, Any]:
+def _moved(name: str, point: Any, axes: Sequence[Any], leaves: dict[str, Any]) -> MirrorPlane:
     """A mirror shifted along its axes and turned about them, to first order in the turn."""
     x_m, y_m, z_m, turn_x, turn_y, turn_z = (leaves[f"{name}_{freedom}"] for freedom in POSE)
     turn = axes[0] * turn_x + axes[1] * turn_y + axes[2] * turn_z
     x, y, normal = (dr.normalize(axis + dr.cross(turn, axis)) for axis in axes)
     shifted = point + axes[0] * x_m + axes[1] * y_m + axes[2] * z_m
-    return {"point": shifted, "x": x, "y": y, "normal": normal, "edges": []}
+    return MirrorPlane(point=shifted, x=x, y=y, normal=normal)

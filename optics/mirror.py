@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -120,56 +121,103 @@ class PlaneMirror:
         """Number of edges of the outline, 0 for an unbounded mirror; a kernel is compiled for each number."""
         return 0 if self.outline_m is None else len(np.asarray(self.outline_m))
 
-    def parameters(self) -> dict[str, Any]:
+    def parameters(self) -> MirrorPlane:
         """Numbers of the mirror for the kernels."""
-        x, y, z = self.axes.T
-        outline = (
-            np.empty((0, 3)) if self.outline_m is None else outline_edges(np.asarray(self.outline_m, dtype=np.float64))
-        )
-        return {
-            "point": opaque_vector(check_vector("point_m", self.point_m)),
-            "x": opaque_vector(x),
-            "y": opaque_vector(y),
-            "normal": opaque_vector(z),
-            "edges": [[opaque(value) for value in edge] for edge in outline],
-        }
+        x, y, normal = (opaque_vector(axis) for axis in self.axes.T)
+        point = opaque_vector(check_vector("point_m", self.point_m))
+        return MirrorPlane(point=point, x=x, y=y, normal=normal, edges=self.edge_parameters())
+
+    def edge_parameters(self) -> list[list[Any]]:
+        """Half-planes of the outline for the kernels, none for an unbounded mirror."""
+        if self.outline_m is None:
+            return []
+        return [
+            [opaque(value) for value in edge] for edge in outline_edges(np.asarray(self.outline_m, dtype=np.float64))
+        ]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Strike:
-    """Rays at a mirror: Dr.Jit arrays. `front`: struck the reflecting face; `back`: struck the other one."""
+class Plane:
+    """A reflecting plane in the kernels: Dr.Jit vectors, the same for all lanes or one for each."""
 
     point: Any
+    normal: Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class MirrorPlane(Plane):
+    """A mirror in the kernels.
+
+    Attributes
+    ----------
+    point, normal, x, y : vectors
+        Origin and axes of the mirror.
+    edges : sequence of (a, b, limit)
+        Half-planes of its outline; none: unbounded.
+    """
+
+    x: Any
+    y: Any
+    edges: Sequence[Sequence[Any]] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hit:
+    """Rays at a mirror: Dr.Jit arrays.
+
+    Attributes
+    ----------
+    point, distance
+        Where the ray crosses the mirror's plane.
+    local : (x, y)
+        The same point in the mirror's axes.
+    direction
+        Behind the reflection.
+    front, back
+        Whether the ray hits the reflecting face, or the other one, within the outline.
+    """
+
+    point: Any
+    local: tuple[Any, Any]
     direction: Any
     distance: Any
     front: Any
     back: Any
 
 
-def strike(parameters: dict[str, Any], origin: Any, direction: Any) -> Strike:
+def intersect(mirror: MirrorPlane, origin: Any, direction: Any) -> Hit:
     """Kernel: intersect rays with a mirror and reflect them."""
-    normal = parameters["normal"]
-    approach = dr.dot(direction, normal)
-    distance = dr.dot(parameters["point"] - origin, normal) / approach
+    approach = dr.dot(direction, mirror.normal)
+    distance = dr.dot(mirror.point - origin, mirror.normal) / approach
     point = dr.fma(direction, distance, origin)
-    local = point - parameters["point"]
-    x, y = dr.dot(local, parameters["x"]), dr.dot(local, parameters["y"])
+    offset = point - mirror.point
+    x, y = dr.dot(offset, mirror.x), dr.dot(offset, mirror.y)
     inside = distance > 0
-    for a, b, limit in parameters["edges"]:
+    for a, b, limit in mirror.edges:
         inside &= a * x + b * y <= limit
-    return Strike(
+    return Hit(
         point=point,
-        direction=reflect(direction, normal),
+        local=(x, y),
+        direction=reflect(direction, mirror.normal),
         distance=distance,
         front=inside & (approach < 0),
         back=inside & (approach > 0),
     )
 
 
-def unfold(parameters: dict[str, Any], point: Any) -> Any:
+def reflect_over(mirrors: Sequence[MirrorPlane], origin: Any, direction: Any) -> list[Hit]:
+    """Kernel: rays over one mirror's plane after another; what each hit means is for the caller to say."""
+    hits = []
+    for mirror in mirrors:
+        hit = intersect(mirror, origin, direction)
+        origin, direction = hit.point, hit.direction
+        hits.append(hit)
+    return hits
+
+
+def unfold(mirror: Plane, point: Any) -> Any:
     """Kernel: mirror image of a point at the mirror's plane."""
-    normal = parameters["normal"]
-    return point - normal * (2 * dr.dot(point - parameters["point"], normal))
+    return point - mirror.normal * (2 * dr.dot(point - mirror.point, mirror.normal))
 
 
 def outline_edges(outline_m: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ from optics.backend import Array3f64, Int32, dr
 from optics.camera import Camera, camera_from_spec
 from optics.freezing import frozen
 from optics.layout import Layout, check_stows
-from optics.mirror import PlaneMirror, strike, unfold
+from optics.mirror import PlaneMirror, reflect_over, unfold
 from optics.port import Port, port_from_spec
 from optics.status import Region, Status
 from rigs import Rig
@@ -214,7 +214,7 @@ def compiled_project(
         status = dr.select(finite, Int32(Status.OK), Int32(Status.INVALID_INPUT))
         if parameters["mirrors"]:
             last = parameters["mirrors"][-1]
-            behind = dr.dot(points - last["point"], last["normal"]) <= 0
+            behind = dr.dot(points - last.point, last.normal) <= 0
             status = _where_ok(status, behind, Status.BACK_OF_MIRROR)
         status = _where_ok(status, ~in_water, Status.INSIDE_HOUSING)
         status = _where_ok(status, ~converged, Status.NOT_CONVERGED)
@@ -238,8 +238,7 @@ def follow(port: type[Port], parameters: dict[str, Any], direction: Any, status:
     status = _where_ok(status, ~exit_.transmitted, Status.TOTAL_REFLECTION)
     status = _where_ok(status, ~exit_.inside, Status.MISSED_PORT)
     point, outgoing = exit_.point, exit_.direction
-    for mirror, missed in zip(parameters["mirrors"], MISSED_MIRROR, strict=False):
-        hit = strike(mirror, point, outgoing)
+    for hit, missed in zip(reflect_over(parameters["mirrors"], point, outgoing), MISSED_MIRROR, strict=False):
         status = _where_ok(status, hit.back, Status.BACK_OF_MIRROR)
         status = _where_ok(status, ~hit.front, missed)
         alive = status == Int32(Status.OK)

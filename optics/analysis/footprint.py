@@ -6,7 +6,7 @@ rays at once, in float64.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from optics.backend import Array3f64, Float64, Matrix3f64, UInt32, dr
 from optics.camera import camera_from_spec
 from optics.gaze import gaze_mirror_normal
 from optics.layout import Layout
-from optics.mirror import Strike, strike
+from optics.mirror import Hit, MirrorPlane, reflect_over
 from optics.port import port_from_spec
 from optics.train import OpticalTrain
 from rigs import Rig
@@ -99,7 +99,7 @@ def centred_extents(
     halves = []
     for mirror, poses in ((FOLD, (np.zeros(1), np.zeros(1))), (GAZE, (q1, q2))):
         parameters = _parameters(layout, bundle, *poses) | {"d1": Float64(d1_m), "d2": Float64(d2_m)}
-        hit, spread, _ = _strike_lanes(parameters, (len(d1_m), len(poses[0]), len(bundle.origin_m)), mirror)
+        hit, spread, _ = _hit_lanes(parameters, (len(d1_m), len(poses[0]), len(bundle.origin_m)), mirror)
         growth = opaque(margin_m) + opaque(angle_tolerance) * spread
         lanes = len(poses[0]) * len(bundle.origin_m)
         sides = [
@@ -128,7 +128,7 @@ def _footprint(rig: Rig, bundle: Bundle, *, mirror: int, poses: tuple[FloatArray
     parameters = _parameters(layout, bundle, *poses)
     parameters |= {"d1": opaque(rig.fold_mirror.distance_mm / 1000), "d2": opaque(rig.gaze_mirror.distance_mm / 1000)}
     counts = (1, len(poses[0]), len(bundle.origin_m))
-    hit, spread, cosine = _strike_lanes(parameters, counts, mirror)
+    hit, spread, cosine = _hit_lanes(parameters, counts, mirror)
     dr.eval(hit.local, hit.front, spread, cosine)
     shape = (counts[2],) if mirror == FOLD else counts[1:]
     return Footprint(
@@ -149,27 +149,18 @@ def _parameters(layout: Layout, bundle: Bundle, q1: FloatArray, q2: FloatArray) 
     m2_x, m2_normal = tilt_axis @ body_from_gimbal.T @ body_from_camera, gaze_mirror_normal(layout, q1, q2)
     m2_normal = m2_normal @ body_from_camera
     m2 = np.stack([m2_x, np.cross(m2_normal, m2_x), m2_normal], axis=-1)
-    x, y, normal = layout.camera_from_m1.rotation.as_matrix().T
     down = -layout.camera_from_gimbal.rotation.as_matrix()[:, 2]
     return {
         "origin": Array3f64(*to_columns(bundle.origin_m)),
         "direction": Array3f64(*to_columns(bundle.direction)),
-        "m1": {"x": opaque_vector(x), "y": opaque_vector(y), "normal": opaque_vector(normal)},
+        "m1_axes": [opaque_vector(axis) for axis in layout.camera_from_m1.rotation.as_matrix().T],
         "down": opaque_vector(down),
-        "m2": Matrix3f64([[Float64(np.ascontiguousarray(m2[:, i, j])) for j in range(3)] for i in range(3)]),
+        "m2_axes": Matrix3f64([[Float64(np.ascontiguousarray(m2[:, i, j])) for j in range(3)] for i in range(3)]),
     }
 
 
-@dataclass(frozen=True)
-class Landing:
-    """A strike with the point in the mirror's axes: Dr.Jit arrays."""
-
-    local: tuple[Any, Any]
-    front: Any
-
-
-def _strike_lanes(parameters: dict[str, Any], counts: tuple[int, int, int], mirror: int) -> tuple[Landing, Any, Any]:
-    """Kernel: landings of every design, pose and ray, in this order; spread and cosine of incidence of each."""
+def _hit_lanes(parameters: dict[str, Any], counts: tuple[int, int, int], mirror: int) -> tuple[Hit, Any, Any]:
+    """Kernel: hits of every design, pose and ray, in this order; spread and cosine of incidence of each."""
     design_count, pose_count, ray_count = counts
     lane = dr.arange(UInt32, design_count * pose_count * ray_count)
     pair = lane // dr.opaque(UInt32, ray_count)
@@ -177,36 +168,25 @@ def _strike_lanes(parameters: dict[str, Any], counts: tuple[int, int, int], mirr
     design = pair // dr.opaque(UInt32, pose_count)
     pose = pair - design * dr.opaque(UInt32, pose_count)
     origin, direction = (dr.gather(Array3f64, parameters[name], ray) for name in ("origin", "direction"))
-    centre1 = Array3f64(0, 0, dr.gather(Float64, parameters["d1"], design))
-    m1 = {**parameters["m1"], "point": centre1, "edges": []}
-    at_m1 = strike(m1, origin, direction)
-    landing1 = _landing(m1, at_m1)
-    cosine1 = -dr.dot(direction, m1["normal"])
+    x, y, normal = parameters["m1_axes"]
+    m1 = MirrorPlane(point=Array3f64(0, 0, dr.gather(Float64, parameters["d1"], design)), x=x, y=y, normal=normal)
+    axes = dr.gather(Matrix3f64, parameters["m2_axes"], pose)
+    x, y, normal = (Array3f64(axes[0, k], axes[1, k], axes[2, k]) for k in range(3))
+    centre2 = m1.point + parameters["down"] * dr.gather(Float64, parameters["d2"], design)
+    at_m1, at_m2 = reflect_over((m1, MirrorPlane(point=centre2, x=x, y=y, normal=normal)), origin, direction)
+    cosine1, cosine2 = -dr.dot(direction, m1.normal), -dr.dot(at_m1.direction, normal)
     if mirror == FOLD:
         # A camera turned by e moves the point by e times its distance, across the ray at most; along the plane that
         # is 1 / cos more. The plane turned by e moves it along itself by e rho tan.
-        spread = dr.norm(at_m1.point) / cosine1 + _tilted(landing1, cosine1)
-        return landing1, spread, cosine1
-    axes = dr.gather(Matrix3f64, parameters["m2"], pose)
-    x, y, normal = (Array3f64(axes[0, k], axes[1, k], axes[2, k]) for k in range(3))
-    centre2 = centre1 + parameters["down"] * dr.gather(Float64, parameters["d2"], design)
-    m2 = {"x": x, "y": y, "normal": normal, "point": centre2, "edges": []}
-    at_m2 = strike(m2, at_m1.point, at_m1.direction)
-    landing2 = _landing(m2, at_m2)
-    landing2 = Landing(landing2.local, landing2.front & at_m1.front)
-    cosine2 = -dr.dot(at_m1.direction, normal)
+        return at_m1, dr.norm(at_m1.point) / cosine1 + _tilted(at_m1, cosine1), cosine1
     # Unfolded over M1 the pinhole is its mirror image; M1 turned by e turns what it reflects by 2 e about its centre.
-    pinhole = m1["normal"] * (2 * dr.dot(centre1, m1["normal"]))
-    reach = dr.norm(at_m2.point - pinhole) + 2 * dr.norm(at_m2.point - centre1)
-    return landing2, reach / cosine2 + _tilted(landing2, cosine2), cosine2
+    pinhole = m1.normal * (2 * dr.dot(m1.point, m1.normal))
+    reach = dr.norm(at_m2.point - pinhole) + 2 * dr.norm(at_m2.point - m1.point)
+    passed = replace(at_m2, front=at_m2.front & at_m1.front)
+    return passed, reach / cosine2 + _tilted(at_m2, cosine2), cosine2
 
 
-def _landing(mirror: dict[str, Any], hit: Strike) -> Landing:
-    offset = hit.point - mirror["point"]
-    return Landing((dr.dot(offset, mirror["x"]), dr.dot(offset, mirror["y"])), hit.front)
-
-
-def _tilted(landing: Landing, cosine: Any) -> Any:
+def _tilted(hit: Hit, cosine: Any) -> Any:
     """How far a point on a plane moves for each radian by which the plane is turned about its centre."""
-    radius = dr.sqrt(dr.square(landing.local[0]) + dr.square(landing.local[1]))
+    radius = dr.sqrt(dr.square(hit.local[0]) + dr.square(hit.local[1]))
     return radius * dr.sqrt(dr.maximum(1 - dr.square(cosine), 0)) / cosine

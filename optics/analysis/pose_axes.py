@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from optics.arrays import FloatArray, to_columns
-from optics.backend import Array3f64
+from optics.backend import Array3f32, Array3f64, dr
 from optics.layout import Layout
 from optics.mesh import Group
+from optics.mirror import MirrorPlane
 
 Progress = Callable[[int, int], None]
 """Called with the number of poses done and their total."""
@@ -41,3 +42,14 @@ class PoseAxes:
         return {
             group: [Array3f64(*to_columns(turn[some, :, k])) for k in range(3)] for group, turn in self.turns.items()
         }
+
+
+def gaze_mirror_at(parameters: dict[str, Any], poses: dict[Group, Any], pose: Any) -> MirrorPlane:
+    """Kernel: M2 of each lane in the body frame, by its centre `gimbal`, where the joint axes cross, and `m2_edges`."""
+    x, y, normal = (dr.gather(Array3f64, axis, pose) for axis in poses[Group.TILT])
+    return MirrorPlane(point=parameters["gimbal"], x=x, y=y, normal=normal, edges=parameters["m2_edges"])
+
+
+def axes_at(poses: dict[Group, Any], pose: Any) -> dict[Group, Any]:
+    """Kernel: axes of the moving groups of each lane, in the precision in which rays meet triangles."""
+    return {group: [Array3f32(dr.gather(Array3f64, axis, pose)) for axis in axes] for group, axes in poses.items()}

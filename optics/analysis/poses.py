@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from optics.analysis.blockers import Occluders, Segment, Stop, blocker_parameters, first_blocker
 from optics.analysis.fate import Fate, Way
 from optics.analysis.field import SKIN_M, FoldedField, folded_field
-from optics.analysis.pose_axes import PoseAxes, Progress
-from optics.arrays import FloatArray, opaque, opaque_vector, to_columns
-from optics.backend import Array3f32, Array3f64, Bool, Float32, Float64, UInt32, UInt64, dr
+from optics.analysis.pose_axes import PoseAxes, Progress, axes_at, gaze_mirror_at
+from optics.arrays import FloatArray, opaque_vector, to_columns
+from optics.backend import Array3f64, Bool, Float32, Float64, UInt32, UInt64, dr
 from optics.layout import Layout
 from optics.mesh import Group
-from optics.mirror import outline_edges, strike
+from optics.mirror import intersect
 from optics.train import OpticalTrain
 
 LANES_PER_LAUNCH = 1 << 26
@@ -84,7 +84,7 @@ def trace_poses(
     ray_count = int(moving.sum())
     parameters: dict[str, Any] = {
         "field": _field_parameters(field, moving, near),
-        "m2": _m2_parameters(layout, train),
+        "m2_edges": train.mirrors[1].edge_parameters(),
         "gimbal": opaque_vector(layout.body_from_gimbal.translation),
         **blocker_parameters(occluders),
     }
@@ -122,11 +122,10 @@ def _launch(parameters: dict[str, Any], poses: dict[Group, Any], pose_count: int
 def _follow(parameters: dict[str, Any], poses: dict[Group, Any], pose: Any, ray: Any) -> tuple[Any, Any]:
     """Kernel: `Way` and `Fate` of each lane's ray."""
     field = parameters["field"]
-    x, y, normal = (dr.gather(Array3f64, axis, pose) for axis in poses[Group.TILT])
-    moving = {group: [Array3f32(dr.gather(Array3f64, axis, pose)) for axis in axes] for group, axes in poses.items()}
+    moving = axes_at(poses, pose)
     stop, folded = _before_m1(parameters, moving, ray)
     origin, direction = (dr.gather(Array3f64, field[name], ray) for name in ("origin", "direction"))
-    hit = strike({**parameters["m2"], "x": x, "y": y, "normal": normal}, origin, direction)
+    hit = intersect(gaze_mirror_at(parameters, poses, pose), origin, direction)
     front, back = folded & hit.front, folded & hit.back
     way = dr.select(front, UInt32(Way.GAZE), dr.select(back, UInt32(Way.BACK), UInt32(Way.FOLD)))
     way = dr.select(folded, way, UInt32(Way.DIRECT))
@@ -202,12 +201,3 @@ def _near_moving_parts(field: FoldedField, layout: Layout, occluders: Occluders)
     along = np.clip((field.port_direction * to_gimbal).sum(axis=1), 0, field.length_m)
     distance = np.linalg.norm(along[:, np.newaxis] * field.port_direction - to_gimbal, axis=1)
     return np.asarray(distance < reach)
-
-
-def _m2_parameters(layout: Layout, train: OpticalTrain) -> dict[str, Any]:
-    """What of M2 does not change with the pose: its centre, where the joint axes cross, and its outline."""
-    outline = np.asarray(train.mirrors[1].outline_m, dtype=np.float64)
-    return {
-        "point": opaque_vector(layout.body_from_gimbal.translation),
-        "edges": [[opaque(value) for value in edge] for edge in outline_edges(outline)],
-    }

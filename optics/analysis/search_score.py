@@ -7,7 +7,7 @@ design and would have to be built for each. The rays behind the port are the sam
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ from optics.backend import Array3f64, Bool, Float64, UInt32, dr
 from optics.camera import camera_from_spec
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
-from optics.mirror import Strike, strike
+from optics.mirror import Hit, MirrorPlane, intersect, reflect_over
 from optics.occlusion import Occluder, blocks
 from optics.port import port_from_spec
 from optics.status import Status
@@ -143,8 +143,11 @@ class CoarseScorer:
         for first in range(0, len(designs), step):
             some = designs[first : first + step]
             design, pose, ray = self._lanes(len(some))
-            m1, m2, m1_plate = self._strikes(self._numbers(some), design, pose, ray)
-            seen = dr.gather(Bool, Bool(self.seen), ray) & m1.front & m2.front & ~_in_front(m1_plate, m2)
+            mirrors = self._mirrors(self._numbers(some), design, pose)
+            m1, m2 = reflect_over(mirrors, *self._rays(ray))
+            # M1's plate may stand in the way behind M2, whichever of its faces is hit.
+            again = intersect(mirrors[0], m2.point, m2.direction)
+            seen = dr.gather(Bool, Bool(self.seen), ray) & m1.front & m2.front & ~(again.front | again.back)
             seen = seen & ~self._hidden(m1, m2, seen)
             touched = dr.zeros(UInt32, len(some) * cells)
             counts = dr.zeros(UInt32, len(some) * self.grid.poses)
@@ -184,9 +187,10 @@ class CoarseScorer:
             numbers = self._numbers(designs)
             dr.enable_grad(numbers[parameter])
             design, pose, ray = self._lanes(len(designs))
-            m1, m2, _ = self._strikes(numbers, design, pose, ray)
-            facing = dr.gather(Bool, Bool(self.seen), ray) & m1.facing & m2.facing
-            passed = dr.select(facing, _soft(m1) * _soft(m2), 0)
+            mirrors = self._mirrors(numbers, design, pose)
+            m1, m2 = reflect_over([replace(mirror, edges=()) for mirror in mirrors], *self._rays(ray))
+            facing = dr.gather(Bool, Bool(self.seen), ray) & m1.front & m2.front
+            passed = dr.select(facing, _soft(mirrors[0], m1) * _soft(mirrors[1], m2), 0)
             dr.set_grad(numbers[parameter], 1e-3)
             dr.forward_to(passed)
             slopes[:, parameter] = total(dr.grad(passed))
@@ -208,8 +212,8 @@ class CoarseScorer:
         """Columns of the designs, metres."""
         return to_columns(designs / 1000)
 
-    def _strikes(self, numbers: list[Any], design: Any, pose: Any, ray: Any) -> tuple[_Struck, _Struck, dict[str, Any]]:
-        """Kernel: rays at M1, then at M2; and M1's plate as something that may stand in the way."""
+    def _mirrors(self, numbers: list[Any], design: Any, pose: Any) -> tuple[MirrorPlane, MirrorPlane]:
+        """Kernel: M1 and M2 of each lane."""
         d1, d2 = (dr.gather(Float64, numbers[index], design) for index in (D1, D2))
         half = [dr.gather(Float64, number, design) * 0.5 for number in numbers]
         rotation = self.layout.body_from_camera.rotation
@@ -221,13 +225,14 @@ class CoarseScorer:
         columns = [Float64(np.ascontiguousarray(column)) for column in self.m2_axes.transpose(0, 2, 1).reshape(-1, 9).T]
         turned = [dr.gather(Float64, column, pose) for column in columns]
         m2 = _plate(m2_centre, [Array3f64(*turned[k : k + 3]) for k in (0, 3, 6)], half[M2_WIDTH], half[M2_HEIGHT])
-        origin, direction = (
-            dr.gather(Array3f64, Array3f64(*to_columns(array)), ray) for array in (self.origin_m, self.direction)
-        )
-        at_m1 = _Struck(m1, strike(m1, origin, direction))
-        return at_m1, _Struck(m2, strike(m2, at_m1.point, at_m1.direction)), m1
+        return m1, m2
 
-    def _hidden(self, m1: _Struck, m2: _Struck, active: Any) -> Any:
+    def _rays(self, ray: Any) -> tuple[Any, Any]:
+        """Kernel: origin and direction of each lane's ray behind the port."""
+        origin, direction = (Array3f64(*to_columns(array)) for array in (self.origin_m, self.direction))
+        return dr.gather(Array3f64, origin, ray), dr.gather(Array3f64, direction, ray)
+
+    def _hidden(self, m1: Hit, m2: Hit, active: Any) -> Any:
         """Kernel: whether the hull stands between the mirrors or behind M2 in a ray's way."""
         hull = self.occluder.parameters()
         between = m1.direction  # unit: reflections keep lengths
@@ -236,32 +241,16 @@ class CoarseScorer:
         return first | last
 
 
-class _Struck:
-    """Rays at a plate: what `strike` says, and where on the plate."""
-
-    def __init__(self, plate: dict[str, Any], hit: Strike):
-        self.point, self.direction, self.distance, self.front = hit.point, hit.direction, hit.distance, hit.front
-        local = hit.point - plate["point"]
-        self.beyond_x = dr.abs(dr.dot(local, plate["x"])) - plate["half"][0]
-        self.beyond_y = dr.abs(dr.dot(local, plate["y"])) - plate["half"][1]
-        # The direction behind the mirror leaves the reflecting face where the ray came from the front.
-        self.facing = (hit.distance > 0) & (dr.dot(hit.direction, plate["normal"]) > 0)
-
-
-def _plate(centre: Any, axes: list[Any], half_width: Any, half_height: Any) -> dict[str, Any]:
+def _plate(centre: Any, axes: list[Any], half_width: Any, half_height: Any) -> MirrorPlane:
     x, y, normal = axes
     edges = [(1, 0, half_width), (-1, 0, half_width), (0, 1, half_height), (0, -1, half_height)]
-    return {"point": centre, "x": x, "y": y, "normal": normal, "edges": edges, "half": (half_width, half_height)}
+    return MirrorPlane(point=centre, x=x, y=y, normal=normal, edges=edges)
 
 
-def _in_front(plate: dict[str, Any], rays: _Struck) -> Any:
-    """Kernel: whether rays that go on from M2 run into M1's plate, whichever face of it."""
-    hit = strike(plate, rays.point, rays.direction)
-    return hit.front | hit.back
-
-
-def _soft(struck: _Struck) -> Any:
+def _soft(plate: MirrorPlane, hit: Hit) -> Any:
     """Kernel: 1 well inside an outline, 0 well outside, a logistic step of `SOFTNESS_M` at the edge."""
+    half = (plate.edges[0][2], plate.edges[2][2])
+    beyond = (dr.abs(place) - side for place, side in zip(hit.local, half, strict=True))
     # The hyperbolic tangent is the logistic step without an exponential that overflows, and its slope with it.
-    across, along = (0.5 - 0.5 * dr.tanh(beyond / (2 * SOFTNESS_M)) for beyond in (struck.beyond_x, struck.beyond_y))
+    across, along = (0.5 - 0.5 * dr.tanh(distance / (2 * SOFTNESS_M)) for distance in beyond)
     return across * along

@@ -20,13 +20,13 @@ from optics.analysis.blockers import Occluders, Segment, blocker_parameters, fir
 from optics.analysis.fate import Fate
 from optics.analysis.field import pixels_per_degree
 from optics.analysis.gaze_cone import Cone, gaze_cone
-from optics.analysis.pose_axes import PoseAxes, Progress
+from optics.analysis.pose_axes import PoseAxes, Progress, axes_at, gaze_mirror_at
 from optics.analysis.sphere import cell_count, cell_directions, cells_of
 from optics.arrays import FloatArray, opaque, opaque_vector, to_columns
-from optics.backend import Array3f32, Array3f64, Float32, Float64, Matrix3f64, UInt32, dr
+from optics.backend import Array3f64, Float32, Float64, Matrix3f64, UInt32, dr
 from optics.layout import Layout
 from optics.mesh import Group
-from optics.mirror import outline_edges, strike
+from optics.mirror import MirrorPlane, reflect_over
 from optics.port import FlatPort, Port
 from optics.refraction import reflect
 from optics.train import OpticalTrain
@@ -131,13 +131,10 @@ def _numbers(
     """Numbers for the kernels; mirrors in the body frame."""
     camera, turn = train.camera, layout.body_from_camera.rotation
     x, y, normal = (opaque_vector(axis) for axis in turn.apply(train.mirrors[0].axes.T))
-    m1_edges, m2_edges = (
-        [[opaque(value) for value in edge] for edge in outline_edges(np.asarray(mirror.outline_m, dtype=np.float64))]
-        for mirror in train.mirrors
-    )
-    gimbal = opaque_vector(layout.body_from_gimbal.translation)
+    m1_edges, m2_edges = (mirror.edge_parameters() for mirror in train.mirrors)
+    m1_point = opaque_vector(layout.body_from_m1.translation)
     return {
-        "gimbal": gimbal,
+        "gimbal": opaque_vector(layout.body_from_gimbal.translation),
         "camera": camera.parameters(),
         "port": train.port.parameters(),
         "size": [opaque(camera.width_px), opaque(camera.height_px)],
@@ -146,14 +143,8 @@ def _numbers(
         "body_from_camera": _matrix(turn.as_matrix()),
         "camera_from_body": _matrix(turn.inv().as_matrix()),
         "pinhole": opaque_vector(layout.body_from_camera.translation),
-        "m1": {
-            "point": opaque_vector(layout.body_from_m1.translation),
-            "x": x,
-            "y": y,
-            "normal": normal,
-            "edges": m1_edges,
-        },
-        "m2": {"point": gimbal, "edges": m2_edges},
+        "m1": MirrorPlane(point=m1_point, x=x, y=y, normal=normal, edges=m1_edges),
+        "m2_edges": m2_edges,
         "cone_axis": opaque_vector(turn.apply(cone.axis)),
         "least_cosine": opaque(np.cos(min(np.pi, cone.half_angle + families.radius))),
         "middles": Array3f64(*to_columns(families.middles)),
@@ -196,7 +187,7 @@ def _near_views(parameters: dict[str, Any], poses: dict[Group, Any], families: _
     count = dr.opaque(UInt32, len(families.middles))
     lane = dr.arange(UInt32, dr.width(poses[Group.TILT]) * len(families.middles))
     pose = lane // count
-    axis = reflect(parameters["cone_axis"], parameters["m1"]["normal"])
+    axis = reflect(parameters["cone_axis"], parameters["m1"].normal)
     axis = reflect(axis, dr.gather(Array3f64, poses[Group.TILT][2], pose))
     middle = dr.gather(Array3f64, parameters["middles"], lane - pose * count)
     return dr.compress(dr.dot(axis, middle) >= parameters["least_cosine"])
@@ -228,9 +219,9 @@ def _look_back(
 ) -> _View:
     """Kernel: the ray of the camera that shows each lane's cell."""
     towards = dr.gather(Array3f64, parameters["directions"], place)
-    x, y, normal = (dr.gather(Array3f64, axis, pose) for axis in poses[Group.TILT])
+    mirrors = (parameters["m1"], gaze_mirror_at(parameters, poses, pose))
     # A reflection is its own inverse.
-    in_water = reflect(reflect(towards, normal), parameters["m1"]["normal"])
+    in_water = reflect(reflect(towards, mirrors[1].normal), parameters["m1"].normal)
     to_body = parameters["body_from_camera"]
     port, (model, distorted) = type(train.port), train.camera.kind
     in_air, found = _aim_far(port, parameters["port"], parameters["camera_from_body"] @ in_water)
@@ -243,8 +234,7 @@ def _look_back(
     in_image = (column >= 0) & (column <= Float64(columns)) & (row >= 0) & (row <= Float64(rows))
     exit_ = port.leave(parameters["port"], in_air)
     point, direction = to_body @ exit_.point + parameters["pinhole"], to_body @ exit_.direction
-    at_m1 = strike(parameters["m1"], point, direction)
-    at_m2 = strike({**parameters["m2"], "x": x, "y": y, "normal": normal}, at_m1.point, at_m1.direction)
+    at_m1, at_m2 = reflect_over(mirrors, point, direction)
     pointed = found & valid & in_image & exit_.inside & exit_.transmitted & at_m1.front & at_m2.front
     cell = dr.minimum(UInt32(row), rows - 1) * columns + dr.minimum(UInt32(column), columns - 1)
     return _View(
@@ -260,11 +250,11 @@ def _look_back(
 
 def _fate(parameters: dict[str, Any], poses: dict[Group, Any], pose: Any, view: _View) -> Any:
     """Kernel: the first part in the way of each ray, or SEEN."""
-    moving = {group: [Array3f32(dr.gather(Array3f64, axis, pose)) for axis in axes] for group, axes in poses.items()}
+    groups = {Group.FIXED: None, **axes_at(poses, pose)}
     fate = UInt32(Fate.SEEN)
     for segment in view.segments:
         free = view.pointed & (fate == UInt32(Fate.SEEN))
-        stop = first_blocker(parameters, {Group.FIXED: None, **moving}, segment, free)
+        stop = first_blocker(parameters, groups, segment, free)
         fate = dr.select(free, stop.fate, fate)
     return fate
 

@@ -16,7 +16,7 @@ from optics.arrays import FloatArray, opaque_vector, to_columns, to_rows
 from optics.backend import Array3f64, Float64, Matrix3f64, UInt32, dr
 from optics.camera import Camera, camera_from_spec
 from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
-from optics.mirror import unfold
+from optics.mirror import Plane, unfold
 from optics.port import DomePort, FlatPort, Port, port_from_spec
 from optics.refraction import reflect
 from rigs import Rig
@@ -184,12 +184,12 @@ def _port(port: Port, off: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _mirrors(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _mirrors(parameters: dict[str, Any]) -> tuple[Plane, Plane]:
     """Kernel: a point on each mirror and its normal, camera frame."""
     off = parameters["off"]
     axes, origin = parameters["m1"]
     normal = axes @ _tilted_normal(off["m1_x"], off["m1_y"])
-    m1 = {"point": origin + normal * off["m1_shift"], "normal": normal}
+    m1 = Plane(point=origin + normal * off["m1_shift"], normal=normal)
 
     # M2's own frame turned into the pan frame: x is the tilt axis (pan y), up and face as `optics.layout.pan_from_m2`.
     local = _tilted_normal(off["m2_x"], off["m2_y"])
@@ -200,7 +200,7 @@ def _mirrors(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]
     axes, origin = parameters["gimbal"]
     normal, point = (_in_gimbal(parameters, vector) for vector in (in_pan, point))
     foot = Array3f64(off["gimbal_x"], off["gimbal_y"], off["gimbal_z"])
-    return m1, {"point": origin + axes @ (foot + point), "normal": axes @ normal}
+    return m1, Plane(point=origin + axes @ (foot + point), normal=axes @ normal)
 
 
 def _in_gimbal(parameters: dict[str, Any], vector: Any) -> Any:
@@ -232,8 +232,8 @@ def _behind_m2(port: type[Port], parameters: dict[str, Any], in_air: Any) -> tup
     exit_ = port.leave(parameters["port"], in_air + 0 * parameters["pan"])
     point, direction = exit_.point, exit_.direction
     for mirror in _mirrors(parameters):
-        normal = mirror["normal"]
-        distance = dr.dot(mirror["point"] - point, normal) / dr.dot(direction, normal)
+        normal = mirror.normal
+        distance = dr.dot(mirror.point - point, normal) / dr.dot(direction, normal)
         point, direction = dr.fma(direction, distance, point), reflect(direction, normal)
     return point, direction
 

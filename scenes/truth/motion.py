@@ -19,7 +19,7 @@ from optics.arrays import opaque
 from optics.backend import Array3f64, Float32, Float64, Int32, UInt32, dr
 from optics.camera import Camera
 from optics.freezing import frozen
-from optics.mirror import strike
+from optics.mirror import MirrorPlane, intersect
 from optics.port_interface import Exit, Port
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
@@ -201,16 +201,16 @@ def _carry(table: Any, carrier: Any, point: Any) -> Any:
     )
 
 
-def _behind(mirrors: list[dict[str, Any]], region: Any, point: Any) -> Any:
+def _behind(mirrors: list[MirrorPlane], region: Any, point: Any) -> Any:
     """Kernel: whether points lie behind the last mirror of their region."""
     behind = region < 0
     for position, mirror in enumerate(mirrors):
         last = region == int(Region.FOLD) + position
-        behind = behind | (last & (dr.dot(point - mirror["point"], mirror["normal"]) <= 0))
+        behind = behind | (last & (dr.dot(point - mirror.point, mirror.normal) <= 0))
     return behind
 
 
-def _walk(mirrors: list[dict[str, Any]], exit_: Exit, region: Any, path: Any, active: Any) -> tuple[Any, Any]:
+def _walk(mirrors: list[MirrorPlane], exit_: Exit, region: Any, path: Any, active: Any) -> tuple[Any, Any]:
     """Kernel: how many mirrors rays pass, in order, before a path length, and whether a plate stops them on it.
 
     Nothing else is asked: hull, mount and world are the renderer's.
@@ -223,16 +223,16 @@ def _walk(mirrors: list[dict[str, Any]], exit_: Exit, region: Any, path: Any, ac
         for position, mirror in enumerate(mirrors):
             if position == step - 1:
                 continue  # the one that the ray comes from
-            met = strike(mirror, origin, direction)
+            hit = intersect(mirror, origin, direction)
             # A point that touches a mirror is seen over it if its region says so, and else is not hidden by it.
             over_it = passes(region, position) if position == step else stopped & ~stopped
             limit = dr.select(over_it, left + PLATE_SLACK_M, left - PLATE_SLACK_M)
-            nearer = going & (met.front | met.back) & (met.distance < dr.minimum(limit, nearest))
-            nearest = dr.select(nearer, met.distance, nearest)
+            nearer = going & (hit.front | hit.back) & (hit.distance < dr.minimum(limit, nearest))
+            nearest = dr.select(nearer, hit.distance, nearest)
             if position == step:
-                passes_on = dr.select(nearer, met.front, passes_on)
-                next_origin = dr.select(nearer, met.point, next_origin)
-                next_direction = dr.select(nearer, met.direction, next_direction)
+                passes_on = dr.select(nearer, hit.front, passes_on)
+                next_origin = dr.select(nearer, hit.point, next_origin)
+                next_direction = dr.select(nearer, hit.direction, next_direction)
             else:
                 passes_on = passes_on & ~nearer
         stopped = stopped | (going & dr.isfinite(nearest) & ~passes_on)

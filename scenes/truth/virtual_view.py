@@ -19,7 +19,7 @@ from scipy.spatial.transform import RigidTransform
 from optics.arrays import FloatArray, opaque_vector
 from optics.backend import Array3f32, Array3f64, Float32, Float64, UInt32, dr
 from optics.freezing import frozen
-from optics.mirror import unfold
+from optics.mirror import MirrorPlane, unfold
 from optics.status import Region, Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
@@ -160,7 +160,7 @@ def compiled_unfolding(edge_counts: tuple[int, ...]) -> Callable[..., Any]:
         normal = Array3f64(lanes["normal"])
         normal = Array3f64(*(dr.dot(row, normal) for row in rows))
         for position, mirror in reversed(list(enumerate(mirrors))):
-            reflected = normal - mirror["normal"] * (2 * dr.dot(normal, mirror["normal"]))
+            reflected = normal - mirror.normal * (2 * dr.dot(normal, mirror.normal))
             normal = dr.select(passes(region, position), reflected, normal)
         distance = Float64(lanes["distance"])
         expected = lanes["exit_point"] + lanes["exit_direction"] * distance
@@ -177,7 +177,7 @@ def passes(region: Any, position: int) -> Any:
     return region >= int(Region.FOLD) + position
 
 
-def unfolded(mirrors: list[dict[str, Any]], region: Any, point: Any) -> Any:
+def unfolded(mirrors: list[MirrorPlane], region: Any, point: Any) -> Any:
     """Kernel: points of the camera frame, reflected over the mirrors of their region, the last one first."""
     for position, mirror in reversed(list(enumerate(mirrors))):
         point = dr.select(passes(region, position), unfold(mirror, point), point)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.arrays import to_columns, to_rows
 from optics.backend import Array3f64
-from optics.mirror import PlaneMirror, Reflection, strike, unfold
+from optics.mirror import PlaneMirror, Reflection, intersect, unfold
 
 ROUNDING = 4e-15
 """A dozen float64 operations on numbers of order one."""
@@ -84,13 +84,13 @@ def test_a_mirror_at_a_pose_has_its_corners_there():
         _ = PlaneMirror.from_pose(pose).corners_m
 
 
-def test_a_ray_strikes_the_front_the_back_or_nothing():
+def test_a_ray_intersects_the_front_the_back_or_nothing():
     """A mirror at z = 1 that faces the origin: closed form for rays along z from both sides, away, and beside it."""
     square = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]
     mirror = PlaneMirror(point_m=(0, 0, 1), normal=(0, 0, -1), up=(0, 1, 0), outline_m=square)
     origins = np.array([[0, 0, 0], [0.05, 0, 3], [0, 0, 0], [0.2, 0, 0], [0, 0, 0], [0, 0, 1]], dtype=float)
     directions = np.array([[0, 0, 1], [0, 0, -1], [0, 0, -1], [0, 0, 1], [1, 0, 0], [0, 0, 1]], dtype=float)
-    hit = strike(mirror.parameters(), Array3f64(*to_columns(origins)), Array3f64(*to_columns(directions)))
+    hit = intersect(mirror.parameters(), Array3f64(*to_columns(origins)), Array3f64(*to_columns(directions)))
     assert np.array(hit.front).tolist() == [True, False, False, False, False, False]
     assert np.array(hit.back).tolist() == [False, True, False, False, False, False]
     np.testing.assert_allclose(np.array(hit.distance)[:4], [1, 2, -1, 1], rtol=0, atol=ROUNDING)
@@ -112,7 +112,7 @@ def test_an_outline_lets_in_what_another_rule_does(name):
     mirror = PlaneMirror(point_m=(0, 0, 1), normal=(0, 0, -1), up=(0, 1, 0), outline_m=OUTLINES[name])
     local = np.random.default_rng(4).uniform(-1.2, 1.2, (2000, 2))
     origins = np.column_stack([local @ mirror.axes[:2, :2].T, np.zeros(2000)])
-    hit = strike(mirror.parameters(), Array3f64(*to_columns(origins)), Array3f64(0, 0, 1))
+    hit = intersect(mirror.parameters(), Array3f64(*to_columns(origins)), Array3f64(0, 0, 1))
     expected = Polygon(OUTLINES[name]).contains_points(local)
     assert 0 < expected.sum() < 2000
     assert (np.array(hit.front) == expected).all()
