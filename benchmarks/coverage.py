@@ -153,8 +153,7 @@ def _best(work: Callable[[], Any]) -> tuple[float, Any]:
 
 
 def _joint_values(rig: Rig, count: int) -> tuple[FloatArray, FloatArray]:
-    assert rig.joints is not None
-    return rig.joints.pan.values(count), rig.joints.tilt.values(count)
+    return rig.gaze.joints.pan.values(count), rig.gaze.joints.tilt.values(count)
 
 
 def _pose_list(rig: Rig, count: int) -> list[tuple[float, float]]:

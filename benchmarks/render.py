@@ -215,8 +215,8 @@ def _stock_path(rig: Rig, parts: list[PartMesh], scene: Stage, width: int, heigh
         "sun": {"type": "directional", "direction": list(-scene.light.towards_sun), "irradiance": 3.0},
         "sky": {"type": "constant", "radiance": 0.3},
         "world": _mesh(scene.world.vertices_m, scene.world.faces),
-        "m1": _rectangle(body.as_matrix() @ layout.body_from_m1.as_matrix(), rig.fold_mirror),
-        "m2": _rectangle(np.eye(4), rig.gaze_mirror),
+        "m1": _rectangle(body.as_matrix() @ layout.body_from_m1.as_matrix(), rig.gaze.fold_mirror),
+        "m2": _rectangle(np.eye(4), rig.gaze.gaze_mirror),
     }
     assert scene.target is not None
     description["target"] = _ball(scene, scene.target.world_from_target)
@@ -227,7 +227,7 @@ def _stock_path(rig: Rig, parts: list[PartMesh], scene: Stage, width: int, heigh
     # Merged shapes could not be moved one by one.
     loaded = mi.load_dict(description, optimize=False)
     parameters = mi.traverse(loaded)
-    half = [rig.gaze_mirror.width_mm / 2000, rig.gaze_mirror.height_mm / 2000, 1.0]
+    half = [rig.gaze.gaze_mirror.width_mm / 2000, rig.gaze.gaze_mirror.height_mm / 2000, 1.0]
     for part in visible:
         if part.group == Group.FIXED:
             placed = body.apply(part.vertices_m)

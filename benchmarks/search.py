@@ -32,13 +32,11 @@ def run() -> list[dict[str, Any]]:
     start = time.perf_counter()
     scores = scorer.scores(designs, objectives)
     ours = DESIGNS / (time.perf_counter() - start)
-    assert rig.joints is not None
-    q1, q2 = rig.joints.pan.values(grid.pan_steps), rig.joints.tilt.values(grid.tilt_steps)
+    q1, q2 = rig.gaze.joints.pan.values(grid.pan_steps), rig.gaze.joints.tilt.values(grid.tilt_steps)
 
     def alone(design: np.ndarray) -> float:
         built = rig_with(rig, design)
-        assert built.fold_mirror is not None
-        plate = plate_part("m1", built.fold_mirror, Layout.from_rig(built).body_from_m1, Group.FIXED)
+        plate = plate_part("m1", built.gaze.fold_mirror, Layout.from_rig(built).body_from_m1, Group.FIXED)
         size = {"columns": grid.columns, "rows": grid.rows, "nside": grid.nside}
         return coverage(built, [*hull, plate], q1=q1, q2=q2, **size).covered_fraction
 

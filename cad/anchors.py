@@ -146,24 +146,23 @@ def nearest_on_surface(surface: trimesh.Trimesh, point_mm: ArrayLike) -> tuple[F
 
 
 def _anchor(rig: Rig, end: End) -> Anchor:
-    if rig.mount is None or rig.hull is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    point = getattr(rig.mount, f"{end}_anchor_mm")
-    name, normal = getattr(rig.mount, f"{end}_plane"), getattr(rig.mount, f"{end}_normal")
+    gaze = rig.require_gaze()
+    point = getattr(gaze.mount, f"{end}_anchor_mm")
+    name, normal = getattr(gaze.mount, f"{end}_plane"), getattr(gaze.mount, f"{end}_normal")
     if normal is not None:
         return _as_anchor(point, normal)
-    planes = hull_planes(rig.hull)
+    planes = hull_planes(gaze.hull)
     if name is not None:
-        if name not in planes and isinstance(rig.hull, FileHull) and rig.hull.file.suffix.lower() in STEP_SUFFIXES:
+        if name not in planes and isinstance(gaze.hull, FileHull) and gaze.hull.file.suffix.lower() in STEP_SUFFIXES:
             from cad.step_file import step_planes  # noqa: PLC0415  (takes seconds to import)
 
-            named = {face: _as_anchor(*plane) for face, plane in step_planes(rig.hull).items()}
+            named = {face: _as_anchor(*plane) for face, plane in step_planes(gaze.hull).items()}
             planes = named | dict(planes)
         if name not in planes:
             raise ValueError(f"mount.{end}_plane = {name!r}: expected a plane of the hull{_choice(name, planes)}")
         plane = planes[name]
         return _as_anchor(np.array(point) - _height(point, plane) * np.array(plane.normal), plane.normal)
-    return _as_anchor(point, _normal_at(rig.hull, point))
+    return _as_anchor(point, _normal_at(gaze.hull, point))
 
 
 def _normal_at(hull: Hull, point_mm: Point) -> ArrayLike:
@@ -192,7 +191,8 @@ def _as_anchor(point_mm: ArrayLike, normal: ArrayLike) -> Anchor:
 
 def _place_of_normal(rig: Rig, end: End) -> str:
     """Key to change when a normal is wrong: the one it came from."""
-    named = next((key for key in (f"{end}_plane", f"{end}_normal") if getattr(rig.mount, key) is not None), None)
+    mount = rig.require_gaze().mount
+    named = next((key for key in (f"{end}_plane", f"{end}_normal") if getattr(mount, key) is not None), None)
     return f"mount.{named or f'{end}_anchor_mm'}"
 
 

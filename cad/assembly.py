@@ -26,7 +26,7 @@ from cad.yoke import pan_horn_in_pan, tilt_servo_in_pan, yoke_hardware, yoke_sol
 from optics.layout import Layout
 from optics.mesh import Group, Role
 from rigs import Camera, Mount, Rig, Servo
-from rigs.specification import FlatMirror
+from rigs.gaze import FlatMirror
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,10 +90,9 @@ def build_assembly(rig: Rig) -> Assembly:
     """
     layout = Layout.from_rig(rig)
     dimensions = GimbalDimensions.from_rig(rig)
-    if rig.fold_mirror is None or rig.hull is None or rig.mount is None or rig.servos is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     _check_camera_is_level(rig.camera)
-    mount, servos = rig.mount, rig.servos
+    mount, servos = gaze.mount, gaze.servos
     for key in ("pan", "tilt", "stow"):
         if (servo := getattr(servos, key)) is not None:
             check_servo(servo, f"servos.{key}")
@@ -104,7 +103,7 @@ def build_assembly(rig: Rig) -> Assembly:
     pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
     tilt_servo = tilt_servo_in_pan(dimensions, servo_solid(servos.tilt))
     parts = [
-        Part(name="hull", group=fixed, role=Role.HULL, solid=hull_shape(rig.hull, mount, rig.port, layout)),
+        Part(name="hull", group=fixed, role=Role.HULL, solid=hull_shape(gaze.hull, mount, rig.port, layout)),
         *_fold_parts(fold, hinge),
         _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance, seat)),
         _servo("pan_servo", fixed, pan_servo, servos.pan),

@@ -150,24 +150,24 @@ def _bolt_places() -> list[tuple[float, float]]:
 
 
 def _seat(rig: Rig, end: End, anchor: Anchor, along: ArrayLike) -> Seat:
-    assert rig.mount is not None and rig.hull is not None
-    place = f"mount.{end}_anchor_mm = {getattr(rig.mount, f'{end}_anchor_mm')}"
-    choice = getattr(rig.mount, f"{end}_attachment")
-    if choice == "saddle" and not isinstance(rig.hull, TorpedoHull):
+    gaze = rig.require_gaze()
+    place = f"mount.{end}_anchor_mm = {getattr(gaze.mount, f'{end}_anchor_mm')}"
+    choice = getattr(gaze.mount, f"{end}_attachment")
+    if choice == "saddle" and not isinstance(gaze.hull, TorpedoHull):
         raise ValueError(
-            f"mount.{end}_attachment = 'saddle': expected a cylindrical hull, got hull.shape = {rig.hull.shape!r}"
+            f"mount.{end}_attachment = 'saddle': expected a cylindrical hull, got hull.shape = {gaze.hull.shape!r}"
         )
-    strapped = choice == "saddle" or (choice == "automatic" and isinstance(rig.hull, TorpedoHull))
-    pose = _pose(anchor, (1.0, 0.0, 0.0) if isinstance(rig.hull, TorpedoHull) else along, place)
+    strapped = choice == "saddle" or (choice == "automatic" and isinstance(gaze.hull, TorpedoHull))
+    pose = _pose(anchor, (1.0, 0.0, 0.0) if isinstance(gaze.hull, TorpedoHull) else along, place)
     contact: Contact = PlaneContact()
-    if isinstance(rig.hull, TorpedoHull):
-        contact = _on_cylinder(rig.hull, anchor, place, strapped=strapped)
-    elif isinstance(rig.hull, FileHull):
-        surface = file_hull_surface(rig.hull)
+    if isinstance(gaze.hull, TorpedoHull):
+        contact = _on_cylinder(gaze.hull, anchor, place, strapped=strapped)
+    elif isinstance(gaze.hull, FileHull):
+        surface = file_hull_surface(gaze.hull)
         vertices = 1000 * pose.inv().apply(np.asarray(surface.vertices) / 1000)
         local = trimesh.Trimesh(vertices, surface.faces, process=False)
         contact = surface_contact(local, FLANGE_LENGTH_MM, FLANGE_WIDTH_MM, place)
-    return Seat(body_from_seat=pose, contact=contact, strapped=strapped, wall_mm=rig.mount.wall_mm)
+    return Seat(body_from_seat=pose, contact=contact, strapped=strapped, wall_mm=gaze.mount.wall_mm)
 
 
 def _pose(anchor: Anchor, along: ArrayLike, place: str) -> RigidTransform:

@@ -112,18 +112,18 @@ def fold_stance(rig: Rig, layout: Layout) -> FoldStance:
     ValueError
         When the anchor is beside the camera's vertical plane, not above M1, too far forward, or on too steep a hull.
     """
-    assert rig.fold_mirror is not None and rig.mount is not None
+    gaze = rig.require_gaze()
     body_from_fold = fold_frame(layout)
     seat = fold_seat(rig).moved(body_from_fold.inv())
     stance = FoldStance(
         body_from_fold=body_from_fold,
         fold_from_m1=body_from_fold.inv() * layout.body_from_m1,
-        mirror=rig.fold_mirror,
-        mount=rig.mount,
+        mirror=gaze.fold_mirror,
+        mount=gaze.mount,
         seat=seat,
         roof_mm=_roof(seat),
     )
-    _check(stance, f"mount.fold_anchor_mm = {rig.mount.fold_anchor_mm}")
+    _check(stance, f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}")
     return stance
 
 

@@ -54,9 +54,8 @@ class GimbalDimensions:
     @classmethod
     def from_rig(cls, rig: Rig) -> GimbalDimensions:
         """Dimensions for a rig; raises `ValueError` for one without mirrors."""
-        if rig.gaze_mirror is None or rig.servos is None or rig.mount is None:
-            raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-        return cls(mirror=rig.gaze_mirror, servos=rig.servos, mount=rig.mount)
+        gaze = rig.require_gaze()
+        return cls(mirror=gaze.gaze_mirror, servos=gaze.servos, mount=gaze.mount)
 
     @property
     def arm_thickness_mm(self) -> float:

@@ -51,12 +51,12 @@ def gimbal_rooms_mm(rig: Rig, hull: Manifold) -> dict[str, float]:
         Millimetres beyond the clearance that the mount asks for, at most `LARGEST_ROOM_MM`; how deep something goes
         into the hull is not told: room is then minus the clearance.
     """
-    assert rig.mount is not None
-    dimensions, clearance = GimbalDimensions.from_rig(rig), rig.mount.clearance_mm
+    gaze = rig.require_gaze()
+    dimensions, clearance = GimbalDimensions.from_rig(rig), gaze.mount.clearance_mm
     pose = Layout.from_rig(rig).body_from_gimbal.as_matrix()[:3]
     pose[:, 3] *= 1000
     try:
-        anchor = with_standing_base(rig).mount
+        anchor = with_standing_base(rig).require_gaze().mount
     except ValueError:
         anchor = None
     bottom = dimensions.yoke_bottom_mm
@@ -86,8 +86,7 @@ def with_standing_base(rig: Rig) -> Rig:
     ValueError
         When the base cannot stand anywhere on that line; the message names the key to change.
     """
-    mount, layout = rig.mount, Layout.from_rig(rig)
-    assert mount is not None
+    mount, layout = rig.require_gaze().mount, Layout.from_rig(rig)
     anchor = np.array(mount.base_anchor_mm)
     turn = layout.body_from_gimbal.rotation
     away = turn.apply(turn.inv().apply(anchor - 1000 * layout.body_from_gimbal.translation) * [1, 1, 0])
@@ -96,7 +95,7 @@ def with_standing_base(rig: Rig) -> Rig:
 
     def moved(step: int) -> Rig:
         x, y, z = np.round(anchor + step * ANCHOR_STEP_MM * away, 1).tolist()
-        return rig.model_copy(update={"mount": mount.model_copy(update={"base_anchor_mm": (x, y, z)})})
+        return rig.with_gaze(mount={"base_anchor_mm": (x, y, z)})
 
     refused = _refusal(rig, layout)
     if refused is None:

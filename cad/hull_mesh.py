@@ -58,9 +58,10 @@ def hull_notes(rig: Rig) -> list[str]:
     ValueError
         When no such surface can be made of it.
     """
-    if not isinstance(rig.hull, FileHull) or rig.hull.file.suffix.lower() in STEP_SUFFIXES:
+    hull = rig.file_hull
+    if hull is None or hull.file.suffix.lower() in STEP_SUFFIXES:
         return []
-    return [f"{rig.hull.file.name}: {note}" for note in read_hull_mesh(rig.hull).notes]
+    return [f"{hull.file.name}: {note}" for note in read_hull_mesh(hull).notes]
 
 
 def body_from_file(hull: FileHull) -> RigidTransform:

@@ -18,7 +18,7 @@ from pydantic.main import IncEx
 from optics.cache import cache_folder, load_arrays, result_key, save_arrays
 from optics.layout import check_stows
 from optics.mesh import Group, PartMesh, Role
-from rigs import FileHull, Rig
+from rigs import Rig
 
 SERVO_WITHOUT_SHAPE: IncEx = {
     "name",
@@ -38,9 +38,11 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "description": True,
     "water": True,
     "vehicle": True,
-    "servos": dict.fromkeys(("pan", "tilt", "stow"), SERVO_WITHOUT_SHAPE),
-    "hull": {"file"},
-    "mount": {"colour"},
+    "gaze": {
+        "servos": dict.fromkeys(("pan", "tilt", "stow"), SERVO_WITHOUT_SHAPE),
+        "hull": {"file"},
+        "mount": {"colour"},
+    },
 }
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
 
@@ -59,8 +61,7 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
     ValueError
         For a rig without mirrors, or one whose numbers make no mount; when a fold mirror that is fixed is to be stowed.
     """
-    if not rig.has_mirrors:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    colour = rig.require_gaze().mount.colour
     if stowed:
         check_stows(rig)
     path = cache_folder() / f"rig-meshes-{mesh_key(rig, stowed=stowed)}.npz"
@@ -70,7 +71,6 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
         # Absent or damaged: either way it is made again.
         meshes = _build(rig, stowed=stowed)
         save_meshes(path, meshes)
-    colour = None if rig.mount is None else rig.mount.colour
     return [replace(mesh, colour=colour) if mesh.role is Role.MOUNT else mesh for mesh in meshes]
 
 
@@ -113,8 +113,8 @@ def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:
 
 
 def _hull_key(rig: Rig) -> str | None:
-    if not isinstance(rig.hull, FileHull):
+    if rig.file_hull is None:
         return None
     from cad.hull_mesh import hull_mesh_key  # noqa: PLC0415  (only a file's hull needs trimesh for its key)
 
-    return hull_mesh_key(rig.hull)
+    return hull_mesh_key(rig.file_hull)

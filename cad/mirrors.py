@@ -23,7 +23,7 @@ from cad.hardware import (
 from cad.shapes import box, cylinder, single_solid
 from optics.mesh import Group
 from rigs import FoldMirror
-from rigs.specification import FlatMirror
+from rigs.gaze import FlatMirror
 
 Fixing = Literal["glue", "screws"]
 

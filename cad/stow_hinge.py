@@ -156,15 +156,15 @@ def stow_hinge(rig: Rig, layout: Layout) -> StowHinge | None:
     ValueError
         When there is no room for the hinge between flange and M1, or between the cell's sides.
     """
-    assert rig.joints is not None and rig.servos is not None and rig.mount is not None
-    if rig.joints.stow is None:
+    gaze = rig.require_gaze()
+    if gaze.joints.stow is None:
         return None
-    hinge = StowHinge(stance=fold_stance(rig, layout), max_deg=rig.joints.stow.max_deg, servo=rig.servos.stow)
+    hinge = StowHinge(stance=fold_stance(rig, layout), max_deg=gaze.joints.stow.max_deg, servo=gaze.servos.stow)
     stance = hinge.stance
     beyond = stance.rear_mm + stance.seat.length_mm - (hinge.rear_mm - GAP_MM)
     if beyond > 0:
         raise ValueError(
-            f"mount.fold_anchor_mm = {rig.mount.fold_anchor_mm}: expected x of at most "
+            f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}: expected x of at most "
             f"{stance.anchor_mm[0] - beyond:.1f}, so that the hinge of joints.stow is in front of the flange, "
             f"got x = {stance.anchor_mm[0]:g}"
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from optics.feasibility import feasibility_problems
-from rigs import FileHull, Rig, RigError
+from rigs import Rig, RigError
 
 
 def load_usable_rig(name_or_path: str) -> Rig:
@@ -19,7 +19,7 @@ def load_usable_rig(name_or_path: str) -> Rig:
 
 def print_hull_notes(rig: Rig) -> list[str]:
     """Print on stderr what had to be done to a hull's file, and return it; `ValueError` for an unusable file."""
-    if not isinstance(rig.hull, FileHull):
+    if rig.file_hull is None:
         return []
     # Reading meshes takes libraries that other hulls do not need.
     from cad.hull_mesh import hull_notes

@@ -83,7 +83,7 @@ def parameter_names(rig: Rig) -> tuple[str, ...]:
 def _behind_the_lens(rig: Rig) -> tuple[str, ...]:
     """Parameters on which the way of a given ray from the pinhole depends."""
     port = {"flat": FLAT_PORT, "dome": (*DOME_PORT, "n_port", "n_water"), "none": ()}[rig.port.shape]
-    return (*port, *(MIRRORS if rig.has_mirrors else ()))
+    return (*port, *(MIRRORS if rig.gaze is not None else ()))
 
 
 def projection_jacobian(
@@ -319,7 +319,7 @@ def _numbers(rig: Rig, camera: dict[str, Any], port: Any, leaves: dict[str, Any]
         value + leaves[name] if name in leaves else value
         for name, value in zip(names, camera["coefficients"], strict=True)
     ]
-    mirrors = _mirrors(Layout.from_rig(rig), leaves) if rig.has_mirrors else []
+    mirrors = _mirrors(Layout.from_rig(rig), leaves) if rig.gaze is not None else []
     return {"camera": camera, "port": _port(port, leaves), "mirrors": mirrors}
 
 

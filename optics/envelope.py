@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from optics.arrays import FloatArray
 from optics.torpedo import torpedo_distance
 from rigs import BoxHull, DomePortSpec, FlatPortSpec, ParametricHull, Rig, TorpedoHull
-from rigs.specification import FlatMirror
+from rigs.gaze import FlatMirror
 
 PLATE_SAMPLES = 31
 """Points along each side of a plate; 4 mm apart on a plate of 120 mm."""
@@ -83,7 +83,7 @@ def hull_distance(rig: Rig, points_m: FloatArray) -> FloatArray:
 
     That is a box, the side panels and the tube of an open frame, or a body of revolution without its fins.
     """
-    hull = rig.hull
+    hull = rig.require_gaze().hull
     assert isinstance(hull, ParametricHull)
     if isinstance(hull, TorpedoHull):
         return torpedo_distance(hull, points_m)

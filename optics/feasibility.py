@@ -26,7 +26,7 @@ from optics.mirror import PlaneMirror
 from optics.port import port_from_spec
 from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
-from rigs import BoxHull, Joint, ParametricHull, Problem, Rig, Servo, TorpedoHull
+from rigs import BoxHull, FileHull, Joint, ParametricHull, Problem, Rig, Servo, TorpedoHull
 
 VIEW_COLUMNS, VIEW_ROWS = 64, 48
 """Pixels that stand for the view: a mirror that none of them reaches is useless."""
@@ -58,7 +58,7 @@ def feasibility_problems(rig: Rig) -> list[Problem]:
         With the dotted key of the number to change first; empty for a rig that can work.
     """
     problems = list(_blind_camera(rig))
-    if rig.has_mirrors:
+    if rig.gaze is not None:
         for check in (_thick_plates, _joint_ranges, _fold_mirror_at_port, _swept_gaze_mirror, _hull, _unseen_mirrors):
             problems.extend(check(rig))
     return problems
@@ -75,8 +75,8 @@ def _blind_camera(rig: Rig) -> Iterator[Problem]:
 
 
 def _thick_plates(rig: Rig) -> Iterator[Problem]:
-    for name, plate in (("fold_mirror", rig.fold_mirror), ("gaze_mirror", rig.gaze_mirror)):
-        assert plate is not None
+    gaze = rig.require_gaze()
+    for name, plate in (("fold_mirror", gaze.fold_mirror), ("gaze_mirror", gaze.gaze_mirror)):
         limit = min(plate.width_mm, plate.height_mm) / 2
         if plate.thickness_mm >= limit:
             yield Problem(
@@ -87,11 +87,11 @@ def _thick_plates(rig: Rig) -> Iterator[Problem]:
 
 
 def _joint_ranges(rig: Rig) -> Iterator[Problem]:
-    assert rig.joints is not None and rig.servos is not None
+    gaze = rig.require_gaze()
     for name in ("pan", "tilt"):
-        yield from _joint_range(name, getattr(rig.joints, name), getattr(rig.servos, name))
+        yield from _joint_range(name, getattr(gaze.joints, name), getattr(gaze.servos, name))
     yield from _gaze_mirror_turned_away(rig)
-    stow, servo = rig.joints.stow, rig.servos.stow
+    stow, servo = gaze.joints.stow, gaze.servos.stow
     if servo and stow is None:
         yield Problem(place="servos.stow", value=servo.name, expected="no servo, as there is no hinge joints.stow")
     elif servo and stow and stow.max_deg > servo.travel_deg:
@@ -119,13 +119,13 @@ def _joint_range(name: str, joint: Joint, servo: Servo) -> Iterator[Problem]:
 
 def _gaze_mirror_turned_away(rig: Rig) -> Iterator[Problem]:
     """The folded axis comes along the gimbal's z: M2 shows it its face while its normal is on that side."""
-    assert rig.joints is not None
+    gaze = rig.require_gaze()
     layout = Layout.from_rig(rig)
     for key in ("min_deg", "max_deg"):
-        value = getattr(rig.joints.tilt, key)
+        value = getattr(gaze.joints.tilt, key)
         if not faces_light(layout, np.radians(value)):
-            angle = rig.joints.tilt.sign * value + rig.joints.tilt.offset_deg
-            shown = "-45 and 135" if rig.joints.tilt.sign == layout.tilt.sign else "-135 and 45"
+            angle = gaze.joints.tilt.sign * value + gaze.joints.tilt.offset_deg
+            shown = "-45 and 135" if gaze.joints.tilt.sign == layout.tilt.sign else "-135 and 45"
             yield Problem(
                 place=f"joints.tilt.{key}",
                 value=value,
@@ -134,24 +134,24 @@ def _gaze_mirror_turned_away(rig: Rig) -> Iterator[Problem]:
 
 
 def _fold_mirror_at_port(rig: Rig) -> Iterator[Problem]:
-    assert rig.fold_mirror is not None
-    plate = fold_mirror_pose(rig.fold_mirror).apply(plate_points(rig.fold_mirror))
+    gaze = rig.require_gaze()
+    plate = fold_mirror_pose(gaze.fold_mirror).apply(plate_points(gaze.fold_mirror))
     gap = float(port_distance(rig, plate).min())
     if gap < -ROUNDING_M:
         yield Problem(
             place="fold_mirror.distance_mm",
-            value=rig.fold_mirror.distance_mm,
+            value=gaze.fold_mirror.distance_mm,
             expected=f"M1 in the water in front of the port; its plate reaches {_mm(-gap)} mm into it",
         )
 
 
 def _swept_gaze_mirror(rig: Rig) -> Iterator[Problem]:
     """M2's plate turns within a sphere around the centre of its face."""
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
+    gaze = rig.require_gaze()
     layout = Layout.from_rig(rig)
-    radius = float(np.linalg.norm(plate_points(rig.gaze_mirror), axis=1).max())
+    radius = float(np.linalg.norm(plate_points(gaze.gaze_mirror), axis=1).max())
     centre = layout.camera_from_gimbal.translation
-    fold_plate = layout.camera_from_m1.apply(plate_points(rig.fold_mirror))
+    fold_plate = layout.camera_from_m1.apply(plate_points(gaze.fold_mirror))
     gaps = {
         "M1": float(sphere_distance(fold_plate, centre, radius).min()),
         "the port": float(port_distance(rig, centre)) - radius,
@@ -160,33 +160,33 @@ def _swept_gaze_mirror(rig: Rig) -> Iterator[Problem]:
         if gap < -ROUNDING_M:
             yield Problem(
                 place="gaze_mirror.distance_mm",
-                value=rig.gaze_mirror.distance_mm,
+                value=gaze.gaze_mirror.distance_mm,
                 expected=f"room to turn: the sphere of {_mm(radius)} mm radius in which M2's plate turns "
                 f"reaches {_mm(-gap)} mm into {name}",
             )
 
 
 def _hull(rig: Rig) -> Iterator[Problem]:
-    if isinstance(rig.hull, BoxHull | TorpedoHull):
+    gaze = rig.require_gaze()
+    if isinstance(gaze.hull, BoxHull | TorpedoHull):
         yield from _closed_hull(rig)
-    if not isinstance(rig.hull, ParametricHull):
+    if isinstance(gaze.hull, FileHull):
         return
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
-    yield from _camera_far_from_hull(rig)
+    yield from _camera_far_from_hull(rig, gaze.hull)
     layout = Layout.from_rig(rig)
-    fold_plate = layout.body_from_m1.apply(plate_points(rig.fold_mirror))
+    fold_plate = layout.body_from_m1.apply(plate_points(gaze.fold_mirror))
     gap = float(hull_distance(rig, fold_plate).min())
     if gap < -ROUNDING_M:
         yield Problem(
             place="fold_mirror.distance_mm",
-            value=rig.fold_mirror.distance_mm,
+            value=gaze.fold_mirror.distance_mm,
             expected=f"M1 outside the hull; its plate reaches {_mm(-gap)} mm into it",
         )
     gap, q1, q2 = _closest_gaze_mirror(rig, layout)
     if gap < -ROUNDING_M:
         yield Problem(
             place="gaze_mirror.distance_mm",
-            value=rig.gaze_mirror.distance_mm,
+            value=gaze.gaze_mirror.distance_mm,
             expected=f"M2 outside the hull at all joint values; at q1 = {np.degrees(q1):g} and "
             f"q2 = {np.degrees(q2):g} deg its plate reaches {_mm(-gap)} mm into it",
         )
@@ -202,26 +202,25 @@ def _closed_hull(rig: Rig) -> Iterator[Problem]:
             value=rig.camera.position_mm,
             expected=f"a port that looks out of the hull; the middle of its outer face is {_mm(depth)} mm inside",
         )
-    assert rig.mount is not None
+    gaze = rig.require_gaze()
     for end in ("fold", "base"):
-        if getattr(rig.mount, f"{end}_plane") is not None:
+        if getattr(gaze.mount, f"{end}_plane") is not None:
             continue  # dropped onto a plane of the hull, wherever it was
         key = f"{end}_anchor_mm"
-        anchor = np.array(getattr(rig.mount, key)) / 1000
+        anchor = np.array(getattr(gaze.mount, key)) / 1000
         gap = float(hull_distance(rig, anchor))
         if abs(gap) > LARGEST_ANCHOR_GAP_M:
             where = "outside" if gap > 0 else "inside"
             yield Problem(
                 place=f"mount.{key}",
-                value=getattr(rig.mount, key),
+                value=getattr(gaze.mount, key),
                 expected=f"a point on the hull's surface; this one is {_mm(abs(gap))} mm {where}",
             )
 
 
-def _camera_far_from_hull(rig: Rig) -> Iterator[Problem]:
-    assert isinstance(rig.hull, ParametricHull)
+def _camera_far_from_hull(rig: Rig, hull: ParametricHull) -> Iterator[Problem]:
     pinhole = np.array(rig.camera.position_mm) / 1000
-    gap = float(box_distance(pinhole, hull_half_size(rig.hull)))
+    gap = float(box_distance(pinhole, hull_half_size(hull)))
     if gap > LARGEST_CAMERA_GAP_M:
         yield Problem(
             place="camera.position_mm",
@@ -232,25 +231,25 @@ def _camera_far_from_hull(rig: Rig) -> Iterator[Problem]:
 
 def _unseen_mirrors(rig: Rig) -> Iterator[Problem]:
     """Whether light gets through: rays of the whole view over M1, then over M2 at the corners of the joint ranges."""
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
+    gaze = rig.require_gaze()
     layout = Layout.from_rig(rig)
     bare = OpticalTrain(camera=camera_from_spec(rig.camera), port=port_from_spec(rig.port, rig.water))
     if not _any_seen(bare):
         return
     m1 = PlaneMirror.from_pose(
-        layout.camera_from_m1, width_m=rig.fold_mirror.width_mm / 1000, height_m=rig.fold_mirror.height_mm / 1000
+        layout.camera_from_m1, width_m=gaze.fold_mirror.width_mm / 1000, height_m=gaze.fold_mirror.height_mm / 1000
     )
     if not _any_seen(OpticalTrain(camera=bare.camera, port=bare.port, mirrors=(m1,))):
         yield Problem(
             place="fold_mirror.distance_mm",
-            value=rig.fold_mirror.distance_mm,
+            value=gaze.fold_mirror.distance_mm,
             expected="M1 in the camera's view; no pixel's ray reaches its face",
         )
         return
     if not any(_any_seen(OpticalTrain.from_rig(rig, q1=q1, q2=q2)) for q1, q2 in layout.joint_grid(3).tolist()):
         yield Problem(
             place="gaze_mirror.distance_mm",
-            value=rig.gaze_mirror.distance_mm,
+            value=gaze.gaze_mirror.distance_mm,
             expected="M2 where M1 sends the view; at no joint value does a pixel's ray reach its face",
         )
 
@@ -262,8 +261,8 @@ def _any_seen(train: OpticalTrain) -> bool:
 
 def _closest_gaze_mirror(rig: Rig, layout: Layout) -> tuple[float, float, float]:
     """Smallest distance of M2's plate from the hull over the joint ranges, metres, and the joint values there."""
-    assert rig.gaze_mirror is not None
-    plate = plate_points(rig.gaze_mirror)
+    gaze = rig.require_gaze()
+    plate = plate_points(gaze.gaze_mirror)
     room = float(hull_distance(rig, layout.body_from_gimbal.translation) - np.linalg.norm(plate, axis=1).max())
     if room >= 0:
         # The sphere in which it turns is clear already.

@@ -27,12 +27,11 @@ class JointSpeeds:
 
     @classmethod
     def from_rig(cls, rig: Rig) -> JointSpeeds:
-        """Speeds of a rig's servos; `ValueError` for a rig without any."""
-        if rig.servos is None:
-            raise ValueError(f"expected a rig with servos, got {rig.name!r}, which has none")
+        """Speeds of a rig's servos; `ValueError` for a rig without mirrors."""
+        servos = rig.require_gaze().servos
         return cls(
-            pan=float(np.radians(rig.servos.pan.speed_deg_per_s)),
-            tilt=float(np.radians(rig.servos.tilt.speed_deg_per_s)),
+            pan=float(np.radians(servos.pan.speed_deg_per_s)),
+            tilt=float(np.radians(servos.tilt.speed_deg_per_s)),
         )
 
 

@@ -56,18 +56,17 @@ class Layout:
     @classmethod
     def from_rig(cls, rig: Rig) -> Layout:
         """Lay out a rig; raises `ValueError` for one without mirrors."""
-        if rig.fold_mirror is None or rig.gaze_mirror is None or rig.joints is None:
-            raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+        gaze = rig.require_gaze()
         body_from_camera = camera_pose(rig.camera)
-        camera_from_m1 = fold_mirror_pose(rig.fold_mirror)
-        on_its_head = rig.fold_mirror.direction == "up"
+        camera_from_m1 = fold_mirror_pose(gaze.fold_mirror)
+        on_its_head = gaze.fold_mirror.direction == "up"
         return cls(
             body_from_camera=body_from_camera,
             body_from_m1=body_from_camera * camera_from_m1,
-            body_from_gimbal=body_from_camera * gimbal_pose(rig.fold_mirror, rig.gaze_mirror),
-            pan=_reversed(rig.joints.pan) if on_its_head else rig.joints.pan,
-            tilt=_reversed(rig.joints.tilt) if on_its_head else rig.joints.tilt,
-            fold_direction=FOLD_DIRECTIONS[rig.fold_mirror.direction],
+            body_from_gimbal=body_from_camera * gimbal_pose(gaze.fold_mirror, gaze.gaze_mirror),
+            pan=_reversed(gaze.joints.pan) if on_its_head else gaze.joints.pan,
+            tilt=_reversed(gaze.joints.tilt) if on_its_head else gaze.joints.tilt,
+            fold_direction=FOLD_DIRECTIONS[gaze.fold_mirror.direction],
         )
 
     @property
@@ -143,7 +142,7 @@ def joint_pairs(q1: FloatArray, q2: FloatArray) -> FloatArray:
 
 def check_stows(rig: Rig) -> None:
     """Raise a `ValueError` for a rig whose fold mirror cannot be stowed."""
-    if rig.joints is None or rig.joints.stow is None:
+    if rig.gaze is None or rig.gaze.joints.stow is None:
         raise ValueError(f"joints.stow: expected a hinge, to stow the fold mirror of {rig.name!r}, got none")
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from optics.tables import read_table
 from optics.water import check_range
-from rigs.specification import PortMaterial
+from rigs.port import PortMaterial
 
 DATA = Path(__file__).parent / "data"
 

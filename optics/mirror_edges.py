@@ -40,9 +40,8 @@ def mirror_edges(rig: Rig, *, q1: float = 0.0, q2: float = 0.0, count: int = POI
 
     The outline of M2 is seen through the port and over M1 alone, so it is projected by the train without M2.
     """
+    rig.require_gaze()
     train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
-    if not train.mirrors:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     corners = train.mirrors[1].corners_m
     along = np.linspace(0, 1, count)[:, np.newaxis]
     before = replace(train, mirrors=train.mirrors[:1])

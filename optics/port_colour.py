@@ -15,7 +15,7 @@ from optics.status import Status
 from optics.train import OpticalTrain
 from optics.water import water_index
 from rigs import Rig
-from rigs.specification import PortMaterial
+from rigs.port import PortMaterial
 
 FRAUNHOFER_NM = {"C": 656.27, "d": 587.56, "F": 486.13}
 """Lines of hydrogen and helium at which dispersion is quoted: red, yellow, blue."""

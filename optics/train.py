@@ -94,14 +94,14 @@ class OpticalTrain:
         camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
         if stowed:
             check_stows(rig)
-        if rig.fold_mirror is None or rig.gaze_mirror is None or stowed:
+        if rig.gaze is None or stowed:
             return cls(camera=camera, port=port)
         layout = Layout.from_rig(rig)
         layout.check_joints(q1, q2)
         poses = (layout.camera_from_m1, layout.camera_from_m2(q1, q2))
         mirrors = tuple(
             PlaneMirror.from_pose(pose, width_m=plate.width_mm / 1000, height_m=plate.height_mm / 1000)
-            for pose, plate in zip(poses, (rig.fold_mirror, rig.gaze_mirror), strict=True)
+            for pose, plate in zip(poses, (rig.gaze.fold_mirror, rig.gaze.gaze_mirror), strict=True)
         )
         return cls(camera=camera, port=port, mirrors=mirrors)
 

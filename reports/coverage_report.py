@@ -78,8 +78,7 @@ def coverage_report(rig: Rig, folder: Path, *, step_deg: float, announce: Announ
     FileExistsError
         When the folder holds something else.
     """
-    if not rig.has_mirrors:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none: there is no gaze to map")
+    rig.require_gaze()
     if not SMALLEST_STEP_DEG <= step_deg <= 90:
         raise ValueError(f"expected a step of the joints from {SMALLEST_STEP_DEG:g} to 90 degrees, got {step_deg:g}")
     start = time.perf_counter()

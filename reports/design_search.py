@@ -26,7 +26,7 @@ from optics.arrays import FloatArray
 from optics.mesh import Role
 from reports.progress import Announce, Stages, write_text
 from reports.search_figures import draw_front, front_rows, write_front
-from rigs import FileHull, Rig, load_document, save_document
+from rigs import Rig, load_document, save_document
 
 NAMES = tuple(".".join(parameter) for parameter in PARAMETERS)
 
@@ -85,8 +85,6 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, announc
     FileExistsError
         When the folder holds something else.
     """
-    if not rig.has_mirrors:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
     bounds_around(rig, wanted.factor)
     stages = Stages.open(folder, rig, announce, settings=str(wanted))
 
@@ -150,9 +148,7 @@ def _with_mount(rig: Rig, design: FloatArray) -> Rig:
 
 
 def _base_anchor_mm(rig: Rig, design: FloatArray) -> tuple[float, float, float]:
-    mount = _with_mount(rig, design).mount
-    assert mount is not None
-    return mount.base_anchor_mm
+    return _with_mount(rig, design).require_gaze().mount.base_anchor_mm
 
 
 def _problem(rig: Rig, design: FloatArray) -> str:
@@ -177,9 +173,9 @@ def _write_rigs(rig: Rig, source: Path, folder: Path, search: Search, chosen: Se
     for row, file in files.items():
         document = load_document(source)
         document["name"] = file.stem
-        if isinstance(rig.hull, FileHull):
+        if rig.file_hull is not None:
             # A name relative to the source would not be found from here.
-            document["hull"]["file"] = str(rig.hull.file)
+            document["hull"]["file"] = str(rig.file_hull.file)
         for (section, key), value in zip(PARAMETERS, search.designs[row].tolist(), strict=True):
             document[section][key] = value
         document["mount"]["base_anchor_mm"] = list(_base_anchor_mm(rig, search.designs[row]))

@@ -97,8 +97,7 @@ def design(rig: Rig, folder: Path, *, announce: Announce, dive: Dive | None = No
     FileExistsError
         When the folder holds something else.
     """
-    if not rig.has_mirrors:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none: there is no mount to design")
+    rig.require_gaze()
     start = time.perf_counter()
     dive = validation_dive(rig) if dive is None else dive
     stages = Stages.open(folder, rig, announce, settings=dive.model_dump_json())

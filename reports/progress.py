@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from optics.cache import result_key
-from rigs import FileHull, Rig
+from rigs import Rig
 
 STATE_FILE = ".stages.json"
 
@@ -83,7 +83,7 @@ def write_text(path: Path, text: str) -> None:
 def work_key(rig: Rig, settings: str = "") -> str:
     """Key of the rig, of its hull file if it has one, of the settings, and of the versions of what is computed."""
     versions = version("mirrorgaze"), *physics_versions()
-    hull_file = rig.hull.file if isinstance(rig.hull, FileHull) else None
+    hull_file = None if rig.file_hull is None else rig.file_hull.file
     return result_key("stages", STAGES_VERSION, versions, rig.model_dump(mode="json"), hull_file, settings)
 
 

@@ -141,14 +141,14 @@ def _mm(corners_m: FloatArray) -> list[list[float]]:
 
 
 def _map(axes: Axes, title: str, values: FloatArray, result: TradeOff, rig: Rig) -> None:
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
+    gaze = rig.require_gaze()
     image = axes.pcolormesh(result.d1_mm, result.d2_mm, values, cmap=COLOUR_MAP, shading="nearest")
     axes.figure.colorbar(image, ax=axes)
     d1, d2 = np.meshgrid(result.d1_mm, result.d2_mm)
     axes.plot(d1[~result.fits], d2[~result.fits], "x", color="white", markeredgecolor="white", markersize=5)
     axes.plot(
-        rig.fold_mirror.distance_mm,
-        rig.gaze_mirror.distance_mm,
+        gaze.fold_mirror.distance_mm,
+        gaze.gaze_mirror.distance_mm,
         "o",
         color="none",
         markeredgecolor="#d1495b",

@@ -102,16 +102,15 @@ def rig_facts(rig: Rig) -> list[tuple[str, str]]:
             f"{water.label}, {water.salinity_ppt:g} ppt, {water.temperature_celsius:g} °C",
         ),
     ]
-    for name, mirror in (("Fold mirror M1", rig.fold_mirror), ("Gaze mirror M2", rig.gaze_mirror)):
-        if mirror is not None:
-            size = f"{mirror.width_mm:g} × {mirror.height_mm:g} × {mirror.thickness_mm:g} mm"
-            facts.append((name, f"{size}, {mirror.distance_mm:g} mm along the axis"))
-    if rig.joints is not None:
-        for name, joint in (("Pan q1", rig.joints.pan), ("Tilt q2", rig.joints.tilt)):
-            facts.append((name, f"{joint.min_deg:g} to {joint.max_deg:g}°"))
-    if rig.servos is not None:
-        facts.append(("Servos", f"pan {rig.servos.pan.name}, tilt {rig.servos.tilt.name}"))
-    return facts
+    if rig.gaze is None:
+        return facts
+    for name, mirror in (("Fold mirror M1", rig.gaze.fold_mirror), ("Gaze mirror M2", rig.gaze.gaze_mirror)):
+        size = f"{mirror.width_mm:g} × {mirror.height_mm:g} × {mirror.thickness_mm:g} mm"
+        facts.append((name, f"{size}, {mirror.distance_mm:g} mm along the axis"))
+    for name, joint in (("Pan q1", rig.gaze.joints.pan), ("Tilt q2", rig.gaze.joints.tilt)):
+        facts.append((name, f"{joint.min_deg:g} to {joint.max_deg:g}°"))
+    servos = rig.gaze.servos
+    return [*facts, ("Servos", f"pan {servos.pan.name}, tilt {servos.tilt.name}")]
 
 
 def _write(path: Path, header: list[str], rows: Iterable[list[str]]) -> None:

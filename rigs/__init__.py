@@ -1,6 +1,8 @@
 """The rig specification: what a mirror gaze is made of, typed, validated, with the units in the names."""
 
+from rigs.camera import Camera, FisheyeSpec, PinholeSpec
 from rigs.files import load_document, preset_names, preset_path, preset_with_hull, save_document
+from rigs.gaze import FlatMirror, FoldMirror, Gaze, GazeMirror
 from rigs.image_sensor import ImageSensorSpec
 from rigs.lamps import Lamp
 from rigs.mounting import (
@@ -18,19 +20,9 @@ from rigs.mounting import (
     TorpedoHull,
     Vehicle,
 )
+from rigs.port import DomePortSpec, FlatPortSpec, NoPortSpec, Port
 from rigs.problems import Problem, RigError
-from rigs.specification import (
-    Camera,
-    DomePortSpec,
-    FisheyeSpec,
-    FlatPortSpec,
-    FoldMirror,
-    GazeMirror,
-    NoPortSpec,
-    PinholeSpec,
-    Port,
-    Rig,
-)
+from rigs.rig import Rig
 from rigs.water import JerlovType, Water, WaterSource
 
 __all__ = [
@@ -39,8 +31,10 @@ __all__ = [
     "DomePortSpec",
     "FileHull",
     "FisheyeSpec",
+    "FlatMirror",
     "FlatPortSpec",
     "FoldMirror",
+    "Gaze",
     "GazeMirror",
     "Hull",
     "HullPlane",

@@ -12,8 +12,6 @@ from typing import Any
 import tomlkit
 
 from rigs.problems import Problem, RigError
-from rigs.specification import Rig
-from rigs.validation import validate
 
 PRESETS = Path(__file__).parent / "presets"
 STEP_SUFFIXES = (".step", ".stp")
@@ -40,7 +38,8 @@ def preset_path(name: str) -> Path:
 
 def preset_with_hull(shape: str) -> str:
     """Name of a preset whose hull has a given shape; raises `ValueError` when there is none."""
-    shapes = {rig.hull.shape: name for name in reversed(preset_names()) if (rig := load_rig(name)).hull is not None}
+    documents = {name: load_document(PRESETS / f"{name}.toml") for name in reversed(preset_names())}
+    shapes = {document["hull"]["shape"]: name for name, document in documents.items() if "hull" in document}
     if shape not in shapes:
         raise ValueError(f"hull {shape!r}: expected {', '.join(sorted(shapes))} or the name of a file")
     return shapes[shape]
@@ -75,42 +74,32 @@ def find_rig(name_or_path: str | Path) -> Path:
     return path if path.is_file() else preset_path(str(name_or_path))
 
 
-def load_rig(name_or_path: str | Path) -> Rig:
-    """Read and validate a rig; see `Rig.load`."""
-    path = find_rig(name_or_path)
-    source = str(name_or_path)
+def read_toml(path: Path, *, source: str) -> str:
+    """Text of a TOML file; raises `RigError` when it is not UTF-8."""
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         place = f"byte {error.start}"
         raise RigError(source, [Problem(place=place, value=None, expected="text in UTF-8, as TOML is")]) from None
-    return parse_rig(text, source=source, folder=path.parent)
 
 
-def parse_rig(text: str, *, source: str, folder: Path) -> Rig:
-    """Validate the text of a rig file; relative file names in it are taken from `folder`.
-
-    Raises
-    ------
-    RigError
-        With every problem at once.
-    """
+def parse_toml(text: str, *, source: str) -> dict[str, Any]:
+    """Parsed TOML; raises `RigError` with the line where it is none."""
     try:
-        document = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         message, _, place = str(error).removesuffix(")").rpartition(" (at ")
         raise RigError(source, [Problem(place=place, value=None, expected=f"valid TOML: {message}")]) from None
-    rig, problems = validate(document)
-    places = {problem.place for problem in problems}
-    problems += [problem for problem in _missing_files(document, folder) if problem.place not in places]
-    if rig is None or problems:
-        raise RigError(source, problems)
-    for section, key in FILE_KEYS:
-        if _names_a_file(document, section, key):
-            here = getattr(rig, section)
-            file = (folder / getattr(here, key)).resolve()
-            rig = rig.model_copy(update={section: here.model_copy(update={key: file})})
-    return rig
+
+
+def with_absolute_files(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """The same document with the files that it names, relative to `folder`, by their full paths."""
+    tables = {
+        section: {**document[section], key: str((folder / document[section][key]).resolve())}
+        for section, key in FILE_KEYS
+        if _names_a_file(document, section, key)
+    }
+    return {**document, **tables}
 
 
 def _names_a_file(document: Mapping[str, Any], section: str, key: str) -> bool:
@@ -118,7 +107,8 @@ def _names_a_file(document: Mapping[str, Any], section: str, key: str) -> bool:
     return isinstance(table, Mapping) and isinstance(table.get(key), str)
 
 
-def _missing_files(document: Mapping[str, Any], folder: Path) -> list[Problem]:
+def missing_files(document: Mapping[str, Any], folder: Path) -> list[Problem]:
+    """Problems of the files that a document names, relative to `folder`, and that are not there."""
     problems = []
     for section, key in FILE_KEYS:
         if _names_a_file(document, section, key):

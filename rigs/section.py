@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, Strict
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, Strict, ValidationError
+from pydantic_core import ErrorDetails
 
 # Strict: TOML has types of its own, so "640" and true are mistakes, not numbers.
 Number = Annotated[FiniteFloat, Strict()]
@@ -28,3 +29,8 @@ class Section(BaseModel):
     """Base of every section: frozen, no unknown keys, no NaN or infinity."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def errors_in_file(cls, error: ValidationError) -> list[ErrorDetails]:
+        """What pydantic found wrong with a document, each at its place in the file."""
+        return error.errors(include_url=False)

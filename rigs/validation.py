@@ -1,4 +1,4 @@
-"""From parsed TOML to a rig or another specification, or to everything that is wrong, in the words of the file."""
+"""From parsed TOML to a specification, such as a rig, or to everything that is wrong, in the words of the file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pydantic import ValidationError
 
 from rigs.problems import Problem
 from rigs.section import Section
-from rigs.specification import MIRROR_SECTIONS, Rig, missing_mirror_sections
 
 Key = str | int
 Keys = tuple[Key, ...]
@@ -37,17 +36,6 @@ TAG_KEYS = ("model", "shape", "motion")
 """Keys that say which kind of camera, port, hull, path or motion a section describes."""
 
 
-def validate(document: Mapping[str, Any]) -> tuple[Rig | None, list[Problem]]:
-    """Validate the parsed TOML of a rig: the rig, when there is no problem, and every problem."""
-    rig, problems = validated(Rig, document)
-    if problems:
-        # A problem inside a section keeps pydantic from asking which sections there are.
-        missing = missing_mirror_sections([name for name in MIRROR_SECTIONS if name in document])
-        if missing and not any(problem.place == WHOLE_FILE for problem in problems):
-            problems.append(Problem(place=WHOLE_FILE, value=None, expected=missing))
-    return rig, problems
-
-
 def validated(kind: type[Specified], document: Mapping[str, Any]) -> tuple[Specified | None, list[Problem]]:
     """Validate parsed TOML against a specification.
 
@@ -68,7 +56,7 @@ def validated(kind: type[Specified], document: Mapping[str, Any]) -> tuple[Speci
         try:
             specified = kind.model_validate(rest)
         except ValidationError as error:
-            details = [(_keys_in(rest, detail), detail) for detail in error.errors(include_url=False)]
+            details = [(_keys_in(rest, detail), detail) for detail in kind.errors_in_file(error)]
         else:
             break
         for keys, detail in details:

@@ -76,7 +76,9 @@ def write_portraits(rig: Rig, parts: Sequence[PartMesh], folder: Path, *, q1: fl
 
 def path_length_m(rig: Rig) -> float:
     """d1 + d2: from the pinhole over M1 to M2, metres; zero for a rig without mirrors."""
-    return sum(mirror.distance_mm for mirror in (rig.fold_mirror, rig.gaze_mirror) if mirror is not None) / 1000
+    if rig.gaze is None:
+        return 0.0
+    return (rig.gaze.fold_mirror.distance_mm + rig.gaze.gaze_mirror.distance_mm) / 1000
 
 
 def _shape(part: PartMesh, vertices_m: NDArray[np.float64]) -> Any:

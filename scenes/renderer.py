@@ -235,7 +235,7 @@ class FastRenderer:
     def _eyes(self) -> NDArray[np.float64]:
         """Where lines of sight begin, body frame: the camera, and the mirrors' centres; shape (1 or 3, 3)."""
         eyes = [camera_pose(self.rig.camera).translation]
-        if self.rig.has_mirrors:
+        if self.rig.gaze is not None:
             layout = Layout.from_rig(self.rig)
             eyes += [layout.body_from_m1.translation, layout.body_from_gimbal.translation]
         return np.array(eyes)

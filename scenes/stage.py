@@ -80,7 +80,7 @@ def on_gaze(rig: Rig, *, q1: float, q2: float, distance_m: float) -> FloatArray:
     """
     if not (distance_m > 0 and np.isfinite(distance_m)):
         raise ValueError(f"expected a distance above 0 m, got {distance_m:g} m")
-    if rig.has_mirrors:
+    if rig.gaze is not None:
         Layout.from_rig(rig).check_joints(q1, q2)
     train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
     ray = train.trace([[rig.camera.cx_px, rig.camera.cy_px]])

@@ -11,7 +11,7 @@ from optics.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group
 from rigs import Rig
-from rigs.specification import FlatMirror
+from rigs.gaze import FlatMirror
 from scenes.clearance import Clearance
 from scenes.frame import FARTHEST_M
 from scenes.group_mesh import SNOW, TARGET, WORLD
@@ -42,7 +42,7 @@ class StateNumbers:
 
     def __init__(self, rig: Rig, stage: Stage, *, target_instance: int):
         self._rig, self._stage, self._target_instance = rig, stage, target_instance
-        self._layout = Layout.from_rig(rig) if rig.has_mirrors else None
+        self._layout = Layout.from_rig(rig) if rig.gaze is not None else None
         self._clearance = Clearance(stage.world)
 
     def of(self, states: Sequence[State]) -> NumberRows:
@@ -93,11 +93,12 @@ class StateNumbers:
 
     def mirrors(self, body_from: dict[str, FloatArray]) -> NumberRows:
         """Packed mirrors, body frame, of poses from `body_from`."""
-        if self._layout is None:
+        gaze = self._rig.gaze
+        if self._layout is None or gaze is None:
             return {}
         tilt = body_from[str(Group.TILT)]
         fold = np.broadcast_to(self._layout.body_from_m1.as_matrix(), tilt.shape)
-        plates = {Primitive.M1.name: (fold, self._rig.fold_mirror), Primitive.M2.name: (tilt, self._rig.gaze_mirror)}
+        plates = {Primitive.M1.name: (fold, gaze.fold_mirror), Primitive.M2.name: (tilt, gaze.gaze_mirror)}
         return {name: _packed_mirror(*plate) for name, plate in plates.items()}
 
     def _target(self, states: Sequence[State], world_from_body: FloatArray, body_from_world: FloatArray) -> NumberRows:
@@ -130,8 +131,7 @@ def _packed_pose(pose: FloatArray) -> FloatArray:
     return np.concatenate([pose[:, :3, :3].reshape(-1, 9), pose[:, :3, 3]], axis=1)
 
 
-def _packed_mirror(pose: FloatArray, plate: FlatMirror | None) -> FloatArray:
+def _packed_mirror(pose: FloatArray, plate: FlatMirror) -> FloatArray:
     """Centre, x, y, half width, half height: shape (n, 11)."""
-    assert plate is not None  # a rig has both mirrors or none
     half = np.broadcast_to([plate.width_mm / 2000, plate.height_mm / 2000], (len(pose), 2))
     return np.concatenate([pose[:, :3, 3], pose[:, :3, 0], pose[:, :3, 1], half], axis=1)

@@ -250,7 +250,7 @@ def _in_pose(rig: Rig, shot: Shot) -> tuple[Rig, Sequence[PartMesh]]:
     """Rig as it is rendered, and the parts around its camera; `ValueError` for a pose that it cannot take."""
     if shot.stowed:
         check_stows(rig)
-    if not rig.has_mirrors:
+    if rig.gaze is None:
         return rig, []
     layout = Layout.from_rig(rig)
     q1, q2 = np.radians([shot.q1_deg, shot.q2_deg])
@@ -305,7 +305,7 @@ def _sensor_picture(frame: Frame, rig: Rig, stage: Stage, *, seed: int) -> tuple
 
 def _facts(frame: Frame, rig: Rig, stage: Stage, shot: Shot, *, path: Path, time_s: float) -> View:
     gaze = None
-    if rig.has_mirrors:
+    if rig.gaze is not None:
         gaze = forward_gaze(Layout.from_rig(rig), *np.radians([shot.q1_deg, shot.q2_deg]))
     sun = stage.light.daylight.sun
     height, width = frame.label.shape

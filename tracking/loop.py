@@ -265,8 +265,8 @@ def _corner_model(rig: Rig, variant: Variant, samples: CornerSamples | None, gim
 
 def _servo_latency_s(rig: Rig) -> float:
     """From a command to the slower motor's answer: on average it waits for half a period of the pulses."""
-    assert rig.servos is not None  # JointSpeeds.from_rig has said so
-    return max(servo.pulse_period_ms / 2 + servo.latency_ms for servo in (rig.servos.pan, rig.servos.tilt)) / 1000
+    gaze = rig.require_gaze()
+    return max(servo.pulse_period_ms / 2 + servo.latency_ms for servo in (gaze.servos.pan, gaze.servos.tilt)) / 1000
 
 
 def _within(point_px: tuple[float, float], crop: Crop) -> bool:

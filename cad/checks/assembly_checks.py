@@ -144,9 +144,7 @@ def assembly_checks(
 
 
 def _mount(rig: Rig) -> Mount:
-    if rig.mount is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    return rig.mount
+    return rig.require_gaze().mount
 
 
 def _solidities(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[Finding]:

@@ -69,8 +69,7 @@ def _light_to_fold_mirror(rig: Rig, layout: Layout) -> manifold3d.Manifold:
     Behind a flat port that is all in front of its aperture, whatever the refraction; else the pyramid from the
     pinhole to M1, less the dome.
     """
-    if rig.fold_mirror is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     body_from_camera = layout.body_from_camera
     if isinstance(rig.port, FlatPortSpec):
         normal = np.array(rig.port.normal) / np.linalg.norm(rig.port.normal)
@@ -78,9 +77,9 @@ def _light_to_fold_mirror(rig: Rig, layout: Layout) -> manifold3d.Manifold:
         angles = np.linspace(0, 2 * np.pi, RIM_POINTS, endpoint=False)
         rim = rig.port.aperture_diameter_mm / 2 * around.apply(_circle(angles))
         start = (rig.port.distance_mm + rig.port.thickness_mm) * normal
-        end = start + rig.fold_mirror.distance_mm * normal
+        end = start + gaze.fold_mirror.distance_mm * normal
         return _hull_of(body_from_camera.apply(np.vstack([rim + start, rim + end]) / 1000))
-    half = np.array([rig.fold_mirror.width_mm, rig.fold_mirror.height_mm]) / 2000
+    half = np.array([gaze.fold_mirror.width_mm, gaze.fold_mirror.height_mm]) / 2000
     corners = [[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)]
     light = _hull_of(np.vstack([body_from_camera.translation, layout.body_from_m1.apply(corners)]))
     if isinstance(rig.port, DomePortSpec):

@@ -46,8 +46,7 @@ def draw_assembly(
     rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh], items: Sequence[Item], *, rig_hash: str
 ) -> Sheet:
     """Sheet of the mount at q1 = q2 = 0, in the body frame."""
-    if rig.mount is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     mount, hull = _placed(assembly)
     boxes = [solid.bounding_box() for solid in mount]
     low = np.min([tuple(box.min) for box in boxes], axis=0)
@@ -59,7 +58,7 @@ def draw_assembly(
         Title(
             rig=rig.name,
             name="assembly",
-            material=f"printed parts: {rig.mount.material.upper()}",
+            material=f"printed parts: {gaze.mount.material.upper()}",
             scale=scale_name(scale),
             rig_hash=rig_hash,
             note="q1 = q2 = 0; the joint axes cross in the middle of M2; hull in grey, broken off",

@@ -56,8 +56,7 @@ def bill_of_materials(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh]) 
 
     Hose clamps, which go around the hull and are no parts of the assembly, come last.
     """
-    if rig.mount is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     bodies = {body.name: body for group in part_bodies(rig, meshes).values() for body in group}
     lines = []
     for part, mesh in zip(assembly.parts, meshes, strict=True):
@@ -70,7 +69,7 @@ def bill_of_materials(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh]) 
                 kind="print" if part.printed else "buy",
                 name=part.name if part.printed else part.catalogue,
                 count=1,
-                material=rig.mount.material if part.printed else "",
+                material=gaze.mount.material if part.printed else "",
                 volume_cm3=1e6 * body.volume_m3,
                 mass_g=1000 * body.mass_kg,
                 size_mm=(float(x), float(y), float(z)),

@@ -23,14 +23,13 @@ def write_drawings(
     rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh], items: Sequence[Item], folder: Path
 ) -> list[Path]:
     """Write `PART.svg`, `PART.pdf`, ... and `assembly.svg`, `assembly.pdf`."""
-    if rig.mount is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     digest = rig_hash(rig)[:HASH_DIGITS]
     written = draw_assembly(rig, assembly, meshes, items, rig_hash=digest).write(folder / "assembly")
     for part in assembly.parts:
         if part.printed or part.role is Role.MIRROR:
             solid, origin = _to_draw(assembly, part)
-            material = f"{rig.mount.material.upper()}, printed solid" if part.printed else part.catalogue
+            material = f"{gaze.mount.material.upper()}, printed solid" if part.printed else part.catalogue
             sheet = draw_part(solid, rig=rig.name, name=part.name, material=material, rig_hash=digest, origin=origin)
             written += sheet.write(folder / part.name)
     return written

@@ -11,7 +11,7 @@ from typing import Any
 
 import tomlkit
 
-from rigs import FileHull, Rig
+from rigs import Rig
 
 SHAPING_PACKAGES = ("mirrorgaze", "build123d", "cadquery-ocp-novtk", "trimesh", "manifold3d", "lib3mf", "matplotlib")
 """Those whose version can change the bytes."""
@@ -25,16 +25,16 @@ def rig_text(rig: Rig) -> str:
     A hull's file is named without its folder: the text shall be the same on every machine.
     """
     numbers: dict[str, Any] = rig.model_dump(mode="json", exclude_none=True)
-    if isinstance(rig.hull, FileHull):
-        numbers["hull"]["file"] = rig.hull.file.name
+    if rig.file_hull is not None:
+        numbers["hull"]["file"] = rig.file_hull.file.name
     return tomlkit.dumps(numbers)
 
 
 def rig_hash(rig: Rig) -> str:
     """SHA-256 of all that the shapes come from: the rig's text and, if it has one, its hull's file."""
     digest = hashlib.sha256(rig_text(rig).encode())
-    if isinstance(rig.hull, FileHull):
-        digest.update(rig.hull.file.read_bytes())
+    if rig.file_hull is not None:
+        digest.update(rig.file_hull.file.read_bytes())
     return digest.hexdigest()
 
 

@@ -29,11 +29,11 @@ def plate_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
         One per plate, of the check that slices the parts. The plate is the one that export writes.
     """
     program = slicer_path()
-    if program is None or rig.mount is None:
+    if program is None:
         return []
     findings = []
     for number, plate in enumerate(print_plates(rig, meshes), 1):
         vertices_mm = 1000 * np.vstack([mesh.vertices_m for mesh in plate])
         name = f"plate {number} ({', '.join(mesh.name for mesh in plate)})"
-        findings.append(judged(name, slice_stl(program, plate_stl(plate), rig.mount), vertices_mm))
+        findings.append(judged(name, slice_stl(program, plate_stl(plate), rig.require_gaze().mount), vertices_mm))
     return findings

@@ -56,10 +56,9 @@ def print_plates(rig: Rig, meshes: Sequence[PartMesh]) -> list[list[PartMesh]]:
     ValueError
         When a part is larger than the bed.
     """
-    if rig.mount is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    bed = rig.mount.printer_bed_mm
-    plates = shelves([_upright(mesh, rig.mount) for mesh in meshes], (bed[0], bed[1]))
+    gaze = rig.require_gaze()
+    bed = gaze.mount.printer_bed_mm
+    plates = shelves([_upright(mesh, gaze.mount) for mesh in meshes], (bed[0], bed[1]))
     return [[box.placed() for box in plate] for plate in plates]
 
 

@@ -121,16 +121,15 @@ def robot_model(
     swinging : collection of str
         Names of the parts that swing on it.
     """
-    if rig.servos is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     bodies = {body.name: body for group in part_bodies(rig, meshes).values() for body in group}
     links = [
         _link(name, [mesh for mesh in meshes if mesh.group is group and mesh.name not in swinging], bodies)
         for group, name in LINKS.items()
     ]
     joints = [
-        _servo_joint("pan", layout.pan, rig.servos.pan, parent="base_link", pose=layout.body_from_gimbal),
-        _servo_joint("tilt", layout.tilt, rig.servos.tilt, parent="pan_link", pose=RigidTransform.identity()),
+        _servo_joint("pan", layout.pan, gaze.servos.pan, parent="base_link", pose=layout.body_from_gimbal),
+        _servo_joint("tilt", layout.tilt, gaze.servos.tilt, parent="pan_link", pose=RigidTransform.identity()),
     ]
     body_from_fold_link = RigidTransform.identity()
     if hinge is not None:
@@ -148,7 +147,7 @@ def robot_model(
             parent="base_link" if hinge is None else "stow_link",
         ),
         _fixed(CAMERA, layout.body_from_camera),
-        *_virtual_camera_joints(layout, rig.servos.pan, rig.servos.tilt),
+        *_virtual_camera_joints(layout, gaze.servos.pan, gaze.servos.tilt),
     ]
     frames = [Link(name="fold_mirror_frame"), Link(name=CAMERA)]
     imaginary = [_imaginary_link("gaze_elevation_link"), _imaginary_link("gaze_roll_link"), Link(name=VIRTUAL_CAMERA)]

@@ -45,11 +45,10 @@ class ArmFrequencies:
 
 def arm_frequencies(rig: Rig, meshes: Sequence[PartMesh], cube_mm: float = CUBE_MM) -> ArmFrequencies:
     """Natural frequencies of a rig's gimbal; `ValueError` for a rig whose base does not reach hull and pan servo."""
-    if rig.mount is None or rig.gaze_mirror is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     layout = Layout.from_rig(rig)
     pivot = layout.body_from_gimbal.translation
-    stiffness = _base_stiffness(rig, meshes, MATERIALS[rig.mount.material].youngs_modulus_pa, pivot, cube_mm)
+    stiffness = _base_stiffness(rig, meshes, MATERIALS[gaze.mount.material].youngs_modulus_pa, pivot, cube_mm)
     carried = [
         body.moved(body_from_group(layout, group, 0.0, 0.0))
         for group, bodies in part_bodies(rig, meshes).items()
@@ -57,7 +56,7 @@ def arm_frequencies(rig: Rig, meshes: Sequence[PartMesh], cube_mm: float = CUBE_
         if group is not Group.FIXED or body.name.startswith("pan_")
     ]
     mass = _mass_matrix(together("carried", carried), pivot)
-    plate = rig.gaze_mirror
+    plate = gaze.gaze_mirror
     water = added_mass(plate.width_mm / 1000, plate.height_mm / 1000, water_density(rig.water))
     normal = layout.body_from_m2(0.0, 0.0).rotation.apply([0, 0, 1])
     wet = mass.copy()

@@ -119,10 +119,9 @@ def _body(rig: Rig, mesh: PartMesh) -> Body:
 
 
 def _density(rig: Rig, mesh: PartMesh) -> float:
-    if rig.mount is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     # Of what a servo is, only its horn is weighed by volume.
-    by_role = {Role.MOUNT: rig.mount.material, Role.MIRROR: "glass", Role.SERVO: "nylon"}
+    by_role = {Role.MOUNT: gaze.mount.material, Role.MIRROR: "glass", Role.SERVO: "nylon"}
     by_kind = {"bush": "polymer", "insert": "brass"}
     material = by_role.get(mesh.role) or by_kind.get(mesh.name.rpartition("_")[2], "stainless")
     return MATERIALS[material].density_kg_per_m3
@@ -130,7 +129,7 @@ def _density(rig: Rig, mesh: PartMesh) -> float:
 
 def _servo_mass_kg(rig: Rig, part: str) -> float:
     """Mass of the servo that a part called `pan_servo`, `tilt_servo`, ... stands for."""
-    servo = getattr(rig.servos, part.removesuffix("_servo"), None)
+    servo = getattr(rig.require_gaze().servos, part.removesuffix("_servo"), None)
     if servo is None:
         raise ValueError(f"expected the part of a servo in [servos], got {part!r}")
     return float(servo.mass_g) / 1000

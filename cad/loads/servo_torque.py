@@ -151,9 +151,8 @@ def _load(
     span_m: float,
     sideways_m3: float,
 ) -> ServoLoad:
-    if rig.servos is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    servo = getattr(rig.servos, joint)
+    gaze = rig.require_gaze()
+    servo = getattr(gaze.servos, joint)
     density, speed = water_density(rig.water), 0.0 if rig.vehicle is None else rig.vehicle.speed_m_per_s
     rate = math.radians(servo.speed_deg_per_s)
     in_water = _off_axis(bodies, axis, density)

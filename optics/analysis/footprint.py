@@ -123,10 +123,10 @@ def bare_train(rig: Rig) -> OpticalTrain:
 
 
 def _footprint(rig: Rig, bundle: Bundle, *, mirror: int, poses: tuple[FloatArray, FloatArray]) -> Footprint:
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
+    gaze = rig.require_gaze()
     layout = Layout.from_rig(rig)
     parameters = _parameters(layout, bundle, *poses)
-    parameters |= {"d1": opaque(rig.fold_mirror.distance_mm / 1000), "d2": opaque(rig.gaze_mirror.distance_mm / 1000)}
+    parameters |= {"d1": opaque(gaze.fold_mirror.distance_mm / 1000), "d2": opaque(gaze.gaze_mirror.distance_mm / 1000)}
     counts = (1, len(poses[0]), len(bundle.origin_m))
     hit, spread, cosine = _hit_lanes(parameters, counts, mirror)
     dr.eval(hit.local, hit.front, spread, cosine)

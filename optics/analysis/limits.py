@@ -65,22 +65,22 @@ def with_mirrors(rig: Rig, m1_m: tuple[float, float], m2_m: tuple[float, float])
 
     A plate's sides are kept above twice its thickness.
     """
-    changes = {}
+    gaze, changes = rig.require_gaze(), {}
     for name, size in (("fold_mirror", m1_m), ("gaze_mirror", m2_m)):
-        plate = getattr(rig, name)
+        plate = getattr(gaze, name)
         # A nanometre of arithmetic does not ask for another half millimetre.
         sides = [float(np.ceil(1000 * side / ROUNDING_MM - 1e-6) * ROUNDING_MM) for side in size]
         width, height = (max(side, 2 * plate.thickness_mm + ROUNDING_MM) for side in sides)
-        changes[name] = plate.model_copy(update={"width_mm": width, "height_mm": height})
-    return rig.model_copy(update=changes)
+        changes[name] = {"width_mm": width, "height_mm": height}
+    return rig.with_gaze(**changes)
 
 
 def larger_than_bed(rig: Rig) -> list[Binding]:
     """Mirrors whose trays the rig's printer has no room for."""
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None and rig.mount is not None
-    bed = sorted(rig.mount.printer_bed_mm)
+    gaze = rig.require_gaze()
+    bed = sorted(gaze.mount.printer_bed_mm)
     found = []
-    for name, plate in (("M1", rig.fold_mirror), ("M2", rig.gaze_mirror)):
+    for name, plate in (("M1", gaze.fold_mirror), ("M2", gaze.gaze_mirror)):
         short, long = sorted((plate.width_mm, plate.height_mm))
         # A tray is thin: it may lie on any face of the printer's volume.
         if short > bed[1] or long > bed[2]:
@@ -199,12 +199,12 @@ def longest_range(rig: Rig, request: Request, bundle: Bundle | None, grid: Grid)
 
 
 def _centred(rig: Rig, request: Request, bundle: Bundle, q1: FloatArray, q2: FloatArray) -> Extents:
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
+    gaze = rig.require_gaze()
     return centred_extents(
         rig,
         bundle,
-        d1_m=np.array([rig.fold_mirror.distance_mm / 1000]),
-        d2_m=np.array([rig.gaze_mirror.distance_mm / 1000]),
+        d1_m=np.array([gaze.fold_mirror.distance_mm / 1000]),
+        d2_m=np.array([gaze.gaze_mirror.distance_mm / 1000]),
         q1=q1,
         q2=q2,
         margin_m=request.margin_m,

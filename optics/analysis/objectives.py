@@ -65,9 +65,8 @@ def objectives_named(names: Sequence[str]) -> tuple[Objective, ...]:
 
 def design_of(rig: Rig) -> FloatArray:
     """The free numbers of a rig, shape (6,), millimetres."""
-    if not rig.has_mirrors:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    return np.array([getattr(getattr(rig, section), key) for section, key in PARAMETERS], dtype=np.float64)
+    gaze = rig.require_gaze()
+    return np.array([getattr(getattr(gaze, section), key) for section, key in PARAMETERS], dtype=np.float64)
 
 
 def rig_with(rig: Rig, design: FloatArray) -> Rig:
@@ -75,8 +74,7 @@ def rig_with(rig: Rig, design: FloatArray) -> Rig:
     changes: dict[str, dict[str, float]] = {}
     for (section, key), value in zip(PARAMETERS, rounded(design).tolist(), strict=True):
         changes.setdefault(section, {})[key] = value
-    sections = {name: getattr(rig, name).model_copy(update=update) for name, update in changes.items()}
-    return rig.model_copy(update=sections)
+    return rig.with_gaze(**changes)
 
 
 def rounded(designs: FloatArray) -> FloatArray:

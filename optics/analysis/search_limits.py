@@ -16,6 +16,7 @@ from optics.analysis.objectives import (
     M2_HEIGHT,
     M2_WIDTH,
     PARAMETERS,
+    design_of,
     rig_with,
     swept_radius_m,
 )
@@ -60,24 +61,24 @@ def rooms_mm(rig: Rig, designs: FloatArray) -> FloatArray:
     array, shape (n, len(CONSTRAINTS))
         Millimetres; infinite where a constraint does not exist, as a user's own hull file says nothing here.
     """
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None and rig.mount is not None
+    gaze = rig.require_gaze()
     layout = Layout.from_rig(rig)
     # Orientations do not depend on the design; M1's own frame is entered through its centre.
     turn_m1 = layout.camera_from_m1.rotation
     m1_centre = designs[:, :1] * np.array([0.0, 0.0, 1e-3])
     m2_centre = m1_centre + designs[:, 1:2] * layout.fold_direction / 1000
-    plate = _plate_points(designs, rig.fold_mirror.thickness_mm)
+    plate = _plate_points(designs, gaze.fold_mirror.thickness_mm)
     on_m1 = turn_m1.apply(plate.reshape(-1, 3)).reshape(plate.shape) + m1_centre[:, np.newaxis]
-    radius = swept_radius_m(designs, rig.gaze_mirror.thickness_mm)
+    radius = swept_radius_m(designs, gaze.gaze_mirror.thickness_mm)
     half = np.stack(
         [
             designs[:, M1_WIDTH] / 2000,
             designs[:, M1_HEIGHT] / 2000,
-            np.full(len(designs), rig.fold_mirror.thickness_mm / 2000),
+            np.full(len(designs), gaze.fold_mirror.thickness_mm / 2000),
         ],
         axis=1,
     )
-    middle = turn_m1.inv().apply(m2_centre - m1_centre) + np.array([0, 0, rig.fold_mirror.thickness_mm / 2000])
+    middle = turn_m1.inv().apply(m2_centre - m1_centre) + np.array([0, 0, gaze.fold_mirror.thickness_mm / 2000])
     rooms = [
         port_distance(rig, on_m1).min(axis=1),
         _hull_distance(rig, layout, on_m1).min(axis=1),
@@ -85,11 +86,11 @@ def rooms_mm(rig: Rig, designs: FloatArray) -> FloatArray:
         port_distance(rig, m2_centre) - radius,
         _hull_distance(rig, layout, m2_centre) - radius,
     ]
-    bed = sorted(rig.mount.printer_bed_mm)
+    bed = sorted(gaze.mount.printer_bed_mm)
     sides = [np.sort(designs[:, columns], axis=1) for columns in ([M1_WIDTH, M1_HEIGHT], [M2_WIDTH, M2_HEIGHT])]
     # A tray is thin: it may lie on any face of the printer's volume.
     beds = [np.minimum(bed[1] - side[:, 0], bed[2] - side[:, 1]) for side in sides]
-    thicknesses = (rig.fold_mirror.thickness_mm, rig.gaze_mirror.thickness_mm)
+    thicknesses = (gaze.fold_mirror.thickness_mm, gaze.gaze_mirror.thickness_mm)
     thin = [side[:, 0] / 2 - thickness for side, thickness in zip(sides, thicknesses, strict=True)]
     return np.stack([1000 * room for room in rooms] + beds + thin, axis=1)
 
@@ -109,7 +110,7 @@ def bounds_around(rig: Rig, factor: float) -> tuple[FloatArray, FloatArray]:
     """Bounds of a search: the rig's own numbers divided and multiplied by a factor, shape (6,) each."""
     if not (np.isfinite(factor) and factor > 1):
         raise ValueError(f"expected a factor above 1 between the rig's numbers and their bounds, got {factor}")
-    own = np.array([getattr(getattr(rig, section), key) for section, key in PARAMETERS])
+    own = design_of(rig)
     return np.ceil(own / factor * 10) / 10, np.floor(own * factor * 10) / 10
 
 
@@ -128,7 +129,7 @@ def first_problem(rig: Rig, design: FloatArray) -> str:
 
 def _hull_distance(rig: Rig, layout: Layout, points_m: FloatArray) -> FloatArray:
     """Distance of points of the camera frame from the hull; infinite from a hull file."""
-    if not isinstance(rig.hull, ParametricHull):
+    if not isinstance(rig.require_gaze().hull, ParametricHull):
         return np.full(points_m.shape[:-1], np.inf)
     in_body = layout.body_from_camera.apply(points_m.reshape(-1, 3)).reshape(points_m.shape)
     return hull_distance(rig, in_body)

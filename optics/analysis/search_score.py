@@ -97,9 +97,9 @@ class CoarseScorer:
 
     def __init__(self, rig: Rig, parts: Sequence[PartMesh], grid: Grid | None = None):
         self.grid = grid = grid or Grid()
-        assert rig.fold_mirror is not None and rig.gaze_mirror is not None
+        gaze = rig.require_gaze()
         layout = Layout.from_rig(rig)
-        self.thickness_mm = rig.gaze_mirror.thickness_mm
+        self.thickness_mm = gaze.gaze_mirror.thickness_mm
         self.layout = layout
         self.occluder = Occluder([part for part in parts if part.role is Role.HULL and part.group is Group.FIXED])
         camera = camera_from_spec(rig.camera)

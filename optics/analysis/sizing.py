@@ -131,16 +131,15 @@ def passed_share(rig: Rig, window: Window, gaze: GazeRange) -> float:
 
     Poses out of the joints' reach count as lost.
     """
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
-    layout = Layout.from_rig(rig)
+    mirrors, layout = rig.require_gaze(), Layout.from_rig(rig)
     grid = pose_grid(layout, gaze, SHARE_STEPS)
     train = bare_train(rig)
     bundle, status = pixel_bundle(train, window.cells(*SHARE_CELLS))
     if not grid.reached.any() or not len(bundle.origin_m):
         return 0.0
-    passed = _inside(fold_footprint(rig, bundle), rig.fold_mirror.width_mm, rig.fold_mirror.height_mm)
+    passed = _inside(fold_footprint(rig, bundle), mirrors.fold_mirror.width_mm, mirrors.fold_mirror.height_mm)
     on_m2 = gaze_footprint(rig, bundle, q1=grid.q1[grid.reached], q2=grid.q2[grid.reached])
-    passed = passed & _inside(on_m2, rig.gaze_mirror.width_mm, rig.gaze_mirror.height_mm)
+    passed = passed & _inside(on_m2, mirrors.gaze_mirror.width_mm, mirrors.gaze_mirror.height_mm)
     return float(passed.sum() / (len(status) * len(grid.reached)))
 
 

@@ -104,11 +104,10 @@ class ToleranceStudy:
 
 def representative_poses(rig: Rig) -> FloatArray:
     """Nine poses (q1, q2), radians, shape (9, 2): the middles of the thirds of both joint ranges."""
-    if rig.joints is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     q1, q2 = (
         np.radians(joint.min_deg + np.array(POSE_SHARES) * (joint.max_deg - joint.min_deg))
-        for joint in (rig.joints.pan, rig.joints.tilt)
+        for joint in (gaze.joints.pan, gaze.joints.tilt)
     )
     return np.stack(np.meshgrid(q1, q2), axis=-1).reshape(-1, 2)
 

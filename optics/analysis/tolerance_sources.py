@@ -136,14 +136,14 @@ class Source:
 
 def error_sources(rig: Rig, tolerances: Tolerances) -> list[Source]:
     """What the tolerances do to a rig; those that are zero or have no meaning for its port are left out."""
-    assert rig.servos is not None
+    gaze = rig.require_gaze()
     t, mm, deg = tolerances, 1e-3, np.pi / 180
     pan_us, tilt_us = (
-        servo.deadband_us if t.deadband_us is None else t.deadband_us for servo in (rig.servos.pan, rig.servos.tilt)
+        servo.deadband_us if t.deadband_us is None else t.deadband_us for servo in (gaze.servos.pan, gaze.servos.tilt)
     )
     deadband = {
-        "pan": pulse_angle(rig.servos.pan, pan_us),
-        "tilt": pulse_angle(rig.servos.tilt, tilt_us),
+        "pan": pulse_angle(gaze.servos.pan, pan_us),
+        "tilt": pulse_angle(gaze.servos.tilt, tilt_us),
     }
     sources = [
         _source(t, "m1_position_mm", mm, "m1_shift"),

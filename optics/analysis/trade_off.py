@@ -21,7 +21,7 @@ from optics.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
-from rigs.specification import FlatMirror
+from rigs.gaze import FlatMirror
 
 GLASS_DENSITY_KG_M3 = 2500.0
 """Soda-lime float glass, EN 572-1."""
@@ -169,9 +169,9 @@ def swept_cylinder_m3(rig: Rig) -> float:
     Its radius is half of M2's width, a wall and the tilt servo, which lies beside the mirror with its shaft along the
     tilt axis; its height that of M2 face up and face down, with clearance and wall below.
     """
-    assert rig.gaze_mirror is not None and rig.servos is not None and rig.mount is not None
-    radius = rig.gaze_mirror.width_mm / 2 + rig.mount.wall_mm + rig.servos.tilt.size_mm[2]
-    height = rig.gaze_mirror.height_mm + rig.mount.clearance_mm + rig.mount.wall_mm
+    gaze = rig.require_gaze()
+    radius = gaze.gaze_mirror.width_mm / 2 + gaze.mount.wall_mm + gaze.servos.tilt.size_mm[2]
+    height = gaze.gaze_mirror.height_mm + gaze.mount.clearance_mm + gaze.mount.wall_mm
     return float(np.pi * radius**2 * height / 1e9)
 
 
@@ -201,25 +201,25 @@ def _judged(rig: Rig, m1_m: FloatArray, m2_m: FloatArray, hull: Sequence[PartMes
     if not np.isfinite([*m1_m, *m2_m]).all():
         return _Design()
     sized = with_mirrors(rig, (float(m1_m[0]), float(m1_m[1])), (float(m2_m[0]), float(m2_m[1])))
-    assert sized.fold_mirror is not None and sized.gaze_mirror is not None
+    gaze = sized.require_gaze()
     layout = Layout.from_rig(sized)
     plates = [
-        plate_part("fold_mirror", sized.fold_mirror, layout.body_from_m1, Group.FIXED),
-        plate_part("gaze_mirror", sized.gaze_mirror, RigidTransform.identity(), Group.TILT),
+        plate_part("fold_mirror", gaze.fold_mirror, layout.body_from_m1, Group.FIXED),
+        plate_part("gaze_mirror", gaze.gaze_mirror, RigidTransform.identity(), Group.TILT),
     ]
     bare, past_hull, past_plates = (_seen_sr(sized, parts, views) for parts in ([], hull, plates))
-    masses = [_mass_kg(sized.fold_mirror), _mass_kg(sized.gaze_mirror)]
+    masses = [_mass_kg(gaze.fold_mirror), _mass_kg(gaze.gaze_mirror)]
     centres = [layout.body_from_m1.translation, layout.body_from_gimbal.translation]
     # The bed first: room for a plate that is far too large takes long to look for.
     bindings = larger_than_bed(sized) or out_of_room(sized)
     return _Design(
-        m1_mm=(sized.fold_mirror.width_mm, sized.fold_mirror.height_mm),
-        m2_mm=(sized.gaze_mirror.width_mm, sized.gaze_mirror.height_mm),
+        m1_mm=(gaze.fold_mirror.width_mm, gaze.fold_mirror.height_mm),
+        m2_mm=(gaze.gaze_mirror.width_mm, gaze.gaze_mirror.height_mm),
         hull_share=1 - past_hull / bare if bare else np.nan,
         plate_share=1 - past_plates / bare if bare else np.nan,
         mass_kg=sum(masses),
         moment_kg_m=tuple(masses[0] * centres[0] + masses[1] * centres[1]),
-        sphere_l=1000 * swept_sphere_m3(sized.gaze_mirror),
+        sphere_l=1000 * swept_sphere_m3(gaze.gaze_mirror),
         cylinder_l=1000 * swept_cylinder_m3(sized),
         constraint=bindings[0].constraint if bindings else "",
     )
@@ -230,12 +230,7 @@ def _seen_sr(rig: Rig, parts: Sequence[PartMesh], views: Grid) -> float:
 
 
 def _at(rig: Rig, d1_mm: float, d2_mm: float) -> Rig:
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
-    changes = {
-        "fold_mirror": rig.fold_mirror.model_copy(update={"distance_mm": d1_mm}),
-        "gaze_mirror": rig.gaze_mirror.model_copy(update={"distance_mm": d2_mm}),
-    }
-    return rig.model_copy(update=changes)
+    return rig.with_gaze(fold_mirror={"distance_mm": d1_mm}, gaze_mirror={"distance_mm": d2_mm})
 
 
 def _mass_kg(mirror: FlatMirror) -> float:

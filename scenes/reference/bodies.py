@@ -16,7 +16,7 @@ from optics.arrays import FloatArray
 from optics.backend import mi
 from optics.materials import aluminium_index
 from optics.mesh import Group, PartMesh, Role
-from rigs.specification import FlatMirror
+from rigs.gaze import FlatMirror
 from scenes.group_mesh import vertex_normals
 from scenes.materials import Material, colour_basis, material_of
 from scenes.targets import MeshShape, TargetShape

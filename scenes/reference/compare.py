@@ -107,10 +107,10 @@ def compare(
     check_image_path(path, ".png")
     check_known_to_reference(stage)
     q1, q2 = np.radians([q1_deg, q2_deg])
-    if rig.has_mirrors:
+    if rig.gaze is not None:
         Layout.from_rig(rig).check_joints(q1, q2)
     rig, notes = without_lamps(rig)
-    parts = rig_meshes(rig) if rig.has_mirrors else []
+    parts = rig_meshes(rig) if rig.gaze is not None else []
     smooth, quick = (
         FastRenderer(rig, parts, stage, width_px=width_px, height_px=height_px, samples=count)
         for count in (FAST_SAMPLES, 1)

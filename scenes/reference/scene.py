@@ -66,13 +66,13 @@ def reference_scene(
     n_water = float(np.mean(sea.n_water))
     scene_from = {Group.FIXED: body}
     mirrors: dict[str, Any] = {}
-    if rig.fold_mirror is not None and rig.gaze_mirror is not None:
+    if rig.gaze is not None:
         layout = Layout.from_rig(rig)
         layout.check_joints(q1, q2)
         scene_from |= {Group.PAN: body * layout.body_from_pan(q1), Group.TILT: body * layout.body_from_m2(q1, q2)}
         poses = {
-            "m1": (body * layout.body_from_m1, rig.fold_mirror),
-            "m2": (scene_from[Group.TILT], rig.gaze_mirror),
+            "m1": (body * layout.body_from_m1, rig.gaze.fold_mirror),
+            "m2": (scene_from[Group.TILT], rig.gaze.gaze_mirror),
         }
         mirrors = {
             name: mirror_shape(pose, plate, n_water, albedo, wavelength) for name, (pose, plate) in poses.items()

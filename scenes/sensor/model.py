@@ -13,8 +13,8 @@ from scipy.constants import h as planck
 
 from optics.arrays import FloatArray
 from rigs import Rig
+from rigs.camera import Camera, PinholeSpec
 from rigs.image_sensor import ImageSensorSpec
-from rigs.specification import Camera, PinholeSpec
 from scenes.sensor.bayer import mosaic
 from scenes.sensor.noise import fixed_pattern
 from scenes.spectrum import CHANNEL_PEAKS_NM, CHANNEL_WIDTH_NM, CameraResponse, read_camera_response

@@ -65,7 +65,7 @@ def world_from_carriers(rig: Rig, state: State) -> dict[Carrier, RigidTransform]
     poses = {Carrier.WORLD: RigidTransform.identity(), Carrier.HULL: body}
     if state.world_from_target is not None:
         poses[Carrier.TARGET] = state.world_from_target
-    if rig.has_mirrors:
+    if rig.gaze is not None:
         layout = Layout.from_rig(rig)
         poses[Carrier.PAN] = body * layout.body_from_pan(state.q1)
         poses[Carrier.TILT] = body * layout.body_from_m2(state.q1, state.q2)
@@ -98,7 +98,7 @@ def carriers(
     on_part = of_instance[np.where(instance < len(instance_names), instance, -1)]
     found[robot] = np.where(on_part != Carrier.NOTHING, on_part, found[robot])
     plate = frame.label == Label.MIRROR_BACK
-    if plate.any() and rig.has_mirrors:
+    if plate.any() and rig.gaze is not None:
         found[plate] = _plates(frame.point_m[plate].astype(np.float64), rig, state)
     return np.where(np.isfinite(frame.distance_m), found, Carrier.NOTHING).astype(np.uint8)
 

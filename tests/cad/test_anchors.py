@@ -8,13 +8,13 @@ import trimesh
 from build123d import Box, export_step
 
 from cad.anchors import anchor_problems, base_anchor, fold_anchor, hull_planes, nearest_on_surface
-from rigs import FileHull, HullPlane, Rig
+from rigs import FileHull, HullPlane, Mount, Rig
 
 AQUA2 = Rig.load("aqua2")
 
 
 def with_mount(rig: Rig, **changes) -> Rig:
-    return rig.model_copy(update={"mount": rig.mount.model_copy(update=changes)})
+    return rig.with_gaze(mount=changes)
 
 
 def box_mesh(rig: Rig) -> trimesh.Trimesh:
@@ -27,13 +27,13 @@ def on_a_sphere(tmp_path):
     """AQUA's mount on a hull that is a sphere of 300 mm radius, from a file."""
     path = tmp_path / "sphere.stl"
     trimesh.creation.icosphere(subdivisions=5, radius=300).export(path)
-    return AQUA2.model_copy(update={"hull": FileHull(shape="file", file=path, unit="mm")})
+    return AQUA2.with_gaze(hull=FileHull(shape="file", file=path, unit="mm"))
 
 
 @pytest.mark.parametrize("name", ["aqua2", "bluerov2"])
 def test_the_presets_are_bolted_to_top_and_bottom(name):
     rig = Rig.load(name)
-    assert fold_anchor(rig).point_mm == rig.mount.fold_anchor_mm
+    assert fold_anchor(rig).point_mm == rig.gaze.mount.fold_anchor_mm
     assert fold_anchor(rig).normal == (0, 0, 1)
     assert base_anchor(rig).normal == (0, 0, -1)
 
@@ -52,8 +52,8 @@ def test_an_unknown_plane_is_refused_with_the_known_ones():
 
 def test_a_file_hull_has_the_planes_it_declares(on_a_sphere):
     deck = HullPlane(point_mm=(0.0, 0.0, 250.0), normal=(0.0, 0.0, 2.0))
-    hull = on_a_sphere.hull.model_copy(update={"planes": {"deck": deck}})
-    rig = with_mount(on_a_sphere.model_copy(update={"hull": hull}), fold_plane="deck")
+    hull = on_a_sphere.gaze.hull.model_copy(update={"planes": {"deck": deck}})
+    rig = with_mount(on_a_sphere.with_gaze(hull=hull), fold_plane="deck")
     assert set(hull_planes(hull)) == {"deck"}
     assert fold_anchor(rig).point_mm == (270, 60, 250)
     assert fold_anchor(rig).normal == (0, 0, 1)
@@ -68,7 +68,7 @@ def test_the_normal_of_a_file_hull_is_that_of_its_surface(on_a_sphere):
 
 
 def rig_surface(rig: Rig) -> trimesh.Trimesh:
-    return trimesh.load_mesh(rig.hull.file)
+    return trimesh.load_mesh(rig.gaze.hull.file)
 
 
 def test_a_step_files_named_face_is_a_plane(tmp_path):
@@ -78,7 +78,7 @@ def test_a_step_files_named_face_is_a_plane(tmp_path):
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("ADVANCED_FACE(''", "ADVANCED_FACE('deck'", 1), encoding="utf-8")
     hull = FileHull(shape="file", file=path, unit="mm", position_mm=(0.0, 0.0, 7.0))
-    rig = with_mount(AQUA2.model_copy(update={"hull": hull}), fold_anchor_mm=(1.0, 2.0, 10.0), fold_plane="deck")
+    rig = with_mount(AQUA2.with_gaze(hull=hull), fold_anchor_mm=(1.0, 2.0, 10.0), fold_plane="deck")
     anchor = fold_anchor(rig)
     normal, half = np.array(anchor.normal), np.array([300, 100, 50])
     assert sorted(abs(normal)) == pytest.approx([0, 0, 1])
@@ -113,4 +113,4 @@ def test_an_edge_has_the_normals_of_both_its_faces():
 
 def test_name_and_normal_together_are_refused():
     with pytest.raises(ValueError, match="expected base_plane or base_normal, got both"):
-        type(AQUA2.mount).model_validate(AQUA2.mount.model_dump() | {"base_plane": "top", "base_normal": (0, 0, 1)})
+        Mount.model_validate(AQUA2.gaze.mount.model_dump() | {"base_plane": "top", "base_normal": (0, 0, 1)})

@@ -50,7 +50,7 @@ def distance_to_line(point, origin, direction):
 
 
 def replaced(rig, section, **changes):
-    return rig.model_copy(update={section: getattr(rig, section).model_copy(update=changes)})
+    return rig.with_gaze(**{section: changes})
 
 
 def test_the_parts_are_those_of_the_design(built):
@@ -77,7 +77,7 @@ def test_each_part_is_one_valid_solid_and_one_closed_surface(built):
 
 def test_the_fold_mirrors_face_is_the_layouts_plane(built):
     mesh = next(mesh for mesh in built.meshes if mesh.name == "fold_mirror")
-    mirror = built.rig.fold_mirror
+    mirror = built.rig.gaze.fold_mirror
     corners = 1000 * built.assembly.layout.body_from_m1.inv().apply(mesh.vertices_m)
     assert corners.min(axis=0) == pytest.approx(
         [-mirror.width_mm / 2, -mirror.height_mm / 2, -mirror.thickness_mm], abs=PLANE_TOLERANCE_MM
@@ -87,7 +87,7 @@ def test_the_fold_mirrors_face_is_the_layouts_plane(built):
 
 def test_the_gaze_mirrors_face_is_the_layouts_plane(built):
     mesh = next(mesh for mesh in built.meshes if mesh.name == "gaze_mirror")
-    mirror = built.rig.gaze_mirror
+    mirror = built.rig.gaze.gaze_mirror
     assert mesh.group is Group.TILT
     corners = 1000 * mesh.vertices_m
     assert corners.min(axis=0) == pytest.approx(
@@ -141,7 +141,7 @@ def test_the_gimbal_keeps_its_clearance_to_what_stands_still(built):
             vertices = 1000 * (mesh.vertices_m - axis)
             high = vertices[vertices[:, 2] > dimensions.yoke_bottom_mm]
             gap = np.linalg.norm(high[:, :2], axis=1).min() - dimensions.yoke_radius_mm
-            assert gap >= built.rig.mount.clearance_mm
+            assert gap >= built.rig.gaze.mount.clearance_mm
 
 
 def test_rays_that_start_on_the_port_do_not_meet_its_boss(built):
@@ -199,9 +199,9 @@ def test_nothing_stands_in_the_way_of_light_that_meets_both_mirrors(built, q1, q
     """
     layout, rig = built.assembly.layout, built.rig
     pinhole = layout.body_from_camera.translation
-    m1 = layout.body_from_m1.apply(face_corners(rig.fold_mirror))
+    m1 = layout.body_from_m1.apply(face_corners(rig.gaze.fold_mirror))
     m2_pose = layout.body_from_m2(q1, q2)
-    m2 = m2_pose.apply(face_corners(rig.gaze_mirror))
+    m2 = m2_pose.apply(face_corners(rig.gaze.gaze_mirror))
     image = layout.body_from_m1.apply(layout.body_from_m1.inv().apply(pinhole) * [1, 1, -1])
     to_m1 = in_front_of(outside_the_port(cone(pinhole, m1), built), layout.body_from_m1)
     through_m1 = cone(image, image + 5 * (m1 - image))
@@ -237,7 +237,7 @@ def test_a_fold_anchor_beside_the_camera_or_below_the_mirror_is_refused(aqua2):
 
 
 def test_a_servo_whose_shaft_is_beside_its_case_is_refused(aqua2):
-    servo = aqua2.rig.servos.pan.model_copy(update={"shaft_offset_mm": 14.0})
+    servo = aqua2.rig.gaze.servos.pan.model_copy(update={"shaft_offset_mm": 14.0})
     with pytest.raises(ValueError, match=r"servos\.pan\.shaft_offset_mm = 14: expected at most 12\.5"):
         build_assembly(replaced(aqua2.rig, "servos", pan=servo))
 

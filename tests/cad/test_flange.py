@@ -99,7 +99,7 @@ def test_bernsteins_polynomials_are_a_partition_of_one():
 
 def test_a_torpedo_is_strapped_and_its_saddle_lies_on_the_cylinder():
     rig = Rig.load("torpedo")
-    radius = rig.hull.diameter_mm / 2
+    radius = rig.gaze.hull.diameter_mm / 2
     for seat, side in ((fold_seat(rig), 1), (base_seat(rig, (1.0, 0.0, 0.0)), -1)):
         assert seat.strapped
         part = flange(seat)
@@ -113,14 +113,14 @@ def test_a_torpedo_is_strapped_and_its_saddle_lies_on_the_cylinder():
 
 def test_a_torpedo_can_be_bolted_and_no_saddle_fits_a_box_or_a_nose():
     torpedo, box = Rig.load("torpedo"), Rig.load("aqua2")
-    bolted = torpedo.model_copy(update={"mount": torpedo.mount.model_copy(update={"fold_attachment": "flange"})})
+    bolted = torpedo.with_gaze(mount={"fold_attachment": "flange"})
     assert not fold_seat(bolted).strapped
-    saddle = box.model_copy(update={"mount": box.mount.model_copy(update={"base_attachment": "saddle"})})
+    saddle = box.with_gaze(mount={"base_attachment": "saddle"})
     with pytest.raises(ValueError, match=r"mount\.base_attachment = 'saddle': expected a cylindrical hull.*'box'"):
         base_seat(saddle, (1.0, 0.0, 0.0))
-    nose = torpedo.mount.model_copy(update={"fold_anchor_mm": (700.0, 0.0, 115.0)})
+    nose = torpedo.gaze.mount.model_copy(update={"fold_anchor_mm": (700.0, 0.0, 115.0)})
     with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm = \(700.*expected x from -370 to 655"):
-        fold_seat(torpedo.model_copy(update={"mount": nose}))
+        fold_seat(torpedo.with_gaze(mount=nose))
 
 
 def test_a_seat_stands_on_its_anchor(tmp_path):
@@ -131,8 +131,8 @@ def test_a_seat_stands_on_its_anchor(tmp_path):
     turn = Rotation.from_euler("y", 20, degrees=True)
     point = turn.apply([0, 0, 150.0]) + np.array([100.0, 60.0, 0.0])
     hull = FileHull(shape="file", file=tmp_path / "ball.stl", unit="mm", position_mm=(100.0, 60.0, 150.0))
-    mount = rig.mount.model_copy(update={"fold_anchor_mm": tuple(point)})
-    turned = rig.model_copy(update={"hull": hull, "mount": mount})
+    mount = rig.gaze.mount.model_copy(update={"fold_anchor_mm": tuple(point)})
+    turned = rig.with_gaze(hull=hull, mount=mount)
     seat, anchor = fold_seat(turned), fold_anchor(turned)
     np.testing.assert_allclose(1000 * seat.body_from_seat.translation, anchor.point_mm, rtol=0, atol=1e-9)
     np.testing.assert_allclose(seat.normal, anchor.normal, rtol=0, atol=1e-12)

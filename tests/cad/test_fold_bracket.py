@@ -34,8 +34,7 @@ MESHED_MM3 = 1.0
 
 
 def changed(rig: Rig, **sections: dict) -> Rig:
-    updates = {name: getattr(rig, name).model_copy(update=changes) for name, changes in sections.items()}
-    return rig.model_copy(update=updates)
+    return rig.with_gaze(**sections)
 
 
 def folding_up(rig: Rig) -> Rig:
@@ -44,11 +43,11 @@ def folding_up(rig: Rig) -> Rig:
     turned = {
         key: (point[0], 2 * y - point[1], 2 * z - point[2])
         for key in ("fold_anchor_mm", "base_anchor_mm")
-        for point in [getattr(rig.mount, key)]
+        for point in [getattr(rig.gaze.mount, key)]
     }
     joints = {
         name: joint.model_copy(update={"min_deg": -joint.max_deg, "max_deg": -joint.min_deg})
-        for name, joint in (("pan", rig.joints.pan), ("tilt", rig.joints.tilt))
+        for name, joint in (("pan", rig.gaze.joints.pan), ("tilt", rig.gaze.joints.tilt))
     }
     return changed(rig, fold_mirror={"direction": "up"}, mount=turned, joints=joints)
 
@@ -58,7 +57,7 @@ def stowable(name: str, *, max_deg: float = 90.0, servo: bool = False, fixing: s
     return changed(
         rig,
         joints={"stow": StowJoint(max_deg=max_deg)},
-        servos={"stow": rig.servos.pan if servo else None},
+        servos={"stow": rig.gaze.servos.pan if servo else None},
         mount={"mirror_fixing": fixing},
     )
 
@@ -101,7 +100,7 @@ def test_a_fold_up_holds_its_mirror_where_the_layout_says():
     rig = folding_up(Rig.load("aqua2"))
     layout = Layout.from_rig(rig)
     bracket = fold_bracket_solid(fold_stance(rig, layout))
-    plate = location_mm(layout.body_from_m1) * mirror_plate(rig.fold_mirror)
+    plate = location_mm(layout.body_from_m1) * mirror_plate(rig.gaze.fold_mirror)
     assert shared_mm3(bracket, plate) < TOUCHING_MM3
     # Pressed into its bed or against its lips, it meets the cell at once.
     for direction in (-1, 1):
@@ -155,7 +154,7 @@ def test_nothing_is_in_the_arms_way_from_use_to_stowed(hinged):
     swinging = {part.name for part in assembly.parts if part.stows}
     moved = [mesh for mesh in meshes if mesh.name in swinging]
     fixed = Manifold.compose([manifold_mm(mesh) for mesh in meshes if mesh.name not in swinging])
-    for angle in np.radians(np.linspace(0, rig.joints.stow.max_deg, 13)):
+    for angle in np.radians(np.linspace(0, rig.gaze.joints.stow.max_deg, 13)):
         pose = assembly.stow.body_from_stowing(angle).as_matrix()[:3]
         pose[:, 3] *= 1000
         for mesh in moved:
@@ -267,4 +266,4 @@ def test_any_bracket_is_one_solid_each_or_a_sentence_with_its_key(mirror, wall, 
 
 
 def catalogue(name: str) -> Servo:
-    return Rig.load("aqua2").servos.model_validate({"pan": name, "tilt": name}).pan
+    return Rig.load("aqua2").gaze.servos.model_validate({"pan": name, "tilt": name}).pan

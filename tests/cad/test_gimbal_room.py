@@ -28,7 +28,7 @@ CHORD_MM = 0.13
 
 
 def changed(rig: Rig, section: str, **numbers: object) -> Rig:
-    return rig.model_copy(update={section: getattr(rig, section).model_copy(update=numbers)})
+    return rig.with_gaze(**{section: numbers})
 
 
 def wall(rig: Rig, distance_mm: float, heights_mm: tuple[float, float]) -> Manifold:
@@ -44,7 +44,7 @@ def test_a_wall_behind_the_yoke_leaves_what_it_leaves(room):
     dimensions = GimbalDimensions.from_rig(rig)
     # At the height of the yoke's plate, below the sphere of the holder.
     heights = (dimensions.yoke_bottom_mm, dimensions.yoke_bottom_mm + 2)
-    distance = dimensions.yoke_radius_mm + rig.mount.clearance_mm + room
+    distance = dimensions.yoke_radius_mm + rig.gaze.mount.clearance_mm + room
     rooms = gimbal_rooms_mm(rig, wall(rig, distance, heights))
     assert room - 1e-6 <= rooms[YOKE_ROOM] <= room + CHORD_MM
     assert rooms[HOLDER_ROOM] == LARGEST_ROOM_MM
@@ -53,9 +53,9 @@ def test_a_wall_behind_the_yoke_leaves_what_it_leaves(room):
 def test_a_wall_behind_the_holder_leaves_what_it_leaves():
     rig = Rig.load("bluerov2")
     dimensions = GimbalDimensions.from_rig(rig)
-    top = dimensions.servo_arm_top_mm + rig.mount.clearance_mm + LARGEST_ROOM_MM + 1
+    top = dimensions.servo_arm_top_mm + rig.gaze.mount.clearance_mm + LARGEST_ROOM_MM + 1
     # The nearest point of the wall is its lower edge: above the yoke, beside the sphere.
-    across = np.sqrt((dimensions.holder_reach_mm + rig.mount.clearance_mm + 1.5) ** 2 - top**2)
+    across = np.sqrt((dimensions.holder_reach_mm + rig.gaze.mount.clearance_mm + 1.5) ** 2 - top**2)
     rooms = gimbal_rooms_mm(rig, wall(rig, across, (top, top + 20)))
     assert 1.5 - 1e-6 <= rooms[HOLDER_ROOM] <= 1.5 + 2 * CHORD_MM  # chords both ways
     assert rooms[YOKE_ROOM] == LARGEST_ROOM_MM
@@ -65,7 +65,7 @@ def test_what_is_in_the_hull_has_no_room():
     rig = Rig.load("aqua2")
     everywhere = Manifold.cube((2000, 2000, 2000), True)
     rooms = gimbal_rooms_mm(rig, everywhere)
-    assert rooms[YOKE_ROOM] == rooms[HOLDER_ROOM] == -rig.mount.clearance_mm
+    assert rooms[YOKE_ROOM] == rooms[HOLDER_ROOM] == -rig.gaze.mount.clearance_mm
 
 
 def test_presets_have_room_and_keep_their_anchors(built):
@@ -77,12 +77,12 @@ def test_presets_have_room_and_keep_their_anchors(built):
 @pytest.mark.parametrize("name", ["aqua2", "bluerov2"])
 def test_an_anchor_too_near_moves_just_far_enough(name):
     rig = Rig.load(name)
-    x, y, z = rig.mount.base_anchor_mm
+    x, y, z = rig.gaze.mount.base_anchor_mm
     near = changed(rig, "mount", base_anchor_mm=(x + 60, y, z))
     moved = with_standing_base(near)
-    assert moved.mount.base_anchor_mm[1:] == (y, z)
+    assert moved.gaze.mount.base_anchor_mm[1:] == (y, z)
     base_stance(GimbalDimensions.from_rig(moved), Layout.from_rig(moved))
-    back = moved.mount.base_anchor_mm[0] + ANCHOR_STEP_MM
+    back = moved.gaze.mount.base_anchor_mm[0] + ANCHOR_STEP_MM
     too_near = changed(rig, "mount", base_anchor_mm=(back, y, z))
     with pytest.raises(ValueError, match="base_anchor_mm"):
         base_stance(GimbalDimensions.from_rig(too_near), Layout.from_rig(too_near))
@@ -90,7 +90,7 @@ def test_an_anchor_too_near_moves_just_far_enough(name):
 
 def test_an_anchor_too_low_stays_refused():
     rig = Rig.load("aqua2")
-    x, y, _ = rig.mount.base_anchor_mm
+    x, y, _ = rig.gaze.mount.base_anchor_mm
     low = changed(rig, "mount", base_anchor_mm=(x, y, -400.0))
     with pytest.raises(ValueError, match="base_anchor_mm"):
         with_standing_base(low)
@@ -99,7 +99,7 @@ def test_an_anchor_too_low_stays_refused():
 
 def test_an_anchor_that_left_the_hull_is_named():
     rig = Rig.load("aqua2")
-    x, y, z = rig.mount.base_anchor_mm
+    x, y, z = rig.gaze.mount.base_anchor_mm
     slab = Manifold.cube((100, 100, 10)).translate((x - 100, y - 50, z))
     assert gimbal_rooms_mm(rig, slab)[ON_HULL] == LARGEST_ROOM_MM
     assert gimbal_rooms_mm(rig, slab.translate((-3, 0, 0)))[ON_HULL] < 0
@@ -112,7 +112,7 @@ def test_a_flange_at_the_height_of_the_yoke_stands_beside_its_circle(above_mm, h
     Its bolts' heads are 4 mm high, under a wall of the mount's thickness; a screw there met the tilt servo.
     """
     rig = Rig.load("aqua2")
-    d, mount = GimbalDimensions.from_rig(rig), rig.mount
+    d, mount = GimbalDimensions.from_rig(rig), rig.gaze.mount
     level = d.servo_arm_top_mm + mount.clearance_mm + mount.wall_mm + 4.0 + above_mm
     x, y, z = 1000 * Layout.from_rig(rig).body_from_gimbal.translation
     needed = mount.clearance_mm + max(d.yoke_radius_mm + half_mm, d.holder_reach_mm + 25.0)

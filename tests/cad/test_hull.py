@@ -59,13 +59,13 @@ def test_a_step_that_is_none_or_of_a_doubtful_size_is_refused(tmp_path):
 def test_a_rig_on_an_stl_hull_is_built_checked_and_keyed_by_content(aqua2, tmp_path):
     path = tmp_path / "hull.stl"
     trimesh.creation.box(extents=(650, 260, 130)).export(path)
-    rig = aqua2.rig.model_copy(update={"hull": FileHull(shape="file", file=path, unit="mm")})
+    rig = aqua2.rig.with_gaze(hull=FileHull(shape="file", file=path, unit="mm"))
     assembly = build_assembly(rig)
     assert len(tessellate(assembly)[0].faces) == 12
     assert assembly_problems(rig, assembly, grid_steps=2) == []
     key = mesh_key(rig)
     elsewhere = path.rename(tmp_path / "sub.stl")
-    moved = rig.model_copy(update={"hull": FileHull(shape="file", file=elsewhere, unit="mm")})
+    moved = rig.with_gaze(hull=FileHull(shape="file", file=elsewhere, unit="mm"))
     trimesh.creation.box(extents=(650, 261, 130)).export(elsewhere)
     assert mesh_key(moved) != key
 
@@ -75,7 +75,7 @@ def test_an_open_stl_is_refused_with_its_name(aqua2, tmp_path):
     surface.update_faces(np.arange(12) > 0)
     path = tmp_path / "open.stl"
     surface.export(path)
-    rig = aqua2.rig.model_copy(update={"hull": FileHull(shape="file", file=path, unit="mm")})
+    rig = aqua2.rig.with_gaze(hull=FileHull(shape="file", file=path, unit="mm"))
     with pytest.raises(ValueError, match=r"hull\.file = 'open\.stl': expected a closed surface, got 1 hole with "):
         build_assembly(rig)
 
@@ -86,7 +86,7 @@ def test_boxes_of_other_kinds_are_one_solid(aqua2, flippers, radius):
     hull = BoxHull(
         shape="box", length_mm=650, width_mm=450, height_mm=130, edge_radius_mm=radius, flippers_per_side=flippers
     )
-    part = build_assembly(aqua2.rig.model_copy(update={"hull": hull})).part("hull")
+    part = build_assembly(aqua2.rig.with_gaze(hull=hull)).part("hull")
     assert pytest.approx(450, abs=1e-5) == part.solid.bounding_box().size.Y
     assert part.solid.is_valid
 

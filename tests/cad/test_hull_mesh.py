@@ -71,7 +71,7 @@ def test_small_holes_are_closed_and_said(tmp_path):
     read = read_hull_mesh(hull)
     assert is_good(read.surface)
     assert read.notes[0].startswith("closed 3 holes, the longest rim ")
-    rig = Rig.load("aqua2").model_copy(update={"hull": hull})
+    rig = Rig.load("aqua2").with_gaze(hull=hull)
     assert hull_notes(rig) == [f"hull.stl: {read.notes[0]}"]
 
 

@@ -52,7 +52,7 @@ def test_the_joints_move_the_parts_as_the_layout_says(mount):
 
 def test_a_part_moves_with_its_body(mount, built):
     """The mirror's vertices, as the kernel has them after the joints have moved, lie where the layout puts its face."""
-    layout, mirror = built.assembly.layout, built.rig.gaze_mirror
+    layout, mirror = built.assembly.layout, built.rig.gaze.gaze_mirror
     q1, q2 = np.radians([33.0, 21.0])
     mount.move(q1, q2)
     names = [part.name for part in built.assembly.parts if part.group is Group.TILT]
@@ -64,7 +64,7 @@ def test_a_part_moves_with_its_body(mount, built):
 
 
 def test_the_ranges_are_the_rigs(mount, built):
-    joints = built.rig.joints
+    joints = built.rig.gaze.joints
     assert mount.fixed.joints["pan"].angular_range == (joints.pan.min_deg, joints.pan.max_deg)
     assert mount.pan.joints["tilt"].angular_range == (joints.tilt.min_deg, joints.tilt.max_deg)
 
@@ -77,10 +77,10 @@ def test_a_value_outside_its_range_is_refused_by_the_joints_name(mount, q_deg, n
 
 def test_signs_and_offsets_turn_the_solids_as_they_turn_the_layout(aqua2):
     """Joint values keep the rig file's meaning: reversed and offset servos move the parts as the layout says."""
-    joints = aqua2.rig.joints
+    joints = aqua2.rig.gaze.joints
     pan = joints.pan.model_copy(update={"sign": -1, "offset_deg": 12.0})
     tilt = joints.tilt.model_copy(update={"sign": -1, "offset_deg": 70.0})
-    rig: Rig = aqua2.rig.model_copy(update={"joints": joints.model_copy(update={"pan": pan, "tilt": tilt})})
+    rig: Rig = aqua2.rig.with_gaze(joints=joints.model_copy(update={"pan": pan, "tilt": tilt}))
     layout = Layout.from_rig(rig)
     mount = jointed_mount(Assembly(parts=aqua2.assembly.parts, layout=layout))
     for q1, q2 in joint_values(layout, 3):

@@ -59,24 +59,23 @@ def test_a_damaged_file_is_made_again(aqua2, cache, monkeypatch):
 
 
 def test_the_key_is_of_shapes_only(aqua2):
-    rig, servos = aqua2.rig, aqua2.rig.servos
+    rig, servos = aqua2.rig, aqua2.rig.gaze.servos
     key = mesh_key(rig)
-    slow = servos.model_copy(update={"pan": servos.pan.model_copy(update={"speed_deg_per_s": 1.0})})
-    black = rig.mount.model_copy(update={"colour": "black"})
-    others = {"water": Water(jerlov_type="II")}, {"servos": slow}, {"mount": black}
-    for same in ({"name": "other"}, {"description": "x"}, *others):
+    for same in ({"name": "other"}, {"description": "x"}, {"water": Water(jerlov_type="II")}):
         assert mesh_key(rig.model_copy(update=same)) == key
-    wide = servos.model_copy(update={"tilt": servos.tilt.model_copy(update={"shaft_offset_mm": 7.0})})
-    thick = rig.mount.model_copy(update={"wall_mm": 5.0})
-    for other in ({"servos": wide}, {"mount": thick}):
-        assert mesh_key(rig.model_copy(update=other)) != key
+    slow = servos.pan.model_copy(update={"speed_deg_per_s": 1.0})
+    for same in ({"servos": {"pan": slow}}, {"mount": {"colour": "black"}}):
+        assert mesh_key(rig.with_gaze(**same)) == key
+    wide = servos.tilt.model_copy(update={"shaft_offset_mm": 7.0})
+    for other in ({"servos": {"tilt": wide}}, {"mount": {"wall_mm": 5.0}}):
+        assert mesh_key(rig.with_gaze(**other)) != key
 
 
 def test_what_is_printed_has_the_mounts_colour(aqua2, cache):
     """The mount's parts and no others; whether they were in the cache or not."""
-    mount = aqua2.rig.mount.model_copy(update={"colour": "black"})
+    rig = aqua2.rig.with_gaze(mount={"colour": "black"})
     for _ in range(2):
-        parts = rig_meshes(aqua2.rig.model_copy(update={"mount": mount}))
+        parts = rig_meshes(rig)
         assert {part.colour for part in parts if part.role is Role.MOUNT} == {"black"}
         assert {part.colour for part in parts if part.role is not Role.MOUNT} == {None}
 
@@ -91,7 +90,7 @@ RECORDED_REL = 1e-8
 HULLS = {
     "sharp box": BoxHull(shape="box", length_mm=650, width_mm=450, height_mm=130, edge_radius_mm=0),
     "one flipper": BoxHull(shape="box", length_mm=650, width_mm=450, height_mm=130, flippers_per_side=1),
-    "blunt torpedo": Rig.load("torpedo").hull.model_copy(
+    "blunt torpedo": Rig.load("torpedo").gaze.hull.model_copy(
         update={"nose_exponent": 4.0, "nose_length_mm": 300.0, "tail_angle_deg": 15.0, "fins": 3}
     ),
     "file": FileHull(shape="file", file="hull.stl", unit="m", position_mm=(10, 20, 30), yaw_deg=10, pitch_deg=20),
@@ -135,7 +134,7 @@ def test_kept_hulls_are_what_would_be_built_today(name, aqua2, tmp_path, check_r
     if isinstance(hull, FileHull):
         hull = hull.model_copy(update={"file": tmp_path / "hull.stl"})
         trimesh.creation.box(extents=(0.65, 0.26, 0.13)).export(hull.file)
-    solid = hull_shape(hull, aqua2.rig.mount, aqua2.rig.port, Layout.from_rig(aqua2.rig))
+    solid = hull_shape(hull, aqua2.rig.gaze.mount, aqua2.rig.port, Layout.from_rig(aqua2.rig))
     part = replace(aqua2.assembly.part("hull"), solid=solid)
     meshes = tessellate(replace(aqua2.assembly, parts=(part,)))
     check_recorded(f"hull: {name}", MESH_VERSION, rel=RECORDED_REL, **shapes(meshes))

@@ -20,7 +20,6 @@ from cad.tessellation import tessellate
 from mirrorgaze.commands.rig_files.presets import new
 from optics.mesh import Role
 from rigs import Rig
-from rigs.files import parse_rig
 
 GRID_STEPS = 2
 """The ends of both joint ranges, where things come nearest; the check of clearance has tests of its own."""
@@ -100,7 +99,7 @@ def drawn_rig(folder: Path, draw: dict) -> Rig:
         for joint in ("pan", "tilt"):
             limits = document["joints"][joint]
             limits["min_deg"], limits["max_deg"] = -limits["max_deg"], -limits["min_deg"]
-    return parse_rig(tomlkit.dumps(document), source="random rig", folder=folder)
+    return Rig.parse(tomlkit.dumps(document), source="random rig", folder=folder)
 
 
 def is_rig_key(place: str) -> bool:
@@ -155,13 +154,11 @@ def test_a_new_rig_with_random_numbers_is_made_or_its_key_is_named(tmp_path_fact
 
 
 def changed(**sections: dict) -> Rig:
-    rig = Rig.load("aqua2")
-    updates = {name: getattr(rig, name).model_copy(update=changes) for name, changes in sections.items()}
-    return rig.model_copy(update=updates)
+    return Rig.load("aqua2").with_gaze(**sections)
 
 
 def servo(**numbers: object):
-    return Rig.load("aqua2").servos.pan.model_copy(update=numbers)
+    return Rig.load("aqua2").gaze.servos.pan.model_copy(update=numbers)
 
 
 @pytest.mark.parametrize(
@@ -201,5 +198,5 @@ def test_a_mount_that_cannot_be_used_is_reported_by_its_key(rig, key):
 def test_a_wall_too_thin_for_the_nozzle_is_reported_by_its_key():
     rig = changed(mount={"wall_mm": 1.2, "nozzle_mm": 1.0})
     meshes = [mesh for mesh in tessellate(build_assembly(rig)) if mesh.role is Role.MOUNT]
-    problems = [wall_finding(mesh, rig.mount).problem for mesh in meshes]
+    problems = [wall_finding(mesh, rig.gaze.mount).problem for mesh in meshes]
     assert "mount.nozzle_mm" in {problem.place for problem in problems if problem is not None}

@@ -17,7 +17,7 @@ RIG = Rig.load("torpedo")
 
 
 def changed(**values) -> TorpedoHull:
-    return TorpedoHull.model_validate(RIG.hull.model_dump() | values)
+    return TorpedoHull.model_validate(RIG.gaze.hull.model_dump() | values)
 
 
 @pytest.mark.parametrize(

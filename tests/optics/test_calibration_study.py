@@ -27,7 +27,7 @@ from optics.status import Status
 from optics.train import OpticalTrain
 from optics.water import water_index
 from rigs import Rig
-from rigs.specification import NoPortSpec
+from rigs.port import NoPortSpec
 
 BENCH = Rig.load("bench")
 

@@ -24,7 +24,7 @@ Q1, Q2 = 0.3, 0.1
 AQUA2 = Rig.load("aqua2")
 BLUEROV2 = Rig.load("bluerov2")
 
-TURNED_JOINTS = AQUA2.joints.model_copy(
+TURNED_JOINTS = AQUA2.gaze.joints.model_copy(
     update={
         "pan": Joint(min_deg=-170, max_deg=170, offset_deg=12.0, sign=-1),
         "tilt": Joint(min_deg=-90, max_deg=90, offset_deg=-7.0, sign=-1),
@@ -33,8 +33,8 @@ TURNED_JOINTS = AQUA2.joints.model_copy(
 
 RIGS = {
     "flat": AQUA2,
-    "tilted": AQUA2.model_copy(
-        update={"port": AQUA2.port.model_copy(update={"normal": (0.1, -0.15, 1.0)}), "joints": TURNED_JOINTS}
+    "tilted": AQUA2.with_gaze(joints=TURNED_JOINTS).model_copy(
+        update={"port": AQUA2.port.model_copy(update={"normal": (0.1, -0.15, 1.0)})}
     ),
     "centred dome": BLUEROV2,
     "decentred dome": BLUEROV2.model_copy(
@@ -84,7 +84,7 @@ def points_of(rig, count=12):
 
 
 def unbounded(rig, q1=Q1, q2=Q2):
-    train = OpticalTrain.from_rig(rig, q1=q1 if rig.has_mirrors else 0.0, q2=q2 if rig.has_mirrors else 0.0)
+    train = OpticalTrain.from_rig(rig, q1=q1 if rig.gaze else 0.0, q2=q2 if rig.gaze else 0.0)
     mirrors = tuple(replace(mirror, outline_m=None) for mirror in train.mirrors)
     return replace(train, port=replace(train.port, aperture_radius_m=None), mirrors=mirrors)
 
@@ -96,9 +96,8 @@ def changed(rig, name, step):
         return unbounded(rig, **{"q1": Q1, "q2": Q2, name: {"q1": Q1, "q2": Q2}[name] + step})
     if name.endswith("_mirror_distance_m"):
         section = name.removesuffix("_distance_m")
-        plate = getattr(rig, section)
-        moved = plate.model_copy(update={"distance_mm": plate.distance_mm + 1000 * step})
-        return unbounded(rig.model_copy(update={section: moved}))
+        distance_mm = getattr(rig.gaze, section).distance_mm + 1000 * step
+        return unbounded(rig.with_gaze(**{section: {"distance_mm": distance_mm}}))
     if name.startswith(("m1_", "m2_")):
         return replace(train, mirrors=changed_mirrors(rig, name, step))
     if name in ("fx_px", "fy_px", "cx_px", "cy_px"):

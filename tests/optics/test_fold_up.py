@@ -35,16 +35,13 @@ ANGLES = {"q1": st.floats(-1.3, 1.3), "q2": st.floats(-0.56, 0.56)}
 
 def folding_up(rig: Rig) -> Rig:
     """The same rig, folding up; its joints' limits reversed, so that the mirror has the same range."""
-    assert rig.joints is not None
     reversed_limits = {
         name: joint.model_copy(update={"min_deg": -joint.max_deg, "max_deg": -joint.min_deg})
-        for name, joint in (("pan", rig.joints.pan), ("tilt", rig.joints.tilt))
+        for name, joint in (("pan", rig.gaze.joints.pan), ("tilt", rig.gaze.joints.tilt))
     }
-    return rig.model_copy(
-        update={
-            "fold_mirror": rig.fold_mirror.model_copy(update={"direction": "up"}),
-            "joints": rig.joints.model_copy(update=reversed_limits),
-        }
+    return rig.with_gaze(
+        fold_mirror={"direction": "up"},
+        joints=reversed_limits,
     )
 
 
@@ -79,8 +76,8 @@ def test_azimuth_is_still_q1_and_elevation_twice_q2(q1, q2):
 
 
 def test_offset_and_sign_mean_the_same_as_in_a_fold_down():
-    joints = UP.joints.model_copy(update={"pan": Joint(min_deg=-90, max_deg=90, sign=-1, offset_deg=5.0)})
-    layout = Layout.from_rig(UP.model_copy(update={"joints": joints}))
+    joints = UP.gaze.joints.model_copy(update={"pan": Joint(min_deg=-90, max_deg=90, sign=-1, offset_deg=5.0)})
+    layout = Layout.from_rig(UP.with_gaze(joints=joints))
     gaze = forward_gaze(layout, np.radians(20), 0.0)
     assert np.degrees(gaze.azimuth) == pytest.approx(-15, abs=1e-12)
 
@@ -153,18 +150,18 @@ def test_coverage_is_mirrored():
 
 
 def test_a_tilt_that_shows_the_mirrors_back_is_named_with_the_range_of_a_fold_up():
-    joints = UP.joints.model_copy(update={"tilt": Joint(min_deg=-60, max_deg=60)})
-    problems = feasibility_problems(UP.model_copy(update={"joints": joints}))
+    joints = UP.gaze.joints.model_copy(update={"tilt": Joint(min_deg=-60, max_deg=60)})
+    problems = feasibility_problems(UP.with_gaze(joints=joints))
     wrong = next(problem for problem in problems if problem.place == "joints.tilt.max_deg")
     assert "between -135 and 45 deg, not 60" in wrong.expected
 
 
 def test_a_stowing_servo_needs_a_hinge_within_its_travel():
-    servo = DOWN.servos.pan
-    with_servo = DOWN.model_copy(update={"servos": DOWN.servos.model_copy(update={"stow": servo})})
+    servo = DOWN.gaze.servos.pan
+    with_servo = DOWN.with_gaze(servos={"stow": servo})
     found = {problem.place: problem.expected for problem in feasibility_problems(with_servo)}
     assert found == {"servos.stow": "no servo, as there is no hinge joints.stow"}
     for max_deg, places in ((servo.travel_deg, []), (servo.travel_deg + 1, ["joints.stow.max_deg"])):
-        hinged = with_servo.joints.model_copy(update={"stow": StowJoint(max_deg=max_deg)})
-        problems = feasibility_problems(with_servo.model_copy(update={"joints": hinged}))
+        hinged = with_servo.gaze.joints.model_copy(update={"stow": StowJoint(max_deg=max_deg)})
+        problems = feasibility_problems(with_servo.with_gaze(joints=hinged))
         assert [problem.place for problem in problems] == places

@@ -48,13 +48,8 @@ def layouts(draw):
     """The aqua2 with its camera turned anywhere and any joints."""
     angle = st.floats(-180, 180)
     camera = AQUA2.camera.model_copy(update={"yaw_deg": draw(angle), "pitch_deg": draw(angle), "roll_deg": draw(angle)})
-    rig = AQUA2.model_copy(
-        update={
-            "camera": camera,
-            "joints": AQUA2.joints.model_copy(update={"pan": draw(joints()), "tilt": draw(joints())}),
-        }
-    )
-    return Layout.from_rig(rig)
+    rig = AQUA2.with_gaze(joints={"pan": draw(joints()), "tilt": draw(joints())})
+    return Layout.from_rig(rig.model_copy(update={"camera": camera}))
 
 
 def elevation_in_gimbal(layout, direction):

@@ -33,7 +33,7 @@ ROUNDING = 1e-12
 
 def test_the_servos_of_the_paper_turn_the_gaze_at_120_degrees_per_second():
     """Section 4: 60 deg/s "implies a rotation speed of 120 deg/s of the virtual camera"."""
-    assert AQUA2.servos.tilt.name == "hs5086wp-paper"
+    assert AQUA2.gaze.servos.tilt.name == "hs5086wp-paper"
     across, upwards = np.degrees(gaze_speed(LAYOUT, SPEEDS, 0.0))
     assert upwards == pytest.approx(120, abs=ROUNDING)
     # By pan the gaze turns as fast as the servo, a thing that the paper does not say.
@@ -95,7 +95,7 @@ def test_at_the_zenith_pan_stays_where_it_is():
 def test_a_gaze_out_of_reach_is_a_sentence():
     with pytest.raises(ValueError, match=r"within the joints' reach, got azimuth 10 deg, elevation -80 deg"):
         nearest_solution(LAYOUT, SPEEDS, np.radians(10), np.radians(-80), (0.0, 0.0))
-    with pytest.raises(ValueError, match="expected a rig with servos, got 'bench', which has none"):
+    with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench', which has none"):
         JointSpeeds.from_rig(Rig.load("bench"))
 
 

@@ -75,10 +75,8 @@ def test_the_gaze_mirror_pans_about_the_vertical_and_tilts_about_its_own_width(q
 @pytest.mark.parametrize(("sign", "offset"), [(1, 0), (-1, 5)])
 def test_frames_of_many_joint_values_are_those_of_each(fold, sign, offset):
     joint = Joint(min_deg=-90, max_deg=90, sign=sign, offset_deg=offset)
-    joints = AQUA2.joints.model_copy(update={"pan": joint, "tilt": joint})
-    fold_mirror = AQUA2.fold_mirror.model_copy(update={"direction": fold})
-    camera = turned(yaw_deg=20.0, pitch_deg=-10.0)
-    layout = Layout.from_rig(AQUA2.model_copy(update={"joints": joints, "fold_mirror": fold_mirror, "camera": camera}))
+    rig = AQUA2.with_gaze(joints={"pan": joint, "tilt": joint}, fold_mirror={"direction": fold})
+    layout = Layout.from_rig(rig.model_copy(update={"camera": turned(yaw_deg=20.0, pitch_deg=-10.0)}))
     q1, q2 = np.random.default_rng(0).uniform([-1.3, -0.5], [1.3, 0.5], (20, 2)).T
     pan, tilt = layout.moving_frames(q1, q2)
     for k in range(len(q1)):
@@ -89,8 +87,7 @@ def test_frames_of_many_joint_values_are_those_of_each(fold, sign, offset):
 @pytest.mark.parametrize(("sign", "offset", "expected_deg"), [(1, 0, 10), (-1, 0, -10), (1, 5, 15), (-1, 5, -5)])
 def test_the_optical_angle_is_sign_times_q_plus_offset(sign, offset, expected_deg):
     joint = Joint(min_deg=-90, max_deg=90, sign=sign, offset_deg=offset)
-    joints = AQUA2.joints.model_copy(update={"pan": joint, "tilt": joint})
-    layout = Layout.from_rig(AQUA2.model_copy(update={"joints": joints}))
+    layout = Layout.from_rig(AQUA2.with_gaze(joints={"pan": joint, "tilt": joint}))
     assert np.degrees(layout.pan.angle(np.radians(10))) == pytest.approx(expected_deg, abs=1e-13)
     assert np.degrees(layout.tilt.angle(np.radians(10))) == pytest.approx(expected_deg, abs=1e-13)
 

@@ -13,7 +13,7 @@ from rigs import Rig
 
 AQUA2 = Rig.load("aqua2")
 LAYOUT = Layout.from_rig(AQUA2)
-D1_M, D2_M = AQUA2.fold_mirror.distance_mm / 1000, AQUA2.gaze_mirror.distance_mm / 1000
+D1_M, D2_M = AQUA2.gaze.fold_mirror.distance_mm / 1000, AQUA2.gaze.gaze_mirror.distance_mm / 1000
 
 ROUNDING = 1e-15
 """One product of rotations, on lengths below a metre, twice over."""

@@ -14,7 +14,7 @@ from optics.port import DomePort, FlatPort, NoPort
 from optics.port_properties import axial_magnification, field_of_view, port_properties, traced_magnification
 from optics.train import OpticalTrain
 from rigs import Rig
-from rigs.specification import NoPortSpec
+from rigs.port import NoPortSpec
 
 CAMERA = PinholeCamera(width_px=800, height_px=600, fx_px=400.0, fy_px=400.0, cx_px=399.5, cy_px=299.5)
 

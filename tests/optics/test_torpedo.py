@@ -8,7 +8,7 @@ import pytest
 from optics.torpedo import nose_stations, tail_stations, torpedo_distance, torpedo_normal, torpedo_radius
 from rigs import Rig, TorpedoHull
 
-HULL = Rig.load("torpedo").hull
+HULL = Rig.load("torpedo").gaze.hull
 """1600 x 230 mm; its nose is half a sphere of 115 mm radius about x = 685 mm."""
 SHORTENING = 1e-3 * 0.23
 """By how much the straight steps of the outline may cut into the hull, metres."""

@@ -155,9 +155,7 @@ def test_wrong_arguments_are_refused():
     with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench'"):
         mirror_edges(Rig.load("bench"))
     # A mirror turned edge-on to the light: the face is out of view.
-    steep = AQUA2.model_copy(
-        update={"gaze_mirror": AQUA2.gaze_mirror.model_copy(update={"width_mm": 4.0, "height_mm": 4.0})}
-    )
+    steep = AQUA2.with_gaze(gaze_mirror={"width_mm": 4.0, "height_mm": 4.0})
     with pytest.raises(ValueError, match=r"expected a pose at which the gaze mirror is in view, .* fills \d+ of 3072"):
         fit_virtual_pinhole(steep)
 

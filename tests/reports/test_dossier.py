@@ -148,7 +148,7 @@ def test_a_changed_rig_is_made_anew(made, tmp_path):
     rig = Rig.load("aqua2")
     stages = dossier.Stages.open(folder, rig, lambda line: None)
     stages.run("mount", lambda: ({"parts": []}, []))
-    wider = rig.model_copy(update={"gaze_mirror": rig.gaze_mirror.model_copy(update={"width_mm": 81.0})})
+    wider = rig.with_gaze(gaze_mirror={"width_mm": 81.0})
     assert dossier.Stages.open(folder, rig, lambda line: None).done
     assert not dossier.Stages.open(folder, wider, lambda line: None).done
 
@@ -169,7 +169,7 @@ def test_a_rig_without_mirrors_has_no_dossier(tmp_path):
 def test_a_mount_that_does_not_fit_the_printer_is_named(tmp_path):
     """The bed is a key of the rig: the problem names it, and nothing is written."""
     rig = Rig.load("aqua2")
-    small = rig.model_copy(update={"mount": rig.mount.model_copy(update={"printer_bed_mm": (100.0, 100.0, 100.0)})})
+    small = rig.with_gaze(mount={"printer_bed_mm": (100.0, 100.0, 100.0)})
     with pytest.raises(RigError, match="printer_bed_mm"):
         design(small, tmp_path / "out", announce=lambda line: None)
     assert not (tmp_path / "out").exists()

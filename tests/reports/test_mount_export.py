@@ -62,8 +62,8 @@ def test_nothing_is_written_when_a_servo_is_too_weak(found, tmp_path):
     """A thousandth of the rating is below what the flow alone asks for: 0.118 of 0.353 N m in `loads.md`."""
     found(GOOD)
     rig = Rig.load("aqua2")
-    weak = rig.servos.pan.model_copy(update={"torque_n_m": rig.servos.pan.torque_n_m / 1000})
-    rig = rig.model_copy(update={"servos": rig.servos.model_copy(update={"pan": weak})})
+    weak = rig.gaze.servos.pan.model_copy(update={"torque_n_m": rig.gaze.servos.pan.torque_n_m / 1000})
+    rig = rig.with_gaze(servos={"pan": weak})
     with pytest.raises(RigError, match=r"servos\.pan"):
         export_checked_mount(rig, tmp_path / "out", announce=lambda line: None, slicing=False)
     assert not list(tmp_path.iterdir())

@@ -35,7 +35,7 @@ def rig(tmp_path):
     """aqua2 on a box from a file."""
     file = tmp_path / "hull.stl"
     trimesh.creation.box(extents=(650, 260, 130)).export(file)
-    return Rig.load("aqua2").model_copy(update={"hull": FileHull(shape="file", file=file, unit="mm")})
+    return Rig.load("aqua2").with_gaze(hull=FileHull(shape="file", file=file, unit="mm"))
 
 
 def test_work_is_done_anew_for_another_rig_hull_file_setting_or_version(rig, monkeypatch):
@@ -46,7 +46,7 @@ def test_work_is_done_anew_for_another_rig_hull_file_setting_or_version(rig, mon
     monkeypatch.setattr(module, "STAGES_VERSION", module.STAGES_VERSION + 1)
     assert work_key(rig, "coverage 1.0") != before
     monkeypatch.undo()
-    trimesh.creation.box(extents=(650, 261, 130)).export(rig.hull.file)
+    trimesh.creation.box(extents=(650, 261, 130)).export(rig.gaze.hull.file)
     assert work_key(rig, "coverage 1.0") != before
 
 
@@ -65,7 +65,7 @@ def test_a_comment_makes_nothing_again(rig, monkeypatch):
         return open_file(file, *arguments, **settings)
 
     monkeypatch.setattr(io, "open", noted)
-    for key in (mesh_key(rig), hull_mesh_key(rig.hull), light_key("light", TRIANGLE, light), work_key(rig)):
+    for key in (mesh_key(rig), hull_mesh_key(rig.gaze.hull), light_key("light", TRIANGLE, light), work_key(rig)):
         assert len(key) == 64
-    assert str(rig.hull.file) in opened
+    assert str(rig.gaze.hull.file) in opened
     assert [file for file in opened if file.endswith(".py")] == []

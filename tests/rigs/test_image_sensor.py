@@ -9,14 +9,13 @@ import pytest
 import tomlkit
 
 from rigs import Rig, RigError, preset_path
-from rigs.files import parse_rig
 from rigs.image_sensor import ImageSensorSpec
 
 AQUA2 = tomllib.loads(preset_path("aqua2").read_text(encoding="utf-8"))
 
 
 def rig_with(section: dict[str, object]) -> Rig:
-    return parse_rig(tomlkit.dumps({**AQUA2, "image_sensor": section}), source="rig.toml", folder=Path())
+    return Rig.parse(tomlkit.dumps({**AQUA2, "image_sensor": section}), source="rig.toml", folder=Path())
 
 
 def problems_of(section: dict[str, object]) -> list[str]:

@@ -4,7 +4,6 @@ import pytest
 from pydantic import ValidationError
 
 from rigs import Rig, RigError, load_document, preset_path
-from rigs.files import parse_rig
 from rigs.lamps import Lamp
 
 LAMP = """
@@ -17,7 +16,7 @@ luminous_flux_lm = 1500.0
 
 
 def rig_with(text, folder):
-    return parse_rig(preset_path("aqua2").read_text(encoding="utf-8") + text, source="rig", folder=folder)
+    return Rig.parse(preset_path("aqua2").read_text(encoding="utf-8") + text, source="rig", folder=folder)
 
 
 def test_a_rig_has_no_lamps_unless_it_says_so():

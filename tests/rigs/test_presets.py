@@ -10,7 +10,6 @@ import pytest
 import tomlkit
 
 from rigs import Rig, preset_names, preset_path
-from rigs.files import parse_rig
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -30,11 +29,11 @@ def test_a_preset_survives_being_written_and_read(name, tmp_path):
 def test_a_preset_is_the_same_by_name_by_path_and_by_text(name):
     path = preset_path(name)
     text = path.read_text(encoding="utf-8")
-    assert Rig.load(name) == Rig.load(path) == Rig.load(str(path)) == parse_rig(text, source=name, folder=Path())
+    assert Rig.load(name) == Rig.load(path) == Rig.load(str(path)) == Rig.parse(text, source=name, folder=Path())
 
 
 def test_only_the_bench_has_no_mirrors():
-    assert {name: Rig.load(name).has_mirrors for name in preset_names()} == {
+    assert {name: Rig.load(name).gaze is not None for name in preset_names()} == {
         "aqua2": True,
         "bench": False,
         "bluerov2": True,
@@ -43,7 +42,7 @@ def test_only_the_bench_has_no_mirrors():
 
 
 def test_aqua2_is_the_size_that_is_commonly_quoted():
-    hull = Rig.load("aqua2").hull
+    hull = Rig.load("aqua2").gaze.hull
     assert (hull.length_mm, hull.width_mm, hull.height_mm) == (650, 450, 130)
 
 
@@ -63,14 +62,14 @@ def test_bench_has_the_intrinsics_of_table_1():
 
 def test_torpedo_is_as_long_and_as_thick_as_sparus_ii():
     """Carreras et al. 2018."""
-    hull = Rig.load("torpedo").hull
+    hull = Rig.load("torpedo").gaze.hull
     assert (hull.length_mm, hull.diameter_mm) == (1600, 230)
 
 
 def test_joint_ranges_fit_the_servos():
     for name in ("aqua2", "bluerov2", "torpedo"):
         rig = Rig.load(name)
-        for joint, servo in ((rig.joints.pan, rig.servos.pan), (rig.joints.tilt, rig.servos.tilt)):
+        for joint, servo in ((rig.gaze.joints.pan, rig.gaze.servos.pan), (rig.gaze.joints.tilt, rig.gaze.servos.tilt)):
             assert joint.max_deg - joint.min_deg <= servo.travel_deg
 
 

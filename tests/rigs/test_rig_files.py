@@ -70,7 +70,7 @@ def own_hull(tmp_path):
 
 def test_a_hull_file_is_looked_for_beside_the_rig_file(own_hull):
     (own_hull.parent / "hull.step").touch()
-    assert Rig.load(own_hull).hull.file == (own_hull.parent / "hull.step").resolve()
+    assert Rig.load(own_hull).gaze.hull.file == (own_hull.parent / "hull.step").resolve()
 
 
 def test_a_missing_hull_file_is_said_with_the_other_problems(own_hull):

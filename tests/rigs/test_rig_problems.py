@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigs import Problem, Rig, RigError, preset_path
-from rigs.files import parse_rig
+from rigs.validation import validated
 
 AQUA2 = tomllib.loads(preset_path("aqua2").read_text(encoding="utf-8"))
 GONE = object()
@@ -37,7 +37,7 @@ def changed(**edits: Any) -> dict[str, Any]:
 
 def problems_of(document: dict[str, Any], folder: Path = Path()) -> list[str]:
     with pytest.raises(RigError) as caught:
-        parse_rig(tomlkit.dumps(document), source="rig.toml", folder=folder)
+        Rig.parse(tomlkit.dumps(document), source="rig.toml", folder=folder)
     return [str(problem) for problem in caught.value.problems]
 
 
@@ -148,7 +148,7 @@ def test_a_dome_holds_the_pinhole_and_its_aperture():
 
 def test_a_servo_of_your_own_has_its_pulses_in_order():
     servo = AQUA2["servos"]["pan"]
-    numbers = Rig.load("aqua2").servos.pan.model_dump(mode="json") | {"name": "mine", "pulse_us": [2250.0, 750.0]}
+    numbers = Rig.load("aqua2").gaze.servos.pan.model_dump(mode="json") | {"name": "mine", "pulse_us": [2250.0, 750.0]}
     assert isinstance(servo, str)
     assert problems_of(changed(servos__pan=numbers)) == [
         "servos.pan: expected pulse_us as shortest and longest, got [2250.0, 750.0]"
@@ -189,9 +189,9 @@ def test_the_error_says_where_it_comes_from():
     with pytest.raises(
         RigError, match=r"^rig\.toml: 1 problem\n  camera\.fx_px = -1: expected a number greater than 0$"
     ):
-        parse_rig(tomlkit.dumps(changed(camera__fx_px=-1)), source="rig.toml", folder=Path())
+        Rig.parse(tomlkit.dumps(changed(camera__fx_px=-1)), source="rig.toml", folder=Path())
     with pytest.raises(RigError, match=r"^rig\.toml: 2 problems\n"):
-        parse_rig(tomlkit.dumps(changed(camera__fx_px=-1, name=3)), source="rig.toml", folder=Path())
+        Rig.parse(tomlkit.dumps(changed(camera__fx_px=-1, name=3)), source="rig.toml", folder=Path())
 
 
 def test_a_long_value_is_cut():
@@ -209,7 +209,7 @@ def test_a_long_value_is_cut():
 )
 def test_a_syntax_error_is_said_with_its_line(text, expected):
     with pytest.raises(RigError) as caught:
-        parse_rig(text, source="rig.toml", folder=Path())
+        Rig.parse(text, source="rig.toml", folder=Path())
     (problem,) = caught.value.problems
     assert str(problem).startswith(expected)
 
@@ -223,8 +223,6 @@ def test_a_syntax_error_is_said_with_its_line(text, expected):
     ),
 )
 def test_no_document_ends_in_anything_but_a_rig_or_problems(section, value):
-    from rigs.validation import validate
-
-    rig, problems = validate(AQUA2 | {section: value})
+    rig, problems = validated(Rig, AQUA2 | {section: value})
     assert (rig is None) == bool(problems)
     assert all(str(problem) for problem in problems)

@@ -34,8 +34,8 @@ def test_the_papers_servo_differs_only_in_speed():
 
 
 def test_a_rig_that_names_a_servo_gets_its_numbers():
-    assert Rig.load("aqua2").servos.pan.speed_deg_per_s == 60
-    assert Rig.load("bluerov2").servos.pan.speed_deg_per_s == 300
+    assert Rig.load("aqua2").gaze.servos.pan.speed_deg_per_s == 60
+    assert Rig.load("bluerov2").gaze.servos.pan.speed_deg_per_s == 300
 
 
 @pytest.mark.parametrize("name", sorted(SERVO_CATALOGUE))

@@ -13,7 +13,7 @@ from optics.pure_water import molecular_phase
 from optics.refraction import dielectric_transmittance
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
-from rigs.specification import NoPortSpec
+from rigs.port import NoPortSpec
 from scenes import paths
 from scenes.frame import Label
 from scenes.materials import Material, albedo_table

@@ -254,8 +254,8 @@ def test_a_fold_mirror_on_a_hinge_is_a_joint_too(rig, tmp_path, monkeypatch):
     parts = rig_meshes(rig)
     # The rig with the hinge has other parts, which cost half a minute; joints do not depend on them.
     monkeypatch.setattr(transform_tree, "rig_meshes", lambda rig: parts)
-    joints = rig.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
-    tree = rig_joints(rig.model_copy(update={"joints": joints}))
+    joints = rig.gaze.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
+    tree = rig_joints(rig.with_gaze(joints=joints))
     assert sorted(driven_joints(tree)) == sorted(urdf_joints(tree, tmp_path)) == ["pan", "stow", "tilt"]
     moving = moving_frames(tree, {"pan": np.zeros(1), "tilt": np.zeros(1), "stow": np.zeros(1)})
     in_use = chain_of([*fixed_frames(tree), *moving], "fold_mirror_frame")

@@ -98,11 +98,11 @@ def test_signs_are_found(rig, poses, pan, tilt):
     built = with_signs(rig, pan, tilt)
     errors = draw_errors(rig, PRINT_TOLERANCES, seed=4)
     told = poses * [pan, tilt]
-    limits = np.radians([[j.min_deg, j.max_deg] for j in (rig.joints.pan, rig.joints.tilt)])
+    limits = np.radians([[j.min_deg, j.max_deg] for j in (rig.gaze.joints.pan, rig.gaze.joints.tilt)])
     told = told[((told >= limits[:, 0]) & (told <= limits[:, 1])).all(axis=1)]
     estimate = calibrate(rig, **observed(built, errors, told, seed=4))
     assert estimate.signs_decided
-    assert estimate.calibrated.rig.joints == built.joints
+    assert estimate.calibrated.rig.gaze.joints == built.gaze.joints
     assert estimate.trials[1].cost > 100 * estimate.trials[0].cost
 
 
@@ -214,7 +214,7 @@ def test_play_of_the_joints_is_part_of_what_is_not_known(rig, poses):
     """0.15 degrees of play in each pose: without saying so the covariance would be far too small."""
     errors = draw_errors(rig, PRINT_TOLERANCES, seed=1)
     moved = poses + np.radians(0.15) * np.random.default_rng(3).standard_normal(poses.shape)
-    moved = np.clip(moved, *np.radians([[j.min_deg, j.max_deg] for j in (rig.joints.pan, rig.joints.tilt)]).T)
+    moved = np.clip(moved, *np.radians([[j.min_deg, j.max_deg] for j in (rig.gaze.joints.pan, rig.gaze.joints.tilt)]).T)
     target = simulated_target(rig, errors, poses, known=True, direct=False, noise_px=NOISE_PX, seed=1, true_q=moved)
     said = calibrate(rig, target=target, play_deg=0.15)
     unsaid = calibrate(rig, target=target)
@@ -335,7 +335,7 @@ def test_boards_start_near_where_they_are(seed):
         assert np.degrees(off.rotation.magnitude()) < 10
     estimate = calibrate(rig, **evidence)
     assert estimate.signs_decided
-    assert estimate.calibrated.rig.joints == rig.joints
+    assert estimate.calibrated.rig.gaze.joints == rig.gaze.joints
     assert remaining(rig, errors, estimate.calibrated).gaze_deg < 0.3
 
 
@@ -351,14 +351,14 @@ def test_what_has_no_tolerance_is_not_looked_for(rig, poses):
         assert estimate.calibrated.errors[name] == pytest.approx(value, abs=4 * deviation[name])
         assert np.degrees(deviation[name]) < 0.01
     # A rig file can carry these: the nearest one is the built rig.
-    joints = estimate.calibrated.with_joint_offsets().joints
+    joints = estimate.calibrated.with_joint_offsets().gaze.joints
     assert joints.pan.offset_deg == pytest.approx(3.0, abs=0.02)
     assert joints.tilt.offset_deg == pytest.approx(-2.0, abs=0.02)
 
 
 def test_offsets_of_a_fold_up_are_turned_over(rig):
     """Its optical angles are the negatives of the file's (`docs/explanation/fold.md`)."""
-    up = rig.model_copy(update={"fold_mirror": rig.fold_mirror.model_copy(update={"direction": "up"})})
+    up = rig.with_gaze(fold_mirror={"direction": "up"})
     knowledge = knowledge_of_nothing()
     calibrated = CalibratedRig(rig=up, errors={"pan": 0.02, "tilt": -0.01}, knowledge=knowledge)
     q = Layout.from_rig(up).joint_grid(3)
@@ -397,7 +397,7 @@ def test_calibration_file_reads_back_the_same(rig, found, tmp_path):
     np.testing.assert_allclose(again.gaze_deviation(q), calibrated.gaze_deviation(q), rtol=1e-9)
     np.testing.assert_allclose(again.corners(q), calibrated.corners(q), atol=1e-9)
     assert again.knowledge.combinations() == calibrated.knowledge.combinations()
-    assert again.rig.joints == calibrated.rig.joints
+    assert again.rig.gaze.joints == calibrated.rig.gaze.joints
     again.save(tmp_path / "again.toml")
     assert not list(tmp_path.glob("*.partial"))
 

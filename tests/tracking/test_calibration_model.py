@@ -40,7 +40,7 @@ BUILT_SEED = 1
 
 
 def with_fold_up(rig: Rig) -> Rig:
-    return rig.model_copy(update={"fold_mirror": rig.fold_mirror.model_copy(update={"direction": "up"})})
+    return rig.with_gaze(fold_mirror={"direction": "up"})
 
 
 RIGS = {
@@ -57,7 +57,7 @@ def rig(request):
 
 
 def poses(rig: Rig, count: int = 12) -> np.ndarray:
-    low, high = np.radians([[j.min_deg, j.max_deg] for j in (rig.joints.pan, rig.joints.tilt)]).T
+    low, high = np.radians([[j.min_deg, j.max_deg] for j in (rig.gaze.joints.pan, rig.gaze.joints.tilt)]).T
     return np.random.default_rng(0).uniform(low, high, (count, 2))
 
 

@@ -89,16 +89,18 @@ def test_corners_of_a_drawn_board_are_found_where_they_are():
 
 
 def built_wrong(drawn: Rig) -> Rig:
-    pan = drawn.joints.pan.model_copy(update={"offset_deg": 1.2})
-    tilt = drawn.joints.tilt.model_copy(update={"offset_deg": -0.9})
+    pan = drawn.gaze.joints.pan.model_copy(update={"offset_deg": 1.2})
+    tilt = drawn.gaze.joints.tilt.model_copy(update={"offset_deg": -0.9})
     changes = {
-        "fold_mirror": drawn.fold_mirror.model_copy(update={"distance_mm": drawn.fold_mirror.distance_mm + 1}),
-        "gaze_mirror": drawn.gaze_mirror.model_copy(update={"distance_mm": drawn.gaze_mirror.distance_mm - 1}),
         "port": drawn.port.model_copy(
             update={"distance_mm": drawn.port.distance_mm + 1, "normal": (0.017, -0.012, 1.0)}
         ),
     }
-    return with_joints(drawn, pan, tilt).model_copy(update=changes)
+    moved = drawn.with_gaze(
+        fold_mirror={"distance_mm": drawn.gaze.fold_mirror.distance_mm + 1},
+        gaze_mirror={"distance_mm": drawn.gaze.gaze_mirror.distance_mm - 1},
+    )
+    return with_joints(moved, pan, tilt).model_copy(update=changes)
 
 
 def renderer_of(rig: Rig, scene):

@@ -109,10 +109,10 @@ def folding_up(rig):
     """The same rig, folding up, its joints' limits reversed."""
     limits = {
         name: joint.model_copy(update={"min_deg": -joint.max_deg, "max_deg": -joint.min_deg})
-        for name, joint in (("pan", rig.joints.pan), ("tilt", rig.joints.tilt))
+        for name, joint in (("pan", rig.gaze.joints.pan), ("tilt", rig.gaze.joints.tilt))
     }
-    fold = rig.fold_mirror.model_copy(update={"direction": "up"})
-    return rig.model_copy(update={"fold_mirror": fold, "joints": rig.joints.model_copy(update=limits)})
+    fold = rig.gaze.fold_mirror.model_copy(update={"direction": "up"})
+    return rig.with_gaze(fold_mirror=fold, joints=limits)
 
 
 RIGS = {"aqua2": Rig.load("aqua2"), "bluerov2": Rig.load("bluerov2"), "folding up": folding_up(Rig.load("aqua2"))}

@@ -250,7 +250,7 @@ def test_slewing_is_told_by_the_servos_speed(rig, renderer):
     """Out of view while the servo runs at its rate and the loop follows: outrun. A scan does not count."""
     place = on_gaze(rig, q1=np.radians(ON_AXIS[0]), q2=np.radians(ON_AXIS[1]), distance_m=2.0)
     now = state((ON_AXIS[0] + 20.0, ON_AXIS[1]), place)
-    fast = np.radians([rig.servos.pan.speed_deg_per_s, 0.0])
+    fast = np.radians([rig.gaze.servos.pan.speed_deg_per_s, 0.0])
     assert row_of(rig, renderer, now, speed=fast)[1]["cause_of_loss"] == "slewing"
     assert row_of(rig, renderer, now, speed=fast, mode=Mode.SCAN)[1]["cause_of_loss"] == "not in view"
 

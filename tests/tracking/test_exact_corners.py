@@ -26,21 +26,19 @@ def folding_up(rig):
     """The same rig, folding up, its joints' limits reversed."""
     reversed_limits = {
         name: joint.model_copy(update={"min_deg": -joint.max_deg, "max_deg": -joint.min_deg})
-        for name, joint in (("pan", rig.joints.pan), ("tilt", rig.joints.tilt))
+        for name, joint in (("pan", rig.gaze.joints.pan), ("tilt", rig.gaze.joints.tilt))
     }
-    return rig.model_copy(
-        update={
-            "fold_mirror": rig.fold_mirror.model_copy(update={"direction": "up"}),
-            "joints": rig.joints.model_copy(update=reversed_limits),
-        }
+    return rig.with_gaze(
+        fold_mirror={"direction": "up"},
+        joints=reversed_limits,
     )
 
 
 def with_offsets(rig):
     """Joints that are mounted a few degrees off, one of them the other way round."""
-    pan = rig.joints.pan.model_copy(update={"offset_deg": 4.0})
-    tilt = rig.joints.tilt.model_copy(update={"sign": -1, "offset_deg": 40.0, "min_deg": -80.0, "max_deg": 70.0})
-    return rig.model_copy(update={"joints": rig.joints.model_copy(update={"pan": pan, "tilt": tilt})})
+    pan = rig.gaze.joints.pan.model_copy(update={"offset_deg": 4.0})
+    tilt = rig.gaze.joints.tilt.model_copy(update={"sign": -1, "offset_deg": 40.0, "min_deg": -80.0, "max_deg": 70.0})
+    return rig.with_gaze(joints={"pan": pan, "tilt": tilt})
 
 
 AQUA2 = Rig.load("aqua2")
@@ -59,7 +57,7 @@ def exact():
 
 
 def from_limit_to_limit(rig, shares):
-    joints = (rig.joints.pan, rig.joints.tilt)
+    joints = (rig.gaze.joints.pan, rig.gaze.joints.tilt)
     return [np.radians(j.min_deg + share * (j.max_deg - j.min_deg)) for j, share in zip(joints, shares, strict=True)]
 
 
@@ -67,7 +65,7 @@ def by_the_train(rig, q, sense=1.0):
     """Corners of M2 by a train made for this pose, in the crop's order, with each point's status."""
     layout = Layout.from_rig(rig)
     train = OpticalTrain.from_rig(rig)
-    half = np.array([rig.gaze_mirror.width_mm, rig.gaze_mirror.height_mm]) / 2000
+    half = np.array([rig.gaze.gaze_mirror.width_mm, rig.gaze.gaze_mirror.height_mm]) / 2000
     in_m2 = np.column_stack([sense * CROP_CORNERS_IN_M2 * half, np.zeros(4)])
     return replace(train, mirrors=train.mirrors[:1]).project(layout.camera_from_m2(*q).apply(in_m2))
 

@@ -353,10 +353,9 @@ def test_a_picture_that_is_refused_changes_nothing():
     assert loop.snapshot() == before
 
 
-def test_rigs_without_mirrors_or_servos_are_refused():
-    bench = Rig.load("bench")
-    with pytest.raises(ValueError, match="expected a rig with servos"):
-        TrackingLoop(bench.model_copy(update={"servos": None}), VARIANTS["default"])
+def test_rigs_without_mirrors_are_refused():
+    with pytest.raises(ValueError, match="expected a rig with mirrors"):
+        TrackingLoop(Rig.load("bench"), VARIANTS["default"])
 
 
 def test_samples_of_ones_own_are_what_eq_6_interpolates():

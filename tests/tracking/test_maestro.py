@@ -194,7 +194,7 @@ def test_a_missing_check_sum_is_an_error_of_the_controller():
 
 def test_joints_become_pulses():
     """HS-5086WP: 750 to 2250 us for 155 degrees, all of which the joints of aqua2 use: from -77.5, from -32.5."""
-    pan, tilt = (RIG.servos.pan, RIG.joints.pan), (RIG.servos.tilt, RIG.joints.tilt)
+    pan, tilt = (RIG.gaze.servos.pan, RIG.gaze.joints.pan), (RIG.gaze.servos.tilt, RIG.gaze.joints.tilt)
     for (servo, joint), low_deg in ((pan, -77.5), (tilt, -32.5)):
         assert pulse_us(servo, joint, np.radians(low_deg)) == pytest.approx(750.0)
         assert pulse_us(servo, joint, np.radians(low_deg + 155)) == pytest.approx(2250.0)

@@ -226,7 +226,7 @@ def test_a_restored_servo_goes_on_with_the_same_bytes(commands, cut):
 def test_the_rig_files_numbers_arrive_in_radians_and_seconds():
     """HS-5086WP: 155 degrees over 750 to 2250 us, so 2 us of deadband are 2 / 1500 of 155 degrees."""
     rig = Rig.load("aqua2")
-    behaviour = ServoBehaviour.of(rig.servos.tilt, rig.joints.tilt, pulse_phase_s=0.004)
+    behaviour = ServoBehaviour.of(rig.gaze.servos.tilt, rig.gaze.joints.tilt, pulse_phase_s=0.004)
     assert behaviour.travel == (math.radians(-32.5), math.radians(122.5))
     assert behaviour.speed == math.radians(60)
     assert behaviour.deadband == pytest.approx(math.radians(155 * 2 / 1500), abs=ROUNDING)

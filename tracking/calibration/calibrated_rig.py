@@ -89,26 +89,26 @@ class CalibratedRig:
         for _ in range(ITERATIONS):
             seen, slopes = model.gaze(dict(zip(("pan", "tilt"), offsets.tolist(), strict=True)), q, ("pan", "tilt"))
             offsets = offsets + np.linalg.lstsq(slopes.reshape(-1, 2), (wanted - seen).ravel())[0]
-        assert self.rig.joints is not None and self.rig.fold_mirror is not None
+        gaze = self.rig.require_gaze()
         # A fold up stands on its head: its optical angles are the negatives of the file's.
-        sense = -1.0 if self.rig.fold_mirror.direction == "up" else 1.0
+        sense = -1.0 if gaze.fold_mirror.direction == "up" else 1.0
         pan, tilt = (
             joint.model_copy(update={"offset_deg": joint.offset_deg + sense * float(np.degrees(offset))})
-            for joint, offset in zip((self.rig.joints.pan, self.rig.joints.tilt), offsets, strict=True)
+            for joint, offset in zip((gaze.joints.pan, gaze.joints.tilt), offsets, strict=True)
         )
         return with_joints(self.rig, pan, tilt)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a calibration file (TOML) beside a rig file; it appears whole or not at all."""
         path, known = Path(path), self.knowledge
-        assert self.rig.joints is not None
+        gaze = self.rig.require_gaze()
         document = tomlkit.document()
         about = "What is off in a built rig, found by mirrorgaze calibrate: docs/explanation/calibration.md."
         document.add(tomlkit.comment(about))
         document.add("version", tomlkit.item(VERSION))
         document.add("rig", tomlkit.item(self.rig.name))
-        document.add("pan_sign", tomlkit.item(self.rig.joints.pan.sign))
-        document.add("tilt_sign", tomlkit.item(self.rig.joints.tilt.sign))
+        document.add("pan_sign", tomlkit.item(gaze.joints.pan.sign))
+        document.add("tilt_sign", tomlkit.item(gaze.joints.tilt.sign))
         document.add("has_prior", tomlkit.item(known.has_prior))
         tables = {
             "errors": [self.errors.get(name, 0.0) for name in known.names],
@@ -178,19 +178,17 @@ class CalibratedRig:
 
 def with_signs(rig: Rig, pan_sign: int, tilt_sign: int) -> Rig:
     """The rig with other signs of its joints."""
-    if rig.joints is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    gaze = rig.require_gaze()
     pan, tilt = (
         joint.model_copy(update={"sign": sign})
-        for joint, sign in ((rig.joints.pan, pan_sign), (rig.joints.tilt, tilt_sign))
+        for joint, sign in ((gaze.joints.pan, pan_sign), (gaze.joints.tilt, tilt_sign))
     )
     return with_joints(rig, pan, tilt)
 
 
 def with_joints(rig: Rig, pan: Joint, tilt: Joint) -> Rig:
     """The rig with other joints."""
-    assert rig.joints is not None
-    return rig.model_copy(update={"joints": rig.joints.model_copy(update={"pan": pan, "tilt": tilt})})
+    return rig.with_gaze(joints={"pan": pan, "tilt": tilt})
 
 
 def _key(name: str) -> str:

@@ -116,7 +116,7 @@ def calibrate(
         play=float(np.radians(play_deg)),
     )
     _check(rig, evidence, play_deg)
-    assert rig.joints is not None  # the check has said so
+    gaze = rig.require_gaze()
     in_plane = edges is not None
     scales = {
         name: sigma
@@ -131,7 +131,7 @@ def calibrate(
     trials = tuple(Trial(pan_sign=pan, tilt_sign=tilt, cost=fits[pan, tilt].cost) for pan, tilt in ordered)
     best, second = trials[:2]
     decided = second.cost - best.cost > DECIDED
-    drawn = (rig.joints.pan.sign, rig.joints.tilt.sign)
+    drawn = (gaze.joints.pan.sign, gaze.joints.tilt.sign)
     signs = (best.pan_sign, best.tilt_sign) if decided else drawn
     signed = with_signs(rig, *signs)
     found = _fitted(signed, evidence, scales, LARGEST_EVALUATIONS, start=fits[signs].unknowns)
@@ -176,8 +176,7 @@ def _rms_px(found: Fit, evidence: Evidence) -> float:
 
 
 def _check(rig: Rig, evidence: Evidence, play_deg: float) -> None:
-    if rig.joints is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
+    rig.require_gaze()
     problems = [
         f"expected {name} > 0, got {value}"
         for name, value in (("noise_px", evidence.noise_px), ("edge_noise_px", evidence.edge_noise_px))

@@ -48,10 +48,10 @@ class ErrorModel:
         self.layout = Layout.from_rig(rig)
         self.camera = camera_from_spec(rig.camera)
         self._bare = rig.without_mirrors()
-        assert rig.fold_mirror is not None and rig.gaze_mirror is not None  # Layout.from_rig has said so
-        self._plates = (rig.fold_mirror, rig.gaze_mirror)
-        half_size = np.array([rig.gaze_mirror.width_mm, rig.gaze_mirror.height_mm]) / 2000
-        sense = -1.0 if rig.fold_mirror.direction == "up" else 1.0
+        gaze = rig.require_gaze()
+        self._plates = (gaze.fold_mirror, gaze.gaze_mirror)
+        half_size = np.array([gaze.gaze_mirror.width_mm, gaze.gaze_mirror.height_mm]) / 2000
+        sense = -1.0 if gaze.fold_mirror.direction == "up" else 1.0
         self._outline = sense * CROP_CORNERS_IN_M2 * half_size
 
     def points(self, errors: Errors, q: FloatArray, points_m: FloatArray, names: Sequence[str], rates: Any = 0) -> Seen:

@@ -101,9 +101,9 @@ def observation_problems(rig: Rig, observations: TargetObservations, places: Seq
 
 def joint_problems(rig: Rig, q: FloatArray, places: Sequence[str]) -> list[str]:
     """Joint values beyond the limits of a rig, shape (n, 2), radians; nan is none."""
-    assert rig.joints is not None
+    gaze = rig.require_gaze()
     problems = []
-    for column, (name, joint) in enumerate((("q1", rig.joints.pan), ("q2", rig.joints.tilt))):
+    for column, (name, joint) in enumerate((("q1", gaze.joints.pan), ("q2", gaze.joints.tilt))):
         degrees = np.degrees(q[:, column])
         beyond = (degrees < joint.min_deg - ROUNDING_DEG) | (degrees > joint.max_deg + ROUNDING_DEG)
         problems += [

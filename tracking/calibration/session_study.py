@@ -171,14 +171,14 @@ def _outcome(rig: Rig, session: Session, q: FloatArray, *, seed: int, noise_px: 
         after=remaining(rig, errors, calibrated),
         gaze_expected_deg=float(np.sqrt((expected**2).mean())),
         unobservable=calibrated.knowledge.combinations(),
-        signs_right=calibrated.rig.joints == rig.joints,
+        signs_right=calibrated.rig.require_gaze().joints == rig.require_gaze().joints,
     )
 
 
 def _played(rig: Rig, q: FloatArray, play_deg: float, *, seed: int) -> FloatArray:
     """Where joints really go that are told to go somewhere; within their limits."""
-    assert rig.joints is not None
+    gaze = rig.require_gaze()
     rng = np.random.default_rng(seed)
-    limits = np.radians([[joint.min_deg, joint.max_deg] for joint in (rig.joints.pan, rig.joints.tilt)])
+    limits = np.radians([[joint.min_deg, joint.max_deg] for joint in (gaze.joints.pan, gaze.joints.tilt)])
     moved = q + np.radians(play_deg) * rng.standard_normal(q.shape)
     return np.asarray(np.clip(moved, limits[:, 0], limits[:, 1]))

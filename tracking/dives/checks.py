@@ -88,7 +88,7 @@ def path_problems(dive: Dive, rig: Rig | None, radius_m: float) -> list[Problem]
                 f"({_while(times, above)})"
             )
             problems.append(Problem(place=place, value=None, expected=expected))
-    if rig is not None and rig.hull is not None:
+    if rig is not None and rig.gaze is not None:
         inside = np.flatnonzero(_touches_hull(rig, bodies, target_m, radius_m))
         if len(inside):
             expected = f"a target that keeps off the hull; it touches it or is inside {_while(times, inside)}"
@@ -164,7 +164,7 @@ def _rig(dive: Dive, problems: list[Problem]) -> Rig | None:
         rig = Rig.load(dive.rig)
     if rig is None:
         return None
-    if not rig.has_mirrors:
+    if rig.gaze is None:
         problems.append(Problem(place="rig", value=dive.rig, expected="a rig with mirrors"))
         return None
     with _collecting(problems, "frame_rate_hz", dive.frame_rate_hz):

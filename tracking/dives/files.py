@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from cad.export.manifest import rig_text
-from rigs import FileHull, Rig
+from rigs import Rig
 from tracking.dives.journal import FOLDER, Journal, put_in_place, write_beside
 from tracking.dives.log import LOG, read_log, write_table
 from tracking.dives.recorder import OVERLAY, ROWS, VIDEO
@@ -51,8 +51,8 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
 
             _written(folder / file, join)
     write_beside(folder / RIG_FILE, rig_text(rig).encode())
-    if isinstance(rig.hull, FileHull):
-        shutil.copyfile(rig.hull.file, folder / rig.hull.file.name)
+    if rig.file_hull is not None:
+        shutil.copyfile(rig.file_hull.file, folder / rig.file_hull.file.name)
     write_beside(folder / DIVE_FILE, dive.model_copy(update={"rig": RIG_FILE}).as_toml().encode())
     write_beside(folder / METRICS_FILE, json_text(dive_metrics(table)).encode())
     _written(folder / LOG, lambda path: write_table(table, path, about={"identity": identity}))

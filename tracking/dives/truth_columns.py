@@ -63,8 +63,7 @@ class TruthColumns:
         self._bare_train = OpticalTrain(camera=train.camera, port=train.port)
         self._m1 = PlaneMirror.from_pose(self._layout.body_from_m1).reflection
         self._corners = ExactCorners(rig)
-        servos = rig.servos
-        assert servos is not None  # Layout.from_rig has said so
+        servos = rig.require_gaze().servos
         self._speed_rad_per_s = np.radians([servos.pan.speed_deg_per_s, servos.tilt.speed_deg_per_s])
 
     def of(self, exposure: Exposure, state: State, step: Step, speed_rad_per_s: FloatArray) -> Row:

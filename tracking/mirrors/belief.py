@@ -20,9 +20,8 @@ ROUNDING = 1e-9
 
 def jointed_servos(rig: Rig) -> tuple[tuple[Servo, Joint], tuple[Servo, Joint]]:
     """Servo and joint of pan and of tilt; `ValueError` for a rig without mirrors."""
-    if rig.servos is None or rig.joints is None:
-        raise ValueError(f"expected a rig with mirrors, got {rig.name!r}, which has none")
-    return (rig.servos.pan, rig.joints.pan), (rig.servos.tilt, rig.joints.tilt)
+    gaze = rig.require_gaze()
+    return (gaze.servos.pan, gaze.joints.pan), (gaze.servos.tilt, gaze.joints.tilt)
 
 
 def expected_latency_s(rig: Rig) -> float:

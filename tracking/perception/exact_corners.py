@@ -18,7 +18,7 @@ from optics.layout import Layout, pan_from_m2
 from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
-from rigs.specification import FlatMirror
+from rigs.gaze import FlatMirror
 from tracking.perception.corners import check_joint_values
 from tracking.perception.crop import CORNER_COUNT, runs_clockwise
 
@@ -57,9 +57,9 @@ class ExactCorners:
         self._layout = Layout.from_rig(rig)
         train = OpticalTrain.from_rig(rig, q1=_middle(self._layout.pan), q2=_middle(self._layout.tilt))
         self._before_m2 = replace(train, mirrors=train.mirrors[:1])
-        assert rig.fold_mirror is not None and rig.gaze_mirror is not None  # Layout.from_rig has said so
-        sense = -1.0 if rig.fold_mirror.direction == "up" else 1.0
-        self._outline = np.column_stack([sense * CROP_CORNERS_IN_M2 * _half_size(rig.gaze_mirror), np.zeros(4)])
+        gaze = rig.require_gaze()
+        sense = -1.0 if gaze.fold_mirror.direction == "up" else 1.0
+        self._outline = np.column_stack([sense * CROP_CORNERS_IN_M2 * _half_size(gaze.gaze_mirror), np.zeros(4)])
         limits = np.radians([[j.min_deg, j.max_deg] for j in (self._layout.pan, self._layout.tilt)])
         self._centre, self._half = limits.mean(axis=1), np.diff(limits, axis=1)[:, 0] / 2 + MARGIN
         self._table = self._tabulated()

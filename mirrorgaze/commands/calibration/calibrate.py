@@ -59,8 +59,7 @@ def calibrate(
     from mirrorgaze.loading import load_usable_rig
 
     loaded = load_usable_rig(rig)
-    if not loaded.has_mirrors:
-        raise ValueError(f"{rig}: expected a rig with mirrors, got {loaded.name!r}, which has none")
+    loaded.require_gaze()
     if simulate:
         if observations is not None or edges is not None or output is not None:
             raise ValueError("expected --simulate alone: it makes its own observations and writes no calibration")
@@ -116,9 +115,8 @@ def _summary(found: Estimate) -> dict[str, Any]:
     from tracking.calibration.errors import shown_per_si, unit_of
 
     calibrated = found.calibrated
-    known, joints = calibrated.knowledge, calibrated.rig.joints
-    corrected = calibrated.with_joint_offsets().joints
-    assert joints is not None and corrected is not None
+    known, joints = calibrated.knowledge, calibrated.rig.require_gaze().joints
+    corrected = calibrated.with_joint_offsets().require_gaze().joints
     rows = []
     for index, name in enumerate(known.names):
         factor = shown_per_si(name)

@@ -154,16 +154,15 @@ def _apply(sizing: Sizing, file: Path, *, quiet: bool) -> None:
     import tomlkit
 
     from optics.feasibility import feasibility_problems
-    from rigs import RigError, load_document, save_document
-    from rigs.files import parse_rig
+    from rigs import Rig, RigError, load_document, save_document
 
     assert sizing.rig is not None
     document = load_document(file)
     for name in ("fold_mirror", "gaze_mirror"):
-        plate = getattr(sizing.rig, name)
+        plate = getattr(sizing.rig.require_gaze(), name)
         for key in ("width_mm", "height_mm"):
             document[name][key] = getattr(plate, key)
-    changed = parse_rig(tomlkit.dumps(document), source=str(file), folder=file.parent)
+    changed = Rig.parse(tomlkit.dumps(document), source=str(file), folder=file.parent)
     problems = feasibility_problems(changed)
     if problems:
         raise RigError(str(file), problems)
@@ -187,12 +186,12 @@ def _write_folder(rig: Rig, sizing: Sizing, folder: Path) -> None:
 
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder}: expected a folder to write into")
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
+    gaze = rig.require_gaze()
     result = None
     if sizing.m2 is not None:
         print_note("trade-off over d1 and d2 ...")
         hull = [part for part in rig_meshes(rig) if part.role is Role.HULL]
-        d1, d2 = ([f * m.distance_mm for f in DISTANCE_FACTORS] for m in (rig.fold_mirror, rig.gaze_mirror))
+        d1, d2 = ([f * m.distance_mm for f in DISTANCE_FACTORS] for m in (gaze.fold_mirror, gaze.gaze_mirror))
         result = trade_off(rig, sizing.request, hull, d1_mm=d1, d2_mm=d2)
     folder.mkdir(parents=True, exist_ok=True)
     write_outlines(sizing, folder / "outlines.json")
@@ -258,8 +257,9 @@ def _as_data(sizing: Sizing) -> dict[str, Any]:
     window, gaze = sizing.request.window, sizing.request.gaze
     applied = None
     if sizing.rig is not None:
-        plates = {"M1": sizing.rig.fold_mirror, "M2": sizing.rig.gaze_mirror}
-        applied = {name: [plate.width_mm, plate.height_mm] for name, plate in plates.items() if plate is not None}
+        mirrors = sizing.rig.require_gaze()
+        plates = {"M1": mirrors.fold_mirror, "M2": mirrors.gaze_mirror}
+        applied = {name: [plate.width_mm, plate.height_mm] for name, plate in plates.items()}
     second = sizing.second_range
     return {
         "window_px": [window.left_px, window.top_px, window.right_px, window.bottom_px],

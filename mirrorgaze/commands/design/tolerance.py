@@ -33,8 +33,7 @@ def tolerance(
     from reports.tolerance_figures import percentile_rows, ranking_rows, write_tolerances
 
     loaded = load_usable_rig(rig)
-    if not loaded.has_mirrors:
-        raise ValueError(f"{rig}: expected a rig with mirrors, got {loaded.name!r}, which has none")
+    loaded.require_gaze()
     study = tolerance_study(loaded, samples=samples, seed=seed)
     files = write_tolerances(study, output) if output is not None else []
     ranking, percentiles = ranking_rows(study), percentile_rows(study)

@@ -41,8 +41,7 @@ def corners(
 
     counts = _counts(samples)
     loaded = load_usable_rig(rig)
-    if not loaded.has_mirrors:
-        raise ValueError(f"{rig}: expected a rig with mirrors, got {loaded.name!r}, which has none")
+    loaded.require_gaze()
     errors = {(count, power): corner_error(loaded, count, power) for count in counts for power in POWERS}
     if output is not None:
         from reports.perception_figures import draw_corner_errors

@@ -58,8 +58,7 @@ def evaluate_detector(
     if detector not in DETECTORS:
         raise ValueError(f"expected --detector to be one of {', '.join(DETECTORS)}, got {detector!r}")
     loaded = load_usable_rig(rig)
-    if not loaded.has_mirrors:
-        raise ValueError(f"{rig}: expected a rig with mirrors, got {loaded.name!r}, which has none")
+    loaded.require_gaze()
     if output is not None:
         check_image_path(output, ".png")
     renderer = FastRenderer(loaded, rig_meshes(loaded), scene.stage(loaded))

@@ -58,8 +58,8 @@ def new(
     """
     import tomlkit
 
-    from rigs import load_document, preset_path, preset_with_hull, save_document
-    from rigs.files import parse_rig, put_hull_file
+    from rigs import Rig, load_document, preset_path, preset_with_hull, save_document
+    from rigs.files import put_hull_file
 
     file = output or Path(f"{name}.toml")
     is_file = hull is not None and "." in hull
@@ -73,7 +73,7 @@ def new(
     document["name"] = name
     if hull is not None and is_file:
         put_hull_file(document, Path(hull), unit=unit, folder=file.parent)
-    parse_rig(tomlkit.dumps(document), source=f"new rig {name!r}", folder=file.parent)
+    Rig.parse(tomlkit.dumps(document), source=f"new rig {name!r}", folder=file.parent)
     if file.exists():
         raise FileExistsError(f"{file}: expected a new file, but there is one already")
     if not file.parent.is_dir():

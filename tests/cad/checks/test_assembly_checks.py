@@ -14,7 +14,7 @@ from rigs import NoPortSpec
 
 
 def replaced(rig, section, **changes):
-    return rig.model_copy(update={section: getattr(rig, section).model_copy(update=changes)})
+    return rig.with_gaze(**{section: changes})
 
 
 def with_part(assembly, name, solid):
@@ -41,7 +41,7 @@ def test_a_printer_that_is_too_small_is_found(aqua2):
 
 @pytest.mark.parametrize("key", ["fold_anchor_mm", "base_anchor_mm"])
 def test_an_anchor_off_the_hull_is_found_with_the_nearest_point(aqua2, key):
-    x, y, z = getattr(aqua2.rig.mount, key)
+    x, y, z = getattr(aqua2.rig.gaze.mount, key)
     rig = replaced(aqua2.rig, "mount", **{key: (x, y, z * 1.1)})
     (problem,) = assembly_problems(rig, aqua2.assembly, grid_steps=2)
     assert problem.place == f"mount.{key}"
@@ -111,7 +111,7 @@ def test_every_check_says_which_joint_values_are_left(aqua2, monkeypatch):
     assert any("fold_bracket meet at" in str(problem) for problem in checked.problems)
     assert 0.3 < checked.admissible.fraction < 1
     low, high = checked.admissible.largest.q2_deg
-    assert low <= 0 < high < rig.joints.tilt.max_deg
+    assert low <= 0 < high < rig.gaze.joints.tilt.max_deg
 
 
 def test_without_closed_solids_nothing_else_is_looked_at(aqua2):

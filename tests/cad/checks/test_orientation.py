@@ -87,6 +87,6 @@ def test_what_fits_no_way_says_so():
 def test_the_presets_printed_parts_fit_and_stand_firmly(built):
     for mesh in built.meshes:
         if mesh.role is Role.MOUNT:
-            pose = print_pose(mesh, built.rig.mount)
+            pose = print_pose(mesh, built.rig.gaze.mount)
             assert pose.fits, mesh.name
             assert pose.firm, mesh.name

@@ -24,8 +24,8 @@ CLEARANCE_MM = 3.0
 @pytest.fixture(scope="module")
 def stowable() -> tuple[Assembly, list[PartMesh]]:
     rig = Rig.load("aqua2")
-    joints = rig.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
-    assembly = build_assembly(rig.model_copy(update={"joints": joints}))
+    joints = rig.gaze.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
+    assembly = build_assembly(rig.with_gaze(joints=joints))
     return assembly, tessellate(assembly)
 
 

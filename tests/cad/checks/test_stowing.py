@@ -14,7 +14,7 @@ from rigs.mounting import StowJoint
 
 def stowable(max_deg: float) -> tuple[Rig, Assembly]:
     rig = Rig.load("aqua2")
-    rig = rig.model_copy(update={"joints": rig.joints.model_copy(update={"stow": StowJoint(max_deg=max_deg)})})
+    rig = rig.with_gaze(joints={"stow": StowJoint(max_deg=max_deg)})
     return rig, build_assembly(rig)
 
 

@@ -16,7 +16,7 @@ FORWARD = (1.0, 0.0, 0.0)
 
 def mounted(**changes) -> Rig:
     rig = Rig.load("torpedo")
-    return rig.model_copy(update={"mount": rig.mount.model_copy(update=changes)})
+    return rig.with_gaze(mount=changes)
 
 
 def taut_mm(seat) -> float:

@@ -67,7 +67,7 @@ def test_a_preset_s_plates_hold_its_printed_parts_on_the_bed(built):
             low, high = 1000 * mesh.vertices_m.min(axis=0), 1000 * mesh.vertices_m.max(axis=0)
             assert low[2] == pytest.approx(0, abs=ROUNDING_MM)
             assert (low >= -ROUNDING_MM).all()
-            assert (high <= np.array(rig.mount.printer_bed_mm) + ROUNDING_MM).all()
+            assert (high <= np.array(rig.gaze.mount.printer_bed_mm) + ROUNDING_MM).all()
             # Turned, not mirrored.
             surface = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
             assert surface.volume == pytest.approx(volumes[mesh.name])

@@ -34,12 +34,10 @@ SHARES = st.floats(0, 1)
 
 def turned(rig: Rig) -> Rig:
     """The rig with reversed joints and offsets, and with M1 folding up: every sign in the chain counts."""
-    pan = rig.joints.pan.model_copy(update={"sign": -1, "offset_deg": 12.0})
-    tilt = rig.joints.tilt.model_copy(update={"sign": -1, "offset_deg": -7.0})
-    fold = rig.fold_mirror.model_copy(update={"direction": "up"})
-    return rig.model_copy(
-        update={"joints": rig.joints.model_copy(update={"pan": pan, "tilt": tilt}), "fold_mirror": fold}
-    )
+    pan = rig.gaze.joints.pan.model_copy(update={"sign": -1, "offset_deg": 12.0})
+    tilt = rig.gaze.joints.tilt.model_copy(update={"sign": -1, "offset_deg": -7.0})
+    fold = rig.gaze.fold_mirror.model_copy(update={"direction": "up"})
+    return rig.with_gaze(joints={"pan": pan, "tilt": tilt}, fold_mirror=fold)
 
 
 @pytest.fixture(scope="module", params=["as it is", "turned"])
@@ -158,7 +156,7 @@ def urdf(exported):
 
 def test_joints_have_the_rig_s_limits_and_the_servo_s_strength(exported, urdf):
     joints = {item.get("name"): item.find("limit") for item in ElementTree.parse(urdf).getroot().iter("joint")}
-    servos, ranges = exported.rig.servos, exported.rig.joints
+    servos, ranges = exported.rig.gaze.servos, exported.rig.gaze.joints
     for name in ("pan", "tilt"):
         joint, servo, limit = getattr(ranges, name), getattr(servos, name), joints[name]
         assert float(limit.get("lower")) == np.radians(joint.min_deg)
@@ -214,8 +212,8 @@ def test_the_description_can_be_moved_as_a_folder(exported, tmp_path):
 def test_a_fold_mirror_on_a_hinge_swings_as_the_solids_do(aqua2, tmp_path):
     """The joint `stow` turns M1 to where `cad` stows it."""
     rig = aqua2.rig
-    joints = rig.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
-    stowable = rig.model_copy(update={"joints": joints})
+    joints = rig.gaze.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
+    stowable = rig.with_gaze(joints=joints)
     assembly = build_assembly(stowable)
     write_robot(stowable, assembly, tessellate(assembly), tmp_path)
     robot = yourdfpy.URDF.load(str(tmp_path / "aqua2.urdf"), load_meshes=False, build_scene_graph=True)

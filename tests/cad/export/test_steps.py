@@ -56,8 +56,8 @@ def test_servos_mirrors_and_inserts_come_before_the_hull(steps):
 def test_a_hinge_is_put_together_before_it_goes_to_the_hull(aqua2):
     """With `joints.stow` an arm holds M1 and hangs in the bracket."""
     rig = aqua2.rig
-    joints = rig.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
-    assembly = build_assembly(rig.model_copy(update={"joints": joints}))
+    joints = rig.gaze.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
+    assembly = build_assembly(rig.with_gaze(joints=joints))
     titles = [step.title for step in assembly_steps(assembly, tessellate(assembly))]
     numbers = [
         next(number for number, title in enumerate(titles) if title.startswith(start))

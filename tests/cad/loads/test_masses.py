@@ -35,7 +35,7 @@ def test_mirrors_are_glass_servos_weigh_what_their_data_sheet_says_and_hulls_are
     ]
     bodies = part_bodies(aqua2, meshes)
     assert bodies[Group.TILT][0].mass_kg == pytest.approx(2500 * 3e-5)
-    assert bodies[Group.PAN][0].mass_kg == pytest.approx(aqua2.servos.tilt.mass_g / 1000)
+    assert bodies[Group.PAN][0].mass_kg == pytest.approx(aqua2.gaze.servos.tilt.mass_g / 1000)
     assert bodies[Group.FIXED] == []
 
 

@@ -26,7 +26,7 @@ def plate_mesh(width, height, thickness, offset=(0.0, 0.0, 0.0)):
 
 def test_a_plate_on_its_axis_has_the_closed_forms_of_a_plate(aqua2):
     _, tilt = servo_loads(aqua2, [plate_mesh(0.08, 0.1, 0.003)])
-    density, rate = 1023.343, np.radians(aqua2.servos.tilt.speed_deg_per_s)
+    density, rate = 1023.343, np.radians(aqua2.gaze.servos.tilt.speed_deg_per_s)
     assert tilt.off_balance_air == pytest.approx(0, abs=1e-12)
     assert tilt.turning == pytest.approx(plate.turning_moment(0.1, 0.08, rate, density), rel=1e-5)
     flow = plate.largest_flow_moment(0.1, 0.08, aqua2.vehicle.speed_m_per_s, density)

@@ -58,8 +58,8 @@ def test_apply_changes_the_four_numbers_and_keeps_the_comments(own):
     assert all(a.partition("#")[2] == b.partition("#")[2] for a, b in changed)
     rig = Rig.load(own)
     answer = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--json").stdout)
-    assert answer["rectangles_mm"]["M1"] == [rig.fold_mirror.width_mm, rig.fold_mirror.height_mm]
-    assert answer["rectangles_mm"]["M2"] == [rig.gaze_mirror.width_mm, rig.gaze_mirror.height_mm]
+    assert answer["rectangles_mm"]["M1"] == [rig.gaze.fold_mirror.width_mm, rig.gaze.fold_mirror.height_mm]
+    assert answer["rectangles_mm"]["M2"] == [rig.gaze.gaze_mirror.width_mm, rig.gaze.gaze_mirror.height_mm]
     assert answer["present_mirrors_pass"] == 1
     assert [file.name for file in own.parent.iterdir()] == ["mine.toml"]
 

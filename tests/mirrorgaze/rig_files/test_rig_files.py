@@ -55,8 +55,8 @@ def test_new_puts_a_hulls_file_in_the_presets_place(here):
     arguments = ("new", "reef", "--from", "torpedo", "--hull", "hulls/mine.stl", "--unit", "m", "-o", "rigs/reef.toml")
     assert mirrorgaze(*arguments).exit_code == 0
     rig = Rig.load(here / "rigs" / "reef.toml")
-    assert (rig.hull.file, rig.hull.unit) == (here / "hulls" / "mine.stl", "m")
-    assert rig.mount.fold_plane is None
+    assert (rig.gaze.hull.file, rig.gaze.hull.unit) == (here / "hulls" / "mine.stl", "m")
+    assert rig.gaze.mount.fold_plane is None
 
 
 def test_new_writes_where_it_is_told(here):

@@ -27,8 +27,7 @@ def rig() -> Rig:
 
 
 def joint_grid(rig: Rig, count: int) -> dict[str, NDArray[np.float64]]:
-    assert rig.joints is not None
-    return {"q1": rig.joints.pan.values(count), "q2": rig.joints.tilt.values(count)}
+    return {"q1": rig.gaze.joints.pan.values(count), "q2": rig.gaze.joints.tilt.values(count)}
 
 
 def shadow(rig: Rig, part: PartMesh, count: int = 31, **options: object) -> tuple[Coverage, Coverage]:

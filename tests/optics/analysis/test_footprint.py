@@ -38,7 +38,7 @@ def test_a_cone_on_m1_has_the_near_and_far_edge_of_the_closed_form(degrees):
     So the far edge is at sqrt(2) d1 t / (1 - t) below the centre, the near one at sqrt(2) d1 t / (1 + t) above; and
     sideways at d1 t.
     """
-    tangent, d1 = np.tan(np.radians(degrees)), BARE.fold_mirror.distance_mm / 1000
+    tangent, d1 = np.tan(np.radians(degrees)), BARE.gaze.fold_mirror.distance_mm / 1000
     bundle, _ = pixel_bundle(bare_train(BARE), edge_middles(tangent))
     footprint = fold_footprint(BARE, bundle)
     far, near = np.sqrt(2) * d1 * tangent / (1 - tangent), np.sqrt(2) * d1 * tangent / (1 + tangent)
@@ -59,7 +59,7 @@ def test_a_narrow_cone_on_m2_grows_as_the_cosine_of_incidence(tilt_deg):
     bundle, _ = pixel_bundle(bare_train(BARE), edge_middles(tangent))
     pose = {"q1": np.zeros(1), "q2": np.radians([tilt_deg])}
     footprint = gaze_footprint(BARE, bundle, **pose)
-    length = (BARE.fold_mirror.distance_mm + BARE.gaze_mirror.distance_mm) / 1000
+    length = (BARE.gaze.fold_mirror.distance_mm + BARE.gaze.gaze_mirror.distance_mm) / 1000
     cosine = np.cos(np.radians(45 - tilt_deg))
     half = np.abs(footprint.points_m[0]).max(axis=0)
     # The next order is tan(i) t, 5e-7.
@@ -76,7 +76,7 @@ def test_a_wide_cone_on_m2_at_its_limit_has_the_edges_of_the_closed_form(tangent
     """
     bundle, _ = pixel_bundle(bare_train(BARE), edge_middles(tangent))
     footprint = gaze_footprint(BARE, bundle, q1=np.zeros(1), q2=np.radians([-32.5]))
-    length = (BARE.fold_mirror.distance_mm + BARE.gaze_mirror.distance_mm) / 1000
+    length = (BARE.gaze.fold_mirror.distance_mm + BARE.gaze.gaze_mirror.distance_mm) / 1000
     angle, incidence = np.arctan(tangent), np.radians(77.5)
     if angle + incidence > np.pi / 2:
         assert not footprint.struck[0].all()
@@ -94,12 +94,8 @@ def test_footprints_are_where_the_train_says_pose_by_pose():
     rng = np.random.default_rng(5)
     q1, q2 = np.radians(rng.uniform([[-77], [-20]], [[77], [110]], (2, 12)))
     footprint = gaze_footprint(AQUA2, bundle, q1=q1, q2=q2)
-    large = AQUA2.model_copy(
-        update={
-            name: getattr(AQUA2, name).model_copy(update={"width_mm": 1e4, "height_mm": 1e4})
-            for name in ("fold_mirror", "gaze_mirror")
-        }
-    )
+    sides = {"width_mm": 1e4, "height_mm": 1e4}
+    large = AQUA2.with_gaze(fold_mirror=sides, gaze_mirror=sides)
     pixels = fraction_window(bare_train(AQUA2).camera, 0.1).boundary(3)
     for k, (a, b) in enumerate(zip(q1, q2, strict=True)):
         rays = OpticalTrain.from_rig(large, q1=a, q2=b).trace(pixels)
@@ -120,11 +116,9 @@ def test_extents_of_a_design_are_those_of_its_footprint():
         AQUA2, bundle, d1_m=d1, d2_m=d2, q1=grid.q1, q2=grid.q2, margin_m=0.002, angle_tolerance=0.01
     )
     for k in range(3):
-        rig = AQUA2.model_copy(
-            update={
-                "fold_mirror": AQUA2.fold_mirror.model_copy(update={"distance_mm": 1000 * d1[k]}),
-                "gaze_mirror": AQUA2.gaze_mirror.model_copy(update={"distance_mm": 1000 * d2[k]}),
-            }
+        rig = AQUA2.with_gaze(
+            fold_mirror={"distance_mm": 1000 * d1[k]},
+            gaze_mirror={"distance_mm": 1000 * d2[k]},
         )
         for found, footprint in (
             (extents.m1_m[k], fold_footprint(rig, bundle)),

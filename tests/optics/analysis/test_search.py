@@ -55,9 +55,9 @@ def rig(request: pytest.FixtureRequest) -> Rig:
 
 def boxed(rig: Rig) -> PartMesh:
     """The hull as a plain box that ends where its front does: parts come from outside `optics`."""
-    assert rig.hull is not None and rig.hull.shape != "file"
-    half = hull_half_size(rig.hull)
-    if not isinstance(rig.hull, BoxHull):
+    assert rig.gaze.hull is not None and rig.gaze.hull.shape != "file"
+    half = hull_half_size(rig.gaze.hull)
+    if not isinstance(rig.gaze.hull, BoxHull):
         half = half * [0.9, 0.5, 0.5]
     return box_part(-half, half, group=Group.FIXED, role=Role.HULL, name="hull")
 
@@ -100,8 +100,7 @@ def test_wrong_objectives_are_sentences() -> None:
 
 def test_area_and_swept_volume_are_closed_forms(rig: Rig) -> None:
     design = design_of(rig)[np.newaxis]
-    assert rig.fold_mirror is not None and rig.gaze_mirror is not None
-    m1, m2 = rig.fold_mirror, rig.gaze_mirror
+    m1, m2 = rig.gaze.fold_mirror, rig.gaze.gaze_mirror
     assert area_cm2(design)[0] == pytest.approx((m1.width_mm * m1.height_mm + m2.width_mm * m2.height_mm) / 100)
     # The sizing's sphere, written for one mirror.
     assert swept_volume_l(design, m2.thickness_mm)[0] == pytest.approx(1000 * swept_sphere_m3(m2))
@@ -116,13 +115,12 @@ def test_coarse_scores_are_those_of_coverage(rig: Rig) -> None:
     """Hull and M1's plate in the way, against 61 x 61 poses for what is covered, 160 x 120 rays for the resolution."""
     designs = designs_around(rig, 6)
     scores = CoarseScorer(rig, [boxed(rig)]).scores(designs, ALL)
-    joints = rig.joints
+    joints = rig.gaze.joints
     assert joints is not None
 
     def found(design: FloatArray, steps: tuple[int, int], **options: int) -> Coverage:
         built = rig_with(rig, design)
-        assert built.fold_mirror is not None
-        plate = plate_part("m1", built.fold_mirror, Layout.from_rig(built).body_from_m1, Group.FIXED)
+        plate = plate_part("m1", built.gaze.fold_mirror, Layout.from_rig(built).body_from_m1, Group.FIXED)
         q1, q2 = joints.pan.values(steps[0]), joints.tilt.values(steps[1])
         return coverage(built, [boxed(rig), plate], q1=q1, q2=q2, **options)
 

@@ -184,7 +184,7 @@ def test_a_view_wider_than_45_degrees_never_meets_m1():
 
 
 def test_mirrors_without_room_to_turn_are_named():
-    near = AQUA2.model_copy(update={"gaze_mirror": AQUA2.gaze_mirror.model_copy(update={"distance_mm": 70.0})})
+    near = AQUA2.with_gaze(gaze_mirror={"distance_mm": 70.0})
     sizing = binding_of(near)
     assert names(sizing) == {"clearance"}
     assert "expected room to turn: the sphere of" in sizing.bindings[0].message
@@ -192,9 +192,9 @@ def test_mirrors_without_room_to_turn_are_named():
 
 def test_what_would_fit_fits_and_a_little_more_does_not():
     """A bed of 120 x 160 mm, where M2, far below the hull, has to be longer."""
-    mount = AQUA2.mount.model_copy(update={"printer_bed_mm": (60.0, 120.0, 160.0)})
-    m2 = AQUA2.gaze_mirror.model_copy(update={"distance_mm": 200.0})
-    rig = AQUA2.model_copy(update={"mount": mount, "gaze_mirror": m2})
+    mount = AQUA2.gaze.mount.model_copy(update={"printer_bed_mm": (60.0, 120.0, 160.0)})
+    m2 = AQUA2.gaze.gaze_mirror.model_copy(update={"distance_mm": 200.0})
+    rig = AQUA2.with_gaze(mount=mount, gaze_mirror=m2)
     sizing = binding_of(rig)
     assert names(sizing) == {"printer bed"}
     window, (low, high) = image_part(0.2), sizing.second_range
@@ -250,8 +250,8 @@ def test_a_tray_larger_than_the_printers_bed_is_named():
 
 def test_rectangles_are_rounded_up_and_thicker_than_their_plates():
     rig = with_mirrors(AQUA2, (0.0401, 0.045), (0.001, 0.0300001))
-    assert (rig.fold_mirror.width_mm, rig.fold_mirror.height_mm) == (40.5, 45.0)
-    assert (rig.gaze_mirror.width_mm, rig.gaze_mirror.height_mm) == (6.5, 30.5)
+    assert (rig.gaze.fold_mirror.width_mm, rig.gaze.fold_mirror.height_mm) == (40.5, 45.0)
+    assert (rig.gaze.gaze_mirror.width_mm, rig.gaze.gaze_mirror.height_mm) == (6.5, 30.5)
 
 
 @pytest.mark.parametrize("change", [{"margin_m": -0.001}, {"angle_tolerance": np.nan}])

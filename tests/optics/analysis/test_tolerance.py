@@ -187,7 +187,7 @@ def test_small_errors_add_up_linearly(rig: Rig) -> None:
 def test_a_deadband_is_an_angle_of_the_servo(rig: Rig) -> None:
     # Travel over pulse range: 155 degrees over 1500 us, so 2 us are 0.2067 degrees; the tilt moves the gaze twice. Both
     # servos of both presets have that travel and range.
-    servo = rig.servos.tilt
+    servo = rig.gaze.servos.tilt
     assert np.degrees(pulse_angle(servo, 2.0)) == pytest.approx(155 / 1500 * 2)
     study = tolerance_study(rig, Tolerances(**{**NO_TOLERANCES, "deadband_us": None}), samples=4000, poses=[[0.0, 0.0]])
     half = 155 / 1500 * servo.deadband_us

@@ -34,14 +34,12 @@ def result():
 def test_each_design_has_the_sizes_that_sizing_gives(result):
     """The trade-off's grid is coarser by 0.1 %; half a millimetre of rounding may tip over."""
     for j, i in ((0, 0), (1, 1), (1, 2)):
-        rig = AQUA2.model_copy(
-            update={
-                "fold_mirror": AQUA2.fold_mirror.model_copy(update={"distance_mm": D1_MM[i]}),
-                "gaze_mirror": AQUA2.gaze_mirror.model_copy(update={"distance_mm": D2_MM[j]}),
-            }
+        rig = AQUA2.with_gaze(
+            fold_mirror={"distance_mm": D1_MM[i]},
+            gaze_mirror={"distance_mm": D2_MM[j]},
         )
         sized = size_mirrors(rig, REQUEST).rig
-        for found, plate in ((result.m1_mm, sized.fold_mirror), (result.m2_mm, sized.gaze_mirror)):
+        for found, plate in ((result.m1_mm, sized.gaze.fold_mirror), (result.m2_mm, sized.gaze.gaze_mirror)):
             np.testing.assert_allclose(found[j, i], [plate.width_mm, plate.height_mm], atol=0.5)
 
 
@@ -68,21 +66,21 @@ def test_mass_and_moment_are_those_of_two_glass_plates(result):
 def test_swept_volumes_of_aqua2():
     """Half diagonal of 80 x 100 x (twice 3) mm; a cylinder of radius 40 + 4 + the servo's height, 100 + 3 + 4 high."""
     radius = np.sqrt(40**2 + 50**2 + 3**2)
-    assert swept_sphere_m3(AQUA2.gaze_mirror) == pytest.approx(4 / 3 * np.pi * radius**3 * 1e-9)
-    cylinder = np.pi * (44 + AQUA2.servos.tilt.size_mm[2]) ** 2 * 107
+    assert swept_sphere_m3(AQUA2.gaze.gaze_mirror) == pytest.approx(4 / 3 * np.pi * radius**3 * 1e-9)
+    cylinder = np.pi * (44 + AQUA2.gaze.servos.tilt.size_mm[2]) ** 2 * 107
     assert swept_cylinder_m3(AQUA2) == pytest.approx(cylinder * 1e-9)
 
 
 def test_a_plate_is_a_closed_box_behind_its_face():
     pose = Layout.from_rig(AQUA2).body_from_m1
-    part = plate_part("fold_mirror", AQUA2.fold_mirror, RigidTransform.identity(), Group.FIXED)
+    part = plate_part("fold_mirror", AQUA2.gaze.fold_mirror, RigidTransform.identity(), Group.FIXED)
     np.testing.assert_allclose(part.vertices_m.min(axis=0), [-0.04, -0.045, -0.003])
     np.testing.assert_allclose(part.vertices_m.max(axis=0), [0.04, 0.045, 0.0])
     corners = part.vertices_m[part.faces]
     # Divergence theorem: positive when all faces are counter-clockwise seen from outside.
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
     assert volume == pytest.approx(0.08 * 0.09 * 0.003)
-    placed = plate_part("fold_mirror", AQUA2.fold_mirror, pose, Group.FIXED)
+    placed = plate_part("fold_mirror", AQUA2.gaze.fold_mirror, pose, Group.FIXED)
     np.testing.assert_allclose(placed.vertices_m, pose.apply(part.vertices_m))
 
 

@@ -261,7 +261,7 @@ def test_the_housing_is_told_apart() -> None:
 
 def mirror_plate(rig: Rig, group: Group) -> PartMesh:
     """Plate of M1 (fixed) or M2 (tilt) with its face exactly where the mirror is."""
-    plate = rig.fold_mirror if group is Group.FIXED else rig.gaze_mirror
+    plate = rig.gaze.fold_mirror if group is Group.FIXED else rig.gaze.gaze_mirror
     assert plate is not None
     half = np.array([plate.width_mm, plate.height_mm]) / 2000
     box = box_part([*-half, -plate.thickness_mm / 1000], [*half, 0.0], group=group, role=Role.MIRROR)
@@ -280,17 +280,16 @@ def test_a_mirror_does_not_block_its_own_face(rig: Rig) -> None:
 
 def test_gaze_straight_up_meets_the_fold_mirror(rig: Rig) -> None:
     """The axis comes back the way it went: in the middle of its view the camera sees itself."""
-    assert rig.fold_mirror is not None
     up = {"q1": [0.0], "q2": [np.pi / 4]}
     # So thin that only its face can be hit: the sides of a real plate face the water, too.
-    thin = rig.model_copy(update={"fold_mirror": rig.fold_mirror.model_copy(update={"thickness_mm": 1e-3})})
+    thin = rig.with_gaze(fold_mirror={"thickness_mm": 1e-3})
     fov, bare = (usable_fov(rig, parts, **up) for parts in ([mirror_plate(thin, Group.FIXED)], []))
     train = OpticalTrain.from_rig(rig, q2=np.pi / 4)
     rays = train.trace(pixel_grid(train.camera, 64, 48))
     m1_from_camera = Layout.from_rig(rig).camera_from_m1.inv()
     start, direction = m1_from_camera.apply(rays.origin_m), m1_from_camera.rotation.apply(rays.direction)
     crossing = start - direction * (start[:, 2] / direction[:, 2])[:, np.newaxis]
-    half = np.array([rig.fold_mirror.width_mm, rig.fold_mirror.height_mm]) / 2000
+    half = np.array([rig.gaze.fold_mirror.width_mm, rig.gaze.fold_mirror.height_mm]) / 2000
     on_m1 = (np.abs(crossing[:, :2]) <= half).all(axis=1) & (rays.status == Status.OK)
     assert 0 < on_m1.sum() == fov.pixels[0, Fate.MIRROR_PLATE]
     assert fov.pixels[0, Fate.SEEN] == bare.pixels[0, Fate.SEEN] - on_m1.sum()

@@ -132,7 +132,7 @@ def test_mirror_under_water():
     """Reflectance of aluminium in water at 45 degrees by its complex index, and the whole way of the light."""
     wavelength = np.array([450.0, 550.0, 650.0])
     water = absorbing()
-    plate = Rig.load("aqua2").fold_mirror
+    plate = Rig.load("aqua2").gaze.fold_mirror
     pose = RigidTransform.from_components([0.0, 0.0, 1.0], Rotation.from_euler("y", 180 + 45, degrees=True))
     # The lamp stands beside the mirror, where the folded view looks.
     normal = pose.rotation.apply([0, 0, 1])

@@ -15,25 +15,17 @@ from tracking.estimation.sight_lines import SightLines
 from tracking.perception import Crop, ExactCorners
 
 AQUA2 = Rig.load("aqua2")
-UP = AQUA2.model_copy(
-    update={
-        "fold_mirror": AQUA2.fold_mirror.model_copy(update={"direction": "up"}),
-        "joints": AQUA2.joints.model_copy(
-            update={
-                name: joint.model_copy(update={"min_deg": -joint.max_deg, "max_deg": -joint.min_deg})
-                for name, joint in (("pan", AQUA2.joints.pan), ("tilt", AQUA2.joints.tilt))
-            }
-        ),
-    }
+UP = AQUA2.with_gaze(
+    fold_mirror={"direction": "up"},
+    joints={
+        name: joint.model_copy(update={"min_deg": -joint.max_deg, "max_deg": -joint.min_deg})
+        for name, joint in (("pan", AQUA2.gaze.joints.pan), ("tilt", AQUA2.gaze.joints.tilt))
+    },
 )
-REVERSED = AQUA2.model_copy(
-    update={
-        "joints": AQUA2.joints.model_copy(
-            update={
-                "pan": AQUA2.joints.pan.model_copy(update={"sign": -1}),
-                "tilt": AQUA2.joints.tilt.model_copy(update={"sign": -1, "min_deg": -122.5, "max_deg": 32.5}),
-            }
-        )
+REVERSED = AQUA2.with_gaze(
+    joints={
+        "pan": AQUA2.gaze.joints.pan.model_copy(update={"sign": -1}),
+        "tilt": AQUA2.gaze.joints.tilt.model_copy(update={"sign": -1, "min_deg": -122.5, "max_deg": 32.5}),
     }
 )
 RIGS = {"down": AQUA2, "up": UP, "reversed": REVERSED}
@@ -128,8 +120,8 @@ def test_the_scale_is_the_view_of_the_mirrors_middle_half():
 
 
 def test_a_level_pose_keeps_to_the_limits():
-    joints = AQUA2.joints.model_copy(update={"tilt": AQUA2.joints.tilt.model_copy(update={"min_deg": 10.0})})
-    lines = SightLines(AQUA2.model_copy(update={"joints": joints}))
+    joints = AQUA2.gaze.joints.model_copy(update={"tilt": AQUA2.gaze.joints.tilt.model_copy(update={"min_deg": 10.0})})
+    lines = SightLines(AQUA2.with_gaze(joints=joints))
     np.testing.assert_allclose(np.degrees(level_pose(lines.gimbal)), [0, 10])
 
 

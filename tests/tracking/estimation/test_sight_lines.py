@@ -27,14 +27,9 @@ PROMISE_PX = 1e-9
 def folding_up(rig: Rig) -> Rig:
     limits = {
         name: joint.model_copy(update={"min_deg": -joint.max_deg, "max_deg": -joint.min_deg})
-        for name, joint in (("pan", rig.joints.pan), ("tilt", rig.joints.tilt))
+        for name, joint in (("pan", rig.gaze.joints.pan), ("tilt", rig.gaze.joints.tilt))
     }
-    return rig.model_copy(
-        update={
-            "fold_mirror": rig.fold_mirror.model_copy(update={"direction": "up"}),
-            "joints": rig.joints.model_copy(update=limits),
-        }
-    )
+    return rig.with_gaze(fold_mirror={"direction": "up"}, joints=limits)
 
 
 AQUA2 = Rig.load("aqua2")
