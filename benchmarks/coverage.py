@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-from cad.meshes import rig_meshes
-from optics.analysis import Fate, coverage
-from optics.analysis.coverage import stepped_joints
-from optics.analysis.field import SKIN_M
-from optics.arrays import FloatArray, to_columns
-from optics.backend import Array3f64, Bool
+from cad.assembly.meshes import rig_meshes
+from optics.coverage.coverage import coverage, stepped_joints
+from optics.coverage.field import SKIN_M
+from optics.coverage.outcome import Fate
+from optics.kernels.arrays import FloatArray, to_columns
+from optics.kernels.backend import Array3f64, Bool
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role, merge
 from optics.occlusion import Occluder, blocks

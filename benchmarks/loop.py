@@ -14,14 +14,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from cad.meshes import rig_meshes
+from cad.assembly.meshes import rig_meshes
+from dives import Dive
+from dives.runner import ClosedLoop, Moment, run_dive
+from dives.specification import varied
 from rigs import Rig
-from tracking.dives import Dive
-from tracking.dives.runner import ClosedLoop, Moment, run_dive
-from tracking.dives.specification import varied
-from tracking.loop import TrackingLoop
+from tracking.loop.loop import TrackingLoop
+from tracking.loop.variants import VARIANTS
 from tracking.protocols import MirrorReport, Shot
-from tracking.variants import VARIANTS
 
 PICTURES = 120
 WARM_UP = 10

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from optics import backend
-from optics.arrays import FloatArray
-from optics.port import DomePort, FlatPort
+from optics.kernels import backend
+from optics.kernels.arrays import FloatArray
+from optics.ports.port import DomePort, FlatPort
 from optics.status import Status
 from optics.train import OpticalTrain, compiled_project
 from rigs import Rig

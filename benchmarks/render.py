@@ -22,19 +22,19 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from cad.meshes import rig_meshes
-from optics.backend import BACKEND_VARIABLE, activate, dr, mi
+from cad.assembly.meshes import rig_meshes
+from optics.kernels.backend import BACKEND_VARIABLE, activate, dr, mi
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
-from optics.port import FlatPort, port_from_spec
+from optics.ports.port import FlatPort, port_from_spec
 from rigs import Rig
+from scenes.light.waves import Wind
 from scenes.reference.agreement import TARGET_ERROR, pixel_error
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage import Stage, stage
-from scenes.state import State
-from scenes.targets import Ball
-from scenes.waves import Wind
+from scenes.stage.stage import Stage, stage
+from scenes.stage.state import State
+from scenes.stage.targets import Ball
 
 WORLDS = ("reef", "tank")
 SIZES = ((640, 480), (320, 240))

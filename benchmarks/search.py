@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from cad.meshes import rig_meshes
-from optics.analysis import coverage
-from optics.analysis.objectives import OBJECTIVES, design_of, rig_with
-from optics.analysis.search_score import CoarseScorer, Grid
-from optics.analysis.trade_off import plate_part
+from cad.assembly.meshes import rig_meshes
+from optics.coverage.coverage import coverage
 from optics.layout import Layout
 from optics.mesh import Group, Role
+from optics.search.objectives import OBJECTIVES, design_of, rig_with
+from optics.search.score import CoarseScorer, Grid
+from optics.sizing.trade_off import plate_part
 from rigs import Rig
 
 RIG = "aqua2"

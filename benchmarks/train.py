@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from optics import backend
-from optics.arrays import FloatArray
 from optics.camera import PinholeCamera
+from optics.kernels import backend
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
-from optics.port import DomePort, FlatPort
+from optics.ports.port import DomePort, FlatPort
 from optics.status import Status
 from optics.train import OpticalTrain, compiled_trace
 from rigs import Rig

@@ -13,7 +13,7 @@ import trimesh
 from build123d import Axis, Compound, Location, RevoluteJoint, RigidJoint
 from scipy.spatial.transform import RigidTransform
 
-from cad.assembly import Assembly
+from cad.assembly.assembly import Assembly
 from cad.shapes import location_mm
 from optics.layout import Layout
 from optics.mesh import Group

@@ -78,7 +78,7 @@ def examine() -> list[Finding]:
 
 def prove_backend() -> None:
     """Load the backend, run a float64 kernel and a search for rays, and print what was used and found as JSON."""
-    from optics.backend import Float64, activate, dr
+    from optics.kernels.backend import Float64, activate, dr
 
     backend = activate()
     k = dr.arange(Float64, TERMS) + 1
@@ -102,8 +102,8 @@ def _met_m() -> list[float]:
     """How far a ray goes to each of two triangles, `TRIANGLES_M` away, that one kernel searches."""
     import numpy as np
 
-    from optics.backend import dr, mi
-    from optics.ray_scene import mesh_scene
+    from optics.kernels.backend import dr, mi
+    from optics.kernels.ray_scene import mesh_scene
 
     corners, face = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
     scenes = [mesh_scene(corners + np.array([0, 0, away]), face) for away in TRIANGLES_M]

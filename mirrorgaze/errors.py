@@ -17,7 +17,7 @@ HOUSE = ("rigs", "optics", "cad", "scenes", "tracking", "reports", "mirrorgaze")
 
 WRONG_PATH = (FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError, PermissionError)
 
-FAILURES = {"optics.backend": "BackendError", "tracking.dives": "DiveStoppedError"}
+FAILURES = {"optics.kernels.backend": "BackendError", "dives": "DiveStoppedError"}
 """Errors of ours, by module, that say what went wrong with good input."""
 
 Parameters = ParamSpec("Parameters")

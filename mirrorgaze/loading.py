@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from optics.feasibility import feasibility_problems
+from optics.feasibility.feasibility import feasibility_problems
 from rigs import Rig, RigError
 
 
@@ -22,7 +22,7 @@ def print_hull_notes(rig: Rig) -> list[str]:
     if rig.file_hull is None:
         return []
     # Reading meshes takes libraries that other hulls do not need.
-    from cad.hull_mesh import hull_notes
+    from cad.hulls.hull_mesh import hull_notes
 
     notes = hull_notes(rig)
     for note in notes:

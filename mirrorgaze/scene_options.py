@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from rigs import Rig
-    from scenes.stage import Stage
-    from scenes.sun import Sun
-    from scenes.waves import Wind
+    from scenes.light.sun import Sun
+    from scenes.light.waves import Wind
+    from scenes.stage.stage import Stage
 
 SCENE = "Scene options"
 LIGHT = "Light options"
@@ -101,8 +101,8 @@ class SceneOptions:
         flat_sea : bool
             Without wind where none was asked for.
         """
-        from scenes.problems import Problems
-        from scenes.stage import TARGET_M, stage
+        from scenes.stage.problems import Problems
+        from scenes.stage.stage import TARGET_M, stage
 
         problems = Problems()
         rest: dict[str, Any] = {
@@ -127,7 +127,7 @@ class SceneOptions:
         return stage(rig, sun=sun, wind=wind, **rest)
 
     def _wind(self, *, flat_sea: bool) -> Wind | None:
-        from scenes.waves import Wind
+        from scenes.light.waves import Wind
 
         if self.wind_m_s is None:
             return Wind(speed_m_s=0.0) if flat_sea else None
@@ -135,7 +135,7 @@ class SceneOptions:
 
     def _sun(self) -> Sun:
         """Sun by its angles, or by date and place; `ValueError` for half of them, and for both."""
-        from scenes.sun import Sun, sun_at
+        from scenes.light.sun import Sun, sun_at
 
         angles = {"elevation_deg": self.sun_elevation_deg, "azimuth_deg": self.sun_azimuth_deg}
         given = {name: value for name, value in angles.items() if value is not None}

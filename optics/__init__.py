@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from optics.camera import FisheyeCamera, PinholeCamera
     from optics.layout import Layout
     from optics.mirror import PlaneMirror
-    from optics.port import DomePort, FlatPort, NoPort
+    from optics.ports.port import DomePort, FlatPort, NoPort
     from optics.status import Region, Status
     from optics.train import Image, OpticalTrain, Rays
 
 HOMES = {
-    "DomePort": "optics.port",
+    "DomePort": "optics.ports.port",
     "FisheyeCamera": "optics.camera",
-    "FlatPort": "optics.port",
+    "FlatPort": "optics.ports.port",
     "Image": "optics.train",
     "Layout": "optics.layout",
-    "NoPort": "optics.port",
+    "NoPort": "optics.ports.port",
     "OpticalTrain": "optics.train",
     "PinholeCamera": "optics.camera",
     "PlaneMirror": "optics.mirror",

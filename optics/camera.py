@@ -15,8 +15,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray, check_points, opaque, to_columns, to_rows
-from optics.backend import Array3f64, dr
+from optics.kernels.arrays import FloatArray, check_points, opaque, to_columns, to_rows
+from optics.kernels.backend import Array3f64, dr
 from rigs import Camera as CameraSpec
 
 INVERSE_ITERATIONS = 20

@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray, check_points, opaque_vector, to_columns, to_rows
-from optics.backend import Array3f64, Float64, UInt32, dr
 from optics.camera import camera_from_spec
+from optics.kernels.arrays import FloatArray, check_points, opaque_vector, to_columns, to_rows
+from optics.kernels.backend import Array3f64, Float64, UInt32, dr
 from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
 from optics.mirror import MirrorPlane, reflect_over, unfold
-from optics.port import DomePort, FlatPort, NoPort, port_from_spec
+from optics.ports.port import DomePort, FlatPort, NoPort, port_from_spec
 from rigs import Rig
 
 POINT = ("point_x_m", "point_y_m", "point_z_m")

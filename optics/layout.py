@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from rigs import Camera, FoldMirror, GazeMirror, Joint, Rig
 
 BODY_FROM_OPTICAL = Rotation.from_matrix(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]))

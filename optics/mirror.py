@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import FloatArray, check_points, check_vector, opaque, opaque_vector, unit
-from optics.backend import dr
-from optics.refraction import reflect
+from optics.kernels.arrays import FloatArray, check_points, check_vector, opaque, opaque_vector, unit
+from optics.kernels.backend import dr
+from optics.kernels.refraction import reflect
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.backend import Float32, UInt32, dr, mi
+from optics.kernels.backend import Float32, UInt32, dr, mi
+from optics.kernels.ray_scene import mesh_scene
 from optics.mesh import Group, PartMesh, Role, merge
-from optics.ray_scene import mesh_scene
 
 ROLES = tuple(Role)
 """Order of the roles in `Hit.role`."""

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.arrays import FloatArray, check_points, opaque, to_columns, to_rows
-from optics.backend import Array3f64, Int32, dr
 from optics.camera import Camera, camera_from_spec
-from optics.freezing import frozen
+from optics.kernels.arrays import FloatArray, check_points, opaque, to_columns, to_rows
+from optics.kernels.backend import Array3f64, Int32, dr
+from optics.kernels.freezing import frozen
 from optics.layout import Layout, check_stows
 from optics.mirror import PlaneMirror, reflect_over, unfold
-from optics.port import Port, port_from_spec
+from optics.ports.port import Port, port_from_spec
 from optics.status import Region, Status
 from rigs import Rig
 

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from optics.cache import result_key
+from optics.kernels.cache import result_key
 from rigs import Rig
 
 STATE_FILE = ".stages.json"
@@ -90,10 +90,10 @@ def work_key(rig: Rig, settings: str = "") -> str:
 def physics_versions() -> tuple[int, ...]:
     """Versions of all that stages take from the cache."""
     # Renderer and solids take seconds to import, and tables are written by programs that need neither.
-    from cad.checks.slicer import SLICE_VERSION  # noqa: PLC0415
-    from cad.hull_mesh import HULL_MESH_VERSION  # noqa: PLC0415
-    from cad.meshes import MESH_VERSION  # noqa: PLC0415
-    from optics.radiative_transfer.field import RADIANCE_VERSION  # noqa: PLC0415
-    from scenes.ambient import LIGHT_VERSION  # noqa: PLC0415
+    from cad.assembly.meshes import MESH_VERSION  # noqa: PLC0415
+    from cad.checks.printing.slicer import SLICE_VERSION  # noqa: PLC0415
+    from cad.hulls.hull_mesh import HULL_MESH_VERSION  # noqa: PLC0415
+    from optics.water.radiative_transfer.field import RADIANCE_VERSION  # noqa: PLC0415
+    from scenes.baking.ambient import LIGHT_VERSION  # noqa: PLC0415
 
     return RADIANCE_VERSION, HULL_MESH_VERSION, MESH_VERSION, SLICE_VERSION, LIGHT_VERSION

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, nnls
 from scipy.special import j0
 
-from optics.arrays import FloatArray
-from optics.scattering import PhaseFunction
+from optics.kernels.arrays import FloatArray
 from optics.status import Region, Status
 from optics.train import OpticalTrain
+from optics.water.scattering import PhaseFunction
 from rigs import Rig
-from scenes.frame import FloatImage, Frame
-from scenes.light import Light
+from scenes.light.light import Light
+from scenes.stage.frame import FloatImage, Frame
 
 FARTHEST_M = 40.0
 """Behind more water than this, things are blurred as behind this much: nothing is seen there."""

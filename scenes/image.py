@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.backend import mi
-from scenes.frame import Frame
+from optics.kernels.backend import mi
 from scenes.sensor.colour import srgb_encode
-from scenes.stage import Stage
+from scenes.stage.frame import Frame
+from scenes.stage.stage import Stage
 
 WHITE_LEVEL = 0.8
 """Fraction of full scale at which the white card that sets exposure and white balance is shown."""

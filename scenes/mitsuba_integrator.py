@@ -1,7 +1,7 @@
 """The fast light model as a Mitsuba integrator, `mirrorgaze_water`, for scenes that were not made here.
 
 Rays of the scene's own sensor are followed over mirrors and through glass without any choice by chance; the first
-surface that scatters light ends them. Water between is closed form, as in `scenes.shading`. `docs/how-to/mitsuba.md`
+surface that scatters light ends them. Water between is closed form, as in `scenes.kernels.shading`. `docs/how-to/mitsuba.md`
 says what is left out.
 """
 
@@ -11,13 +11,10 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from optics.backend import Bool, Float32, UInt32, dr, mi
+from optics.kernels.backend import Bool, Float32, UInt32, dr, mi
+from optics.kernels.packing import Numbers, Packing, vector
 from rigs import Water
-from scenes.field_table import layer
-from scenes.light import Light, underwater_light
-from scenes.packing import Numbers, Packing, vector
-from scenes.sea import Sea
-from scenes.shading import (
+from scenes.kernels.shading import (
     Illumination,
     Segment,
     Spectrum,
@@ -27,11 +24,14 @@ from scenes.shading import (
     scattered_in,
     seen_through_surface,
 )
-from scenes.sky import Daylight
-from scenes.spectrum import water_bands
-from scenes.sun import Sun
-from scenes.tracing import FAR_M, START_OFFSET_M
-from scenes.waves import Wind
+from scenes.kernels.tracing import FAR_M, START_OFFSET_M
+from scenes.light.field_table import layer
+from scenes.light.light import Light, underwater_light
+from scenes.light.sea import Sea
+from scenes.light.sky import Daylight
+from scenes.light.spectrum import water_bands
+from scenes.light.sun import Sun
+from scenes.light.waves import Wind
 
 NAME = "mirrorgaze_water"
 
@@ -293,5 +293,5 @@ def _coloured(throughput: Spectrum, colour: Any) -> Spectrum:
 
 @cache
 def register() -> None:
-    """Make `{"type": "mirrorgaze_water"}` known to Mitsuba, in the variant that `optics.backend` has chosen."""
+    """Make `{"type": "mirrorgaze_water"}` known to Mitsuba, in the variant that `optics.kernels.backend` has chosen."""
     mi.register_integrator(NAME, WaterIntegrator)

@@ -11,14 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.backend import UInt32, dr
+from optics.kernels.backend import UInt32, dr
+from optics.kernels.packing import Packing, vectors
 from optics.layout import Layout, camera_pose
 from optics.mesh import PartMesh
 from rigs import Rig
-from scenes.ambient_volume import ambient_volume
-from scenes.frame import Frame, FrameArrays, frames_of
-from scenes.geometry import geometry_of
-from scenes.group_mesh import (
+from scenes.baking.irradiance_volume import ambient_volume
+from scenes.baking.robot_shadow_in_water import folded_begins, water_shade
+from scenes.baking.robot_shadow_on_world import world_shade
+from scenes.baking.source_volume import lit_world
+from scenes.baking.sun_shadow import at_rest, with_shade
+from scenes.kernels.geometry import geometry_of
+from scenes.kernels.kernel import Shape, compiled_frame, compiled_prefix
+from scenes.kernels.port_rays import port_rays
+from scenes.kernels.tracing import FixedHit, Primitive, Rays
+from scenes.kernels.uniforms import StateNumbers
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS
+from scenes.light.lamps import lamp_numbers
+from scenes.stage.frame import Frame, FrameArrays, frames_of
+from scenes.stage.group_mesh import (
     SNOW,
     TARGET,
     WORLD,
@@ -28,20 +39,9 @@ from scenes.group_mesh import (
     target_mesh,
     world_mesh,
 )
-from scenes.kernel import Shape, compiled_frame, compiled_prefix
-from scenes.lamps import lamp_numbers
-from scenes.packing import Packing, vectors
-from scenes.port_rays import port_rays
-from scenes.shade import at_rest, with_shade
-from scenes.source_volume import lit_world
-from scenes.stage import Stage
-from scenes.state import State
-from scenes.state_numbers import StateNumbers
-from scenes.targets import MeshShape
-from scenes.tracing import FixedHit, Primitive, Rays
-from scenes.veil import AZIMUTHS, ELEVATIONS
-from scenes.water_shade import folded_begins, water_shade
-from scenes.world_shade import world_shade
+from scenes.stage.stage import Stage
+from scenes.stage.state import State
+from scenes.stage.targets import MeshShape
 
 
 class FastRenderer:
@@ -51,7 +51,7 @@ class FastRenderer:
     ----------
     rig : Rig
     parts : sequence of PartMesh
-        Hull and mount as triangles (`cad.meshes.rig_meshes`); may be empty.
+        Hull and mount as triangles (`cad.assembly.meshes.rig_meshes`); may be empty.
     stage : Stage
         World, light, and where robot and target are unless a state says otherwise.
     width_px, height_px : int, optional
@@ -192,7 +192,7 @@ class FastRenderer:
         rows: int = 0,
         knots: int = 0,
     ) -> FrameArrays:
-        """What the kernel of `scenes.kernel.Shape` returns."""
+        """What the kernel of `scenes.kernels.kernel.Shape` returns."""
         light_packing, light_row = self._light_row(depth_m)
         shape = Shape(
             light=light_packing,
@@ -241,7 +241,7 @@ class FastRenderer:
         return np.array(eyes)
 
     def _line_begins(self, mirrors: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Where the lines of sight of each eye begin, by direction (`scenes.water_shade`), body frame."""
+        """Where each eye's lines of sight begin, by direction (`scenes.baking.robot_shadow_in_water`), body frame."""
         eyes = self._eyes()
         begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
         if mirrors:

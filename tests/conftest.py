@@ -26,7 +26,7 @@ class Sharing(LoadFileScheduling):
     def _split_scope(self, nodeid: str) -> str:
         file = nodeid.split("::", maxsplit=1)[0]
         folder = file.rpartition("/")[0]
-        return folder if folder in SHARING_FOLDERS else file
+        return next((sharing for sharing in SHARING_FOLDERS if folder.startswith(sharing)), file)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -40,7 +40,10 @@ def rough_light():
 
     A robot's takes two seconds instead of fifteen. It never gets into the cache, which is for good light only.
     """
-    from scenes import ambient, ambient_volume, robot_light, source_volume, water_shade, world_shade
+    from scenes.baking import ambient, robot_light, source_volume
+    from scenes.baking import irradiance_volume as ambient_volume
+    from scenes.baking import robot_shadow_in_water as water_shade
+    from scenes.baking import robot_shadow_on_world as world_shade
 
     def gathered_once(mesh, light, name, make, *, places=()):
         key = ambient.light_key(name, mesh, light, places)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cad.meshes import rig_meshes
-from optics.analysis import Fate, coverage
-from optics.analysis.fate import BLOCKERS
+from cad.assembly.meshes import rig_meshes
+from optics.coverage.coverage import coverage
+from optics.coverage.outcome import BLOCKERS, Fate
 from optics.layout import Layout
 from optics.mesh import Role
 from rigs import Rig

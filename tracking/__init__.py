@@ -1,1 +1,4 @@
-"""The loop: finding the target in the gaze mirror's picture, and turning the mirror after it."""
+"""The robot's side: it finds the target in the gaze mirror's image and turns the mirror after it.
+
+It runs on a robot's computer, without anything that renders or models solids.
+"""

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.protocols import Shot
 from tracking.records import Mode, Step
 

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from optics.analysis.tolerance_sources import pulse_angle
+from optics.tolerance.sources import pulse_angle
 from rigs import Joint, Servo
 
 

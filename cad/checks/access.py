@@ -11,13 +11,13 @@ import trimesh
 from build123d import GeomType
 from scipy.spatial.transform import Rotation
 
-from cad.assembly import Assembly, Part
-from cad.checks.bodies import Body
-from cad.checks.clearance import clearance_bodies, pose_words
-from cad.checks.finding import Finding
-from cad.checks.moving_pair import ORDER, joint_box
+from cad.assembly.assembly import Assembly, Part
+from cad.checks.clearance.bodies import Body
+from cad.checks.clearance.clearance import clearance_bodies, pose_words
+from cad.checks.clearance.moving_pair import ORDER, joint_box
+from cad.finding import Finding
 from cad.poses import body_from_group
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.mesh import Group, PartMesh, Role
 from rigs import Problem
 

@@ -7,25 +7,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.assembly import Assembly
+from cad.assembly.assembly import Assembly
+from cad.assembly.tessellation import tessellate
 from cad.checks.access import access_findings
-from cad.checks.admissible import AdmissibleRegion, admissible_region
 from cad.checks.attachment import attachment_findings
-from cad.checks.axes import axis_findings
-from cad.checks.clearance import RESOLUTION_MM, clearance_bodies, pair_finding
-from cad.checks.finding import Finding, Sense, Verdict
-from cad.checks.fits import fit_of
-from cad.checks.keys import key_to_change
-from cad.checks.moving_pair import MovingPair, moving_pairs
-from cad.checks.orientation import print_findings
-from cad.checks.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, checked_poses, overlaps, smallest_gaps
-from cad.checks.slicer import slice_finding
+from cad.checks.clearance.admissible import AdmissibleRegion, admissible_region
+from cad.checks.clearance.axes import axis_findings
+from cad.checks.clearance.clearance import RESOLUTION_MM, clearance_bodies, pair_finding
+from cad.checks.clearance.fits import fit_of
+from cad.checks.clearance.keys import key_to_change
+from cad.checks.clearance.moving_pair import MovingPair, moving_pairs
+from cad.checks.clearance.stow_clearance import stow_clearance_findings
+from cad.checks.clearance.stowing import stowing_findings
+from cad.checks.printing.orientation import print_findings
+from cad.checks.printing.slicer import slice_finding
+from cad.checks.printing.walls import wall_finding
 from cad.checks.solidity import solidity
-from cad.checks.stow_clearance import stow_clearance_findings
-from cad.checks.stowing import stowing_findings
-from cad.checks.walls import wall_finding
-from cad.flange import FLANGE_LENGTH_MM
-from cad.tessellation import tessellate
+from cad.finding import Finding, Sense, Verdict
+from cad.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, checked_poses, overlaps, smallest_gaps
+from cad.parts.flange import FLANGE_LENGTH_MM
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
 from rigs import Mount, Problem, Rig

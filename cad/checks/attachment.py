@@ -7,10 +7,10 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from cad.anchors import LARGEST_GAP_MM, anchor_problems, base_anchor, fold_anchor, nearest_on_surface
-from cad.checks.finding import Finding, Sense
-from cad.checks.overlaps import manifold_mm
-from optics.arrays import FloatArray
+from cad.finding import Finding, Sense
+from cad.hulls.anchors import LARGEST_GAP_MM, anchor_problems, base_anchor, fold_anchor, nearest_on_surface
+from cad.overlaps import manifold_mm
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import DomePortSpec, FlatPortSpec, Problem, Rig

@@ -5,10 +5,10 @@ from __future__ import annotations
 import trimesh
 from build123d import GeomType
 
-from cad.assembly import Part
-from cad.checks.bodies import chord_mm
-from cad.checks.finding import Finding, Sense
-from cad.checks.overlaps import manifold_mm
+from cad.assembly.assembly import Part
+from cad.checks.clearance.bodies import chord_mm
+from cad.finding import Finding, Sense
+from cad.overlaps import manifold_mm
 from optics.mesh import PartMesh
 from rigs import Problem
 

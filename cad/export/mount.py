@@ -6,17 +6,17 @@ import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from cad.assembly import Assembly, build_assembly
-from cad.export.bill import bill_of_materials, write_bill
-from cad.export.drawings import write_drawings
-from cad.export.exploded import write_steps
-from cad.export.manifest import rig_text, write_manifest
-from cad.export.plates import write_plates
-from cad.export.robot_files import write_robot
+from cad.assembly.assembly import Assembly, build_assembly
+from cad.assembly.tessellation import tessellate
+from cad.export.drawings.bill_of_materials import bill_of_materials, write_bill
+from cad.export.drawings.drawings import write_drawings
+from cad.export.drawings.exploded import write_steps
+from cad.export.drawings.manifest import rig_text, write_manifest
+from cad.export.printing.plates import write_plates
+from cad.export.printing.three_mf import PlacedMesh, write_3mf
+from cad.export.robot.robot_files import write_robot
 from cad.export.step import write_step
-from cad.export.three_mf import PlacedMesh, write_3mf
 from cad.export.triangles import write_glb, write_stl
-from cad.tessellation import tessellate
 from optics.mesh import PartMesh
 from rigs import Rig
 

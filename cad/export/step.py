@@ -16,8 +16,8 @@ from pathlib import Path
 import trimesh
 from build123d import Compound, Solid, export_step
 
-from cad.assembly import Assembly
-from cad.export.colours import colour_fractions
+from cad.assembly.assembly import Assembly
+from cad.colours import colour_fractions
 from cad.shapes import location_mm
 from optics.mesh import Role
 

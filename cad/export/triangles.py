@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from cad.assembly import Assembly
-from cad.export.colours import colour
+from cad.assembly.assembly import Assembly
+from cad.colours import colour
 from optics.mesh import PartMesh
 
 GLB_FROM_BODY = np.array([[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])

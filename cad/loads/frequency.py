@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from cad.anchors import base_anchor
+from cad.hulls.anchors import base_anchor
 from cad.loads.masses import Body, part_bodies, together
 from cad.loads.plate import added_mass
 from cad.loads.seawater import water_density
 from cad.loads.voxels import condensed_stiffness, voxelise
 from cad.poses import body_from_group
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh
 from rigs import Rig

@@ -13,7 +13,7 @@ import numpy as np
 from cad.loads.masses import GRAVITY_M_PER_S2, Body, mount_in_body, part_bodies, together
 from cad.loads.seawater import water_density
 from cad.poses import body_from_group
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
 from rigs import Rig
@@ -87,7 +87,7 @@ class Hydrostatics:
 
 
 def hydrostatics(rig: Rig, meshes: Sequence[PartMesh]) -> Hydrostatics:
-    """Weigh a rig's mount in air and in its water; the meshes are those of `cad.meshes.rig_meshes`."""
+    """Weigh a rig's mount in air and in its water; the meshes are those of `cad.assembly.meshes.rig_meshes`."""
     density = water_density(rig.water)
     parts = mount_in_body(rig, meshes, 0.0, 0.0)
     whole = together("mount", parts)

@@ -10,7 +10,7 @@ import trimesh
 from scipy.spatial.transform import RigidTransform
 
 from cad.poses import body_from_group
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig

@@ -17,7 +17,7 @@ from scipy.spatial.transform import RigidTransform
 from cad.loads.masses import GRAVITY_M_PER_S2, Body, part_bodies, together
 from cad.loads.plate import BROADSIDE_COEFFICIENT, added_inertia, largest_flow_moment, turning_moment
 from cad.loads.seawater import water_density
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout, pan_from_m2
 from optics.mesh import Group, PartMesh
 from rigs import Problem, Rig
@@ -76,7 +76,7 @@ class ServoLoad:
 
 
 def servo_loads(rig: Rig, meshes: Sequence[PartMesh]) -> tuple[ServoLoad, ServoLoad]:
-    """Loads of the pan and the tilt servo; the meshes are those of `cad.meshes.rig_meshes`."""
+    """Loads of the pan and the tilt servo; the meshes are those of `cad.assembly.meshes.rig_meshes`."""
     return _pan_load(rig, meshes), _tilt_load(rig, meshes)
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cad.assembly.meshes import rig_meshes
 from cad.loads.frequency import ArmFrequencies, arm_frequencies
 from cad.loads.hydrostatics import Hydrostatics, hydrostatics
 from cad.loads.servo_torque import ServoLoad, servo_loads, torque_problems
-from cad.meshes import rig_meshes
 from optics.mesh import PartMesh
 from rigs import Problem, Rig
 

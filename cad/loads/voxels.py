@@ -19,7 +19,7 @@ import scipy.sparse.linalg as spl
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 
 BoolArray = NDArray[np.bool_]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.status import Region
-from scenes.frame import Frame, Label
 from scenes.reference.render import ReferenceFrame
+from scenes.stage.frame import Frame, Label
 
 WHOLE = "whole image"
 TARGET_ERROR = 0.03

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import FloatArray
-from optics.backend import mi
-from optics.materials import aluminium_index
+from optics.kernels.arrays import FloatArray
+from optics.kernels.backend import mi
 from optics.mesh import Group, PartMesh, Role
+from optics.water.materials import aluminium_index
 from rigs.gaze import FlatMirror
-from scenes.group_mesh import vertex_normals
-from scenes.materials import Material, colour_basis, material_of
-from scenes.targets import MeshShape, TargetShape
+from scenes.light.materials import Material, colour_basis, material_of
+from scenes.stage.group_mesh import vertex_normals
+from scenes.stage.targets import MeshShape, TargetShape
+from scenes.surfaces.surface import Surface
 from scenes.worlds import World
-from scenes.worlds.surface import Surface
 
 MESH_COLOUR = {"type": "mesh_attribute", "name": "vertex_albedo"}
 

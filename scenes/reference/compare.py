@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cad.meshes import rig_meshes
-from optics.arrays import unit
+from cad.assembly.meshes import rig_meshes
+from optics.kernels.arrays import unit
 from optics.layout import Layout
 from optics.status import Region
 from rigs import Rig
-from scenes.frame import Frame
 from scenes.image import check_image_path, display_image, write_picture
 from scenes.reference.agreement import Agreement, agreements, pixel_error, time_to_target_error_s
 from scenes.reference.limits import check_known_to_reference, without_lamps
 from scenes.reference.render import Progress, ReferenceFrame, render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage import Stage
-from scenes.state import State
+from scenes.stage.frame import Frame
+from scenes.stage.stage import Stage
+from scenes.stage.state import State
 from scenes.truth import ground_truth
 from scenes.truth.virtual_view import exit_rays
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from optics.arrays import FloatArray
-from optics.backend import UInt32, dr, mi
+from optics.kernels.arrays import FloatArray
+from optics.kernels.backend import UInt32, dr, mi
 
 LANES_PER_LAUNCH = 2**19
 """Paths in one launch: bounds the memory to some 100 MB, and a launch to seconds, so that it can be interrupted."""

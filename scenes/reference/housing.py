@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from optics.arrays import FloatArray, check_vector, unit
-from optics.backend import mi
-from optics.port import DomePort, FlatPort, NoPort, Port
+from optics.kernels.arrays import FloatArray, check_vector, unit
+from optics.kernels.backend import mi
+from optics.ports.port import DomePort, FlatPort, NoPort, Port
 from scenes.reference.bodies import diffuse
 
 ROOM_BEHIND_M = 0.005

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rigs import Rig
-from scenes.stage import Stage
+from scenes.stage.stage import Stage
 
 
 def check_known_to_reference(stage: Stage) -> None:

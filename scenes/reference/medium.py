@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from optics.arrays import FloatArray
-from optics.backend import Float32, UInt32, dr, mi
-from optics.pure_water import molecular_phase
+from optics.kernels.arrays import FloatArray
+from optics.kernels.backend import Float32, UInt32, dr, mi
+from optics.water.pure_water import molecular_phase
 from scenes.reference.sea import Phase, Sea
 
 SMALLEST_SCATTERING_ANGLE = np.radians(0.5)

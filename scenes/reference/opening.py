@@ -8,9 +8,9 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import check_vector, unit
+from optics.kernels.arrays import check_vector, unit
 from optics.mesh import PartMesh
-from optics.port import DomePort, FlatPort, Port
+from optics.ports.port import DomePort, FlatPort, Port
 from scenes.reference.housing import ROOM_BEHIND_M
 
 PLAY = 1.002

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.backend import Array3f32, Float32, Float64, dr, mi
 from optics.camera import Camera, camera_from_spec
+from optics.kernels.backend import Array3f32, Float32, Float64, dr, mi
 from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.reference.estimate import RayMaker, estimate, launches
 from scenes.reference.scene import reference_scene
-from scenes.stage import Stage
+from scenes.stage.stage import Stage
 
 Progress = Callable[[int, int], None]
 """Called with the launches done and to do."""
@@ -32,7 +32,7 @@ class ReferenceFrame:
     Attributes
     ----------
     radiance : float64
-        In front of the lens, W / (m^2 sr nm), averaged over each channel's band, as in `scenes.frame.Frame`.
+        In front of the lens, W / (m^2 sr nm), averaged over each channel's band, as in `scenes.stage.frame.Frame`.
     standard_error : float64
         Of the radiance, from the spread of the pixel's own samples; errors of different pixels are independent.
     """

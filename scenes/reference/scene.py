@@ -13,19 +13,19 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from optics.backend import mi
+from optics.kernels.backend import mi
 from optics.layout import Layout, camera_pose
 from optics.mesh import Group, PartMesh, Role
-from optics.port import NoPort, port_from_spec
+from optics.ports.port import NoPort, port_from_spec
 from rigs import Rig
-from scenes.materials import albedo_table
+from scenes.light.materials import albedo_table
 from scenes.reference.bodies import diffuse, mirror_shape, part_shapes, surface_shapes, target_shapes
 from scenes.reference.housing import BLACK, housing
 from scenes.reference.medium import water_medium
 from scenes.reference.opening import with_opening
 from scenes.reference.sea import sea_of
 from scenes.reference.surface import SeaSurface, lamps
-from scenes.stage import Stage
+from scenes.stage.stage import Stage
 
 HALF_WIDTH_M, SEA_DEPTH_M = 250.0, 250.0
 """Of the basin with black walls and floor that holds the sea: in the clearest type, light that starts there has

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from optics.arrays import FloatArray
-from scenes.light import Light
+from optics.kernels.arrays import FloatArray
+from scenes.light.light import Light
 
 Phase = Callable[[FloatArray], FloatArray]
 """Scattering angle, radians, to 1/sr; its integral over the sphere is 1."""

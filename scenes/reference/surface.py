@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.backend import Float32, Float64, UInt32, dr, mi
-from optics.refraction import dielectric_transmittance
+from optics.kernels.backend import Float32, Float64, UInt32, dr, mi
+from optics.kernels.refraction import dielectric_transmittance
 from scenes.reference.sea import Sea
 
 SKY_ROWS, SKY_COLUMNS = 721, 4

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from scenes.sensor.bayer import site_channels
 from scenes.sensor.colour import Rgb, balancing_gains, full_range, grey_card_gains
 from scenes.sensor.model import ImageSensor

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from scipy.constants import c as speed_of_light
 from scipy.constants import h as planck
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from rigs import Rig
 from rigs.camera import Camera, PinholeSpec
 from rigs.image_sensor import ImageSensorSpec
+from scenes.light.spectrum import CHANNEL_PEAKS_NM, CHANNEL_WIDTH_NM, CameraResponse, read_camera_response
 from scenes.sensor.bayer import mosaic
 from scenes.sensor.noise import fixed_pattern
-from scenes.spectrum import CHANNEL_PEAKS_NM, CHANNEL_WIDTH_NM, CameraResponse, read_camera_response
 
 FloatImage = NDArray[np.float32]
 

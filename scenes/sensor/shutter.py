@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from scenes.sensor.model import ImageSensor
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
 from optics.status import Region
-from scenes.frame import Label
+from scenes.stage.frame import Label
 from scenes.truth.carriers import world_from_camera
 from scenes.truth.ground_truth import GroundTruth
 from scenes.truth.silhouette import ball_silhouette, train_regions

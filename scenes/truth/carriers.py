@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout, camera_pose
 from optics.mesh import Group, PartMesh
 from rigs import Rig
-from scenes.frame import Frame, Label
-from scenes.state import State
+from scenes.stage.frame import Frame, Label
+from scenes.stage.state import State
 
 
 class Carrier(IntEnum):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.status import Region
-from scenes.frame import Label
+from scenes.stage.frame import Label
 from scenes.truth.boxes import NOT_THINGS, Thing, things
 from scenes.truth.ground_truth import GroundTruth
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from optics.status import Region
 from optics.train import OpticalTrain
 from rigs import Rig
-from scenes.frame import Frame
-from scenes.state import State
+from scenes.stage.frame import Frame
+from scenes.stage.state import State
 from scenes.truth.carriers import Carrier, carriers, world_from_camera
 from scenes.truth.motion import Motion, motion
 from scenes.truth.virtual_view import VirtualView, virtual_view

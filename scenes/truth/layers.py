@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.backend import mi
+from optics.kernels.backend import mi
 from optics.status import Region
-from scenes.frame import FloatImage, Label
+from scenes.stage.frame import FloatImage, Label
 from scenes.truth.ground_truth import GroundTruth
 from scenes.truth.motion import Motion, Seen
 

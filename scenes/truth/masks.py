@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.status import Region
-from scenes.frame import Frame, Label
+from scenes.stage.frame import Frame, Label
 
 BoolImage = NDArray[np.bool_]
 

@@ -15,17 +15,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.arrays import opaque
-from optics.backend import Array3f64, Float32, Float64, Int32, UInt32, dr
 from optics.camera import Camera
-from optics.freezing import frozen
+from optics.kernels.arrays import opaque
+from optics.kernels.backend import Array3f64, Float32, Float64, Int32, UInt32, dr
+from optics.kernels.freezing import frozen
 from optics.mirror import MirrorPlane, intersect
-from optics.port_interface import Exit, Port
+from optics.ports.interface import Exit, Port
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
-from scenes.frame import FloatImage, Frame
-from scenes.state import State
+from scenes.stage.frame import FloatImage, Frame
+from scenes.stage.state import State
 from scenes.truth.carriers import Carrier, world_from_camera, world_from_carriers
 from scenes.truth.virtual_view import aligned, passes, unfolded, vectors
 

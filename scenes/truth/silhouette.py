@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid, regions
 from rigs import Rig

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import FloatArray, opaque_vector
-from optics.backend import Array3f32, Array3f64, Float32, Float64, UInt32, dr
-from optics.freezing import frozen
+from optics.kernels.arrays import FloatArray, opaque_vector
+from optics.kernels.backend import Array3f32, Array3f64, Float32, Float64, UInt32, dr
+from optics.kernels.freezing import frozen
 from optics.mirror import MirrorPlane, unfold
 from optics.status import Region, Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
-from scenes.frame import FloatImage, Frame
+from scenes.stage.frame import FloatImage, Frame
 
 SMALLEST_DEVIATION_M = 1e-4
 """A point less than this off the straight unfolded ray is on it: single precision at 500 m from the world's origin

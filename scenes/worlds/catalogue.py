@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from scenes.surfaces.surface import Surface
 from scenes.worlds.blue import blue
 from scenes.worlds.mesh_file import MESH_SUFFIXES, Thing, read_things
 from scenes.worlds.mitsuba_file import MITSUBA_SUFFIX, read_mitsuba
 from scenes.worlds.reef import reef
-from scenes.worlds.surface import Surface
 from scenes.worlds.tank import tank
 from scenes.worlds.world import World, world_of
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import FloatArray
-from scenes.materials import Material
-from scenes.worlds.surface import Surface, joined, surface
+from optics.kernels.arrays import FloatArray
+from scenes.light.materials import Material
+from scenes.surfaces.surface import Surface, joined, surface
 
 THICKNESS_M = 0.01
 

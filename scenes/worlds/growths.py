@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from optics.arrays import FloatArray
-from scenes.materials import Material
-from scenes.worlds.noise import GradientNoise, smoothstep
-from scenes.worlds.shapes import Triangles, combined, lofted, perpendicular_axes, tubes, turned, unit_sphere
-from scenes.worlds.space_colonisation import grown_tree, tree_surface
-from scenes.worlds.surface import Surface, surface
+from optics.kernels.arrays import FloatArray
+from scenes.light.materials import Material
+from scenes.surfaces.noise import GradientNoise, smoothstep
+from scenes.surfaces.shapes import Triangles, combined, lofted, perpendicular_axes, tubes, turned, unit_sphere
+from scenes.surfaces.space_colonisation import grown_tree, tree_surface
+from scenes.surfaces.surface import Surface, surface
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 

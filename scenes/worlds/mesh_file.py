@@ -9,9 +9,9 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from optics.arrays import FloatArray
-from scenes.materials import Material
-from scenes.worlds.surface import Surface, double_area_vectors, surface
+from optics.kernels.arrays import FloatArray
+from scenes.light.materials import Material
+from scenes.surfaces.surface import Surface, double_area_vectors, surface
 
 METRES = {"m": 1.0, "mm": 0.001, "inch": 0.0254}
 Y_UP_SUFFIXES = (".glb", ".gltf")

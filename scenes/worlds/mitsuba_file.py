@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.backend import Float32, UInt32, dr, mi
-from scenes.materials import Material
+from optics.kernels.backend import Float32, UInt32, dr, mi
+from scenes.light.materials import Material
+from scenes.surfaces.surface import surface
 from scenes.worlds.mesh_file import Thing, check_is_file
-from scenes.worlds.surface import surface
 
 MITSUBA_SUFFIX = ".xml"
 

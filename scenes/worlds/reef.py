@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from optics.arrays import FloatArray
-from scenes.materials import Material
+from optics.kernels.arrays import FloatArray
+from scenes.light.materials import Material
+from scenes.surfaces.poisson_disk import spaced
+from scenes.surfaces.shapes import perpendicular_axes
+from scenes.surfaces.surface import Surface, surface
 from scenes.worlds.growths import ball_sponge, bush, dome, fan, rock, staghorn, table, tube_sponge
-from scenes.worlds.poisson_disk import spaced
-from scenes.worlds.shapes import perpendicular_axes
-from scenes.worlds.surface import Surface, surface
 from scenes.worlds.terrain import BRIGHTEST, RADIUS_M, Terrain, terrain
 from scenes.worlds.world import World, world_of
 

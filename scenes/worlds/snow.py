@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from optics.arrays import FloatArray, check_vector
-from scenes.materials import Material
-from scenes.worlds.surface import Surface, surface
+from optics.kernels.arrays import FloatArray, check_vector
+from scenes.light.materials import Material
+from scenes.surfaces.surface import Surface, surface
 
 FACES_PER_FLAKE = 8
 MOST_FACES = 200_000

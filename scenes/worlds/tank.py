@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.arrays import FloatArray
-from scenes.materials import Material
+from optics.kernels.arrays import FloatArray
+from scenes.light.materials import Material
+from scenes.surfaces.surface import Surface, surface
 from scenes.worlds.checkerboard import Checkerboard
-from scenes.worlds.surface import Surface, surface
 from scenes.worlds.world import World, world_of
 
 TANK_SIZE_M = (8.0, 8.0)

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import gaussian_filter
 
-from optics.arrays import FloatArray
-from scenes.materials import Material
-from scenes.worlds.noise import GradientNoise, smoothstep
-from scenes.worlds.patches import patches
-from scenes.worlds.shapes import Triangles
-from scenes.worlds.surface import Surface, double_area_vectors, surface
+from optics.kernels.arrays import FloatArray
+from scenes.light.materials import Material
+from scenes.surfaces.noise import GradientNoise, smoothstep
+from scenes.surfaces.patches import patches
+from scenes.surfaces.shapes import Triangles
+from scenes.surfaces.surface import Surface, double_area_vectors, surface
 
 RADIUS_M = 16.0
 EYE_M = 2.0

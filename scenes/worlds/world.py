@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.arrays import FloatArray
-from scenes.worlds.surface import Surface, joined
+from optics.kernels.arrays import FloatArray
+from scenes.surfaces.surface import Surface, joined
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +26,7 @@ class World:
         `Material` of each face.
     colour : array, shape (n, 3), float32
         Factors on the material's reflectance in the red, green and blue part of the spectrum
-        (`scenes.materials.colour_basis`); ones: the material as it was measured.
+        (`scenes.light.materials.colour_basis`); ones: the material as it was measured.
     instance : array, shape (m,), int32
         Position in `instance_names` of the thing that each face belongs to.
     instance_names : tuple of str

@@ -6,8 +6,8 @@ from functools import cache
 
 import pytest
 
-from cad.assembly import Assembly, build_assembly
-from cad.tessellation import tessellate
+from cad.assembly.assembly import Assembly, build_assembly
+from cad.assembly.tessellation import tessellate
 from optics.mesh import PartMesh
 from rigs import Rig
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cad.assembly import Assembly
+from cad.assembly.assembly import Assembly
 from cad.joints import jointed_mount
 from optics.layout import Layout
 from optics.mesh import Group

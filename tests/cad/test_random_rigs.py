@@ -11,12 +11,12 @@ import tomlkit
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from cad.assembly import Assembly, build_assembly
+from cad.assembly.assembly import Assembly, build_assembly
+from cad.assembly.tessellation import tessellate
 from cad.checks.assembly_checks import assembly_problems
-from cad.checks.overlaps import manifold_mm
-from cad.checks.walls import wall_finding
-from cad.gimbal_room import with_standing_base
-from cad.tessellation import tessellate
+from cad.checks.printing.walls import wall_finding
+from cad.overlaps import manifold_mm
+from cad.parts.clearance_envelope import with_standing_base
 from mirrorgaze.commands.rig_files.presets import new
 from optics.mesh import Role
 from rigs import Rig

@@ -52,7 +52,7 @@ def test_a_full_disk_is_a_failure():
 
 
 def test_a_missing_backend_is_a_failure():
-    backend = importlib.import_module("optics.backend")
+    backend = importlib.import_module("optics.kernels.backend")
 
     def command():
         raise backend.BackendError("no LLVM")

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from optics.backend import Float64
 from optics.camera import FisheyeCamera, PinholeCamera, _brown_conrady, camera_from_spec
+from optics.kernels.backend import Float64
 from rigs import Rig
 
 AFFINE = {"width_px": 640, "height_px": 480, "fx_px": 500.0, "fy_px": 510.0, "cx_px": 322.0, "cy_px": 236.0}

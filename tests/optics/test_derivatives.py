@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.backend import Array3f64, Float64, dr
 from optics.camera import camera_from_spec
 from optics.derivatives import DISTORTION, POSE, parameter_names, projection_jacobian, ray_jacobian
-from optics.gaze_jacobian import direction_jacobian
+from optics.gaze.jacobian import direction_jacobian
+from optics.kernels.backend import Array3f64, Float64, dr
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
-from optics.port import port_from_spec
+from optics.ports.port import port_from_spec
 from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Joint, Rig
@@ -262,7 +262,7 @@ def test_rays_turn_by_the_limit_of_difference_quotients(rig):
 
 
 def test_the_gaze_turns_as_the_closed_form_says():
-    """`optics.gaze_jacobian` has the direction's Jacobian by the joints in closed form, in the body frame."""
+    """`optics.gaze.jacobian` has the direction's Jacobian by the joints in closed form, in the body frame."""
     layout = Layout.from_rig(AQUA2)
     found = ray_jacobian(AQUA2, [[0.0, 0.0, 1.0]], q1=Q1, q2=Q2, parameters=("q1", "q2"))
     turn = layout.body_from_camera.rotation.as_matrix()

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.analysis.coverage import coverage
-from optics.analysis.fate import Fate
-from optics.analysis.sphere import cell_count, cell_directions, cells_of
-from optics.feasibility import feasibility_problems
-from optics.gaze import faces_light, forward_gaze, inverse_gaze
-from optics.gaze_jacobian import angle_jacobian
+from optics.coverage.coverage import coverage
+from optics.coverage.outcome import Fate
+from optics.coverage.sphere import cell_count, cell_directions, cells_of
+from optics.feasibility.feasibility import feasibility_problems
+from optics.gaze.jacobian import angle_jacobian
+from optics.gaze.kinematics import faces_light, forward_gaze, inverse_gaze
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.train import OpticalTrain

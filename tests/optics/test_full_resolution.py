@@ -8,7 +8,7 @@ import pytest
 from optics.camera import PinholeCamera
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
-from optics.port import DomePort, FlatPort
+from optics.ports.port import DomePort, FlatPort
 from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import Rig

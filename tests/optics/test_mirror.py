@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from matplotlib.path import Path as Polygon
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.arrays import to_columns, to_rows
-from optics.backend import Array3f64
+from optics.kernels.arrays import to_columns, to_rows
+from optics.kernels.backend import Array3f64
 from optics.mirror import PlaneMirror, Reflection, intersect, unfold
 
 ROUNDING = 4e-15

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from optics.backend import Array3f64, Bool, Float64
+from optics.kernels.backend import Array3f64, Bool, Float64
 from optics.mesh import Group, PartMesh, Role
 from optics.occlusion import ROLES, Occluder, blocks, first_hit
 

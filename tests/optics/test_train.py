@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from optics.camera import FisheyeCamera, PinholeCamera
-from optics.gaze import virtual_camera
+from optics.gaze.kinematics import virtual_camera
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
-from optics.port import DomePort, FlatPort, NoPort
+from optics.ports.port import DomePort, FlatPort, NoPort
 from optics.status import Region, Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig

@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from optics.camera import PinholeCamera
 from optics.layout import Layout
-from optics.port import DomePort, FlatPort
+from optics.ports.port import DomePort, FlatPort
 from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optics.gaze import inverse_gaze
+from optics.gaze.kinematics import inverse_gaze
 from optics.layout import Layout
 from rigs import Joint, Rig
 

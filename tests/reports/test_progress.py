@@ -9,17 +9,17 @@ import pytest
 import trimesh
 
 import reports.progress as module
-from cad.checks.slicer import SLICE_VERSION
-from cad.hull_mesh import HULL_MESH_VERSION, hull_mesh_key
-from cad.meshes import MESH_VERSION, mesh_key
-from optics.radiative_transfer.field import RADIANCE_VERSION
+from cad.assembly.meshes import MESH_VERSION, mesh_key
+from cad.checks.printing.slicer import SLICE_VERSION
+from cad.hulls.hull_mesh import HULL_MESH_VERSION, hull_mesh_key
+from optics.water.radiative_transfer.field import RADIANCE_VERSION
 from reports.progress import work_key
 from rigs import FileHull, Rig
-from scenes.ambient import LIGHT_VERSION, light_key
-from scenes.frame import Label
-from scenes.group_mesh import GroupMesh
-from scenes.light import underwater_light
-from scenes.materials import Material
+from scenes.baking.ambient import LIGHT_VERSION, light_key
+from scenes.light.light import underwater_light
+from scenes.light.materials import Material
+from scenes.stage.frame import Label
+from scenes.stage.group_mesh import GroupMesh
 
 TRIANGLE = GroupMesh(
     vertices_m=np.eye(3),

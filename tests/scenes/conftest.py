@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from rigs import Rig
-from scenes.frame import Label
-from scenes.group_mesh import GroupMesh
-from scenes.light import Light, underwater_light
-from scenes.materials import Material
-from scenes.spectrum import bands_of_camera
-from scenes.worlds.shapes import unit_sphere
+from scenes.light.light import Light, underwater_light
+from scenes.light.materials import Material
+from scenes.light.spectrum import bands_of_camera
+from scenes.stage.frame import Label
+from scenes.stage.group_mesh import GroupMesh
+from scenes.surfaces.shapes import unit_sphere
 
 
 @pytest.fixture(scope="module")

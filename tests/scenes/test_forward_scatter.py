@@ -16,8 +16,8 @@ from scenes.forward_scatter import (
     peak_rings,
     pixel_angle,
 )
-from scenes.frame import Frame
-from scenes.light import underwater_light
+from scenes.light.light import underwater_light
+from scenes.stage.frame import Frame
 
 SHAPE = (120, 160)
 DISTANCE = 5.0

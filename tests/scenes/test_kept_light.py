@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from scenes.ambient import LIGHT_VERSION, ambient_light
-from scenes.ambient_volume import ambient_volume
-from scenes.frame import Label
-from scenes.group_mesh import GroupMesh
-from scenes.materials import Material
-from scenes.source_volume import lit_world
-from scenes.veil import AZIMUTHS, ELEVATIONS
-from scenes.water_shade import water_shade
-from scenes.world_shade import world_shade
+from scenes.baking.ambient import LIGHT_VERSION, ambient_light
+from scenes.baking.irradiance_volume import ambient_volume
+from scenes.baking.robot_shadow_in_water import water_shade
+from scenes.baking.robot_shadow_on_world import world_shade
+from scenes.baking.source_volume import lit_world
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS
+from scenes.light.materials import Material
+from scenes.stage.frame import Label
+from scenes.stage.group_mesh import GroupMesh
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 

@@ -7,24 +7,24 @@ import pytest
 from scipy.interpolate import interpn
 from scipy.spatial.transform import RigidTransform
 
-from optics.backend import mi
+from optics.kernels.backend import mi
+from optics.kernels.refraction import dielectric_transmittance
 from optics.layout import camera_pose
-from optics.pure_water import molecular_phase
-from optics.refraction import dielectric_transmittance
 from optics.train import OpticalTrain, pixel_grid
+from optics.water.pure_water import molecular_phase
 from rigs import Rig
 from rigs.port import NoPortSpec
-from scenes import paths
-from scenes.frame import Label
-from scenes.materials import Material, albedo_table
+from scenes.kernels import paths
+from scenes.light.materials import Material, albedo_table
+from scenes.light.spectrum import water_bands
+from scenes.light.waves import Wind
 from scenes.mitsuba_integrator import WaterIntegrator, light_of, register
 from scenes.reference.bodies import surface_shapes
 from scenes.renderer import FastRenderer
-from scenes.spectrum import water_bands
-from scenes.stage import Target, stage
-from scenes.targets import MeshShape
-from scenes.waves import Wind
-from scenes.worlds.surface import surface
+from scenes.stage.frame import Label
+from scenes.stage.stage import Target, stage
+from scenes.stage.targets import MeshShape
+from scenes.surfaces.surface import surface
 from scenes.worlds.tank import tank
 
 DEPTH = 4.0

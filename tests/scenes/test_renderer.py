@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from optics.gaze import virtual_camera
+from optics.gaze.kinematics import virtual_camera
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid, regions
 from rigs import Rig
-from scenes.frame import Label
 from scenes.image import WHITE_LEVEL, display_image
 from scenes.renderer import FastRenderer
-from scenes.stage import ball, stage
-from scenes.state import State
+from scenes.stage.frame import Label
+from scenes.stage.stage import ball, stage
+from scenes.stage.state import State
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.perception.crop import check_picture
 
 ENLARGED = 3

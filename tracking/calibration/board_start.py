@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.mirror import PlaneMirror
 from optics.train import OpticalTrain
 from tracking.calibration.model import ErrorModel

@@ -12,7 +12,7 @@ import numpy as np
 import tomlkit
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.train import OpticalTrain
 from rigs import Joint, Rig

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 
 
 class Chain:

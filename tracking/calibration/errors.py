@@ -1,6 +1,6 @@
 """What can be off in a built rig, by name: the unknowns of a calibration, and how far each may be off beforehand.
 
-The names and their exact meaning are those of `optics.analysis.tolerance_train.DEVIATIONS`; three more place M2's
+The names and their exact meaning are those of `optics.tolerance.train.DEVIATIONS`; three more place M2's
 outline in its own plane, which only its corners show.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from optics.analysis.tolerance_sources import Tolerances, error_sources
+from optics.tolerance.sources import Tolerances, error_sources
 from rigs import Rig
 
 M1_ERRORS = ("m1_shift", "m1_x", "m1_y")

@@ -7,8 +7,8 @@ from itertools import product
 
 import numpy as np
 
-from optics.analysis.tolerance_sources import Tolerances
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
+from optics.tolerance.sources import Tolerances
 from rigs import Rig
 from tracking.calibration.board_start import board_poses
 from tracking.calibration.calibrated_rig import CalibratedRig, with_signs

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import RigidTransform
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.calibration.chain import Chain
 from tracking.calibration.model import ErrorModel
 from tracking.calibration.observations import TargetObservations

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.stats import norm
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.calibration.errors import shown_per_si, unit_of
 from tracking.calibration.fit import TURNING_POINT, Fit
 

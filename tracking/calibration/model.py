@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.arrays import FloatArray, unit
 from optics.camera import camera_from_spec
 from optics.derivatives import POINT, projection_jacobian, ray_jacobian
+from optics.kernels.arrays import FloatArray, unit
 from optics.layout import Layout, pan_from_m2
 from optics.mirror import PlaneMirror
-from optics.port import DomePort, FlatPort, Port, port_from_spec
+from optics.ports.port import DomePort, FlatPort, Port, port_from_spec
 from optics.train import OpticalTrain
 from rigs import Rig
 from tracking.calibration.chain import Chain

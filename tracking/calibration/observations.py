@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.layout import ROUNDING_DEG
 from rigs import Rig
 from tracking.perception.corner_samples import CornerSamples

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.control.crop_scale import centroid_motion
 from tracking.control.paper_law import GAIN, NO_ERRORS, CropErrors, error, meant_turn, printed_turn
 from tracking.control.pursuit import Look, Sight

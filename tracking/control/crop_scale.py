@@ -1,7 +1,7 @@
 """How far a pixel of the crop is in gaze, and how the crop's axes turn the joints.
 
 The crop's outline is the mirror's own, so its x runs along the tilt axis, to the right of who looks along the gaze
-while the gaze is ahead, and its y down the mirror. The columns of the direction's Jacobian (`optics.gaze_jacobian`) lie
+while the gaze is ahead, and its y down the mirror. The columns of the direction's Jacobian (`optics.gaze.jacobian`) lie
 along the same two axes. When pan turns by dP to the left and tilt by dt upwards, the gaze turns by -cos 2t dP to
 crop-right and by 2 dt to crop-up, whatever the elevation. What does not move therefore runs through the crop by
 
@@ -18,7 +18,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.sight_lines import SightLines
 from tracking.perception import Crop

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.control.pointing import Pointing
 from tracking.control.pursuit import Look, Sight
 from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise

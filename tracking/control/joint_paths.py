@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
-from optics.gaze_motion import JointSpeeds, move_time
+from optics.gaze.motion import JointSpeeds, move_time
+from optics.kernels.arrays import FloatArray
 from tracking.estimation.gimbal import Gimbal
 
 STEEPEST = 0.25

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 
 GAIN = 0.25
 """Share of the error that one picture takes away. From exposure to the joint's answer two pictures pass, so that

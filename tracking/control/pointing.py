@@ -22,9 +22,9 @@ import math
 import cv2
 import numpy as np
 
-from optics.arrays import FloatArray
-from optics.gaze_jacobian import NO_AZIMUTH
-from optics.gaze_motion import JointSpeeds
+from optics.gaze.jacobian import NO_AZIMUTH
+from optics.gaze.motion import JointSpeeds
+from optics.kernels.arrays import FloatArray
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.perception import Crop
 from tracking.records import Spot
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from optics.arrays import FloatArray
-from optics.gaze_motion import JointSpeeds, move_time
+from optics.gaze.motion import JointSpeeds, move_time
+from optics.kernels.arrays import FloatArray
 from tracking.control.joint_paths import JointPath, outward_path, raster_path
 from tracking.estimation.gimbal import Gimbal
 

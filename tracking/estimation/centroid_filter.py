@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.estimation.kalman import Estimate, predict, update
 
 

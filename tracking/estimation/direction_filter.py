@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.estimation.kalman import Estimate, predict, update
 
 OBSERVED = np.array([[1.0, 0.0]])

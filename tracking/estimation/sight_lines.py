@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray, opaque, opaque_vector, to_rows
+from optics.kernels.arrays import FloatArray, opaque, opaque_vector, to_rows
 from optics.layout import Layout
 from optics.status import Status
 from optics.train import OpticalTrain, compiled_project, compiled_trace

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from rigs import Joint, Rig, Servo
 from tracking.protocols import MirrorReport
 from tracking.servos import ServoBehaviour, ServoPlant

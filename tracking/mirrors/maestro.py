@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from rigs import Joint, Rig, Servo
 from tracking.mirrors.belief import JointBelief, expected_latency_s, jointed_servos
 from tracking.mirrors.serial_port import SerialPort

@@ -14,7 +14,7 @@ import pyarrow.csv
 import pyarrow.parquet
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.protocols import MirrorDriver, MirrorReport
 
 COMMAND, REPORT = "command", "report"

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from rigs import Rig
 from tracking.mirrors.belief import JOINTS, JointBelief, expected_latency_s, jointed_servos
 from tracking.protocols import MirrorReport

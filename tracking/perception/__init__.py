@@ -4,7 +4,6 @@ Section 3 of Cortes-Perez & Torres-Mendez 2021, one module a step.
 """
 
 from tracking.perception.clusters import detect, find_spots, weighted_centroid
-from tracking.perception.collection import collect_samples
 from tracking.perception.colour import (
     DETECTORS,
     NARROW_HUE,
@@ -32,7 +31,6 @@ __all__ = [
     "DetectorSettings",
     "ExactCorners",
     "InverseDistanceCorners",
-    "collect_samples",
     "colour_mask",
     "corner_error",
     "detect",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout, joint_pairs
 from rigs import Rig
 from tracking.perception.corner_samples import CornerSamples

@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.perception.crop import runs_clockwise
 
 CORNER_NAMES = ("top_left", "top_right", "bottom_right", "bottom_left")

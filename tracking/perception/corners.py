@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 from tracking.perception.corner_samples import CornerSamples
 
 DEFAULT_POWER = 3.0

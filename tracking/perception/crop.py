@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.arrays import FloatArray
+from optics.kernels.arrays import FloatArray
 
 WIDTH_PX, HEIGHT_PX = 320, 240
 """Size of the crop unless said otherwise."""

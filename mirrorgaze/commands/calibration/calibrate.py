@@ -14,10 +14,10 @@ from mirrorgaze.options import JsonOption, RigArgument
 from mirrorgaze.output import print_json, print_progress, print_table
 
 if TYPE_CHECKING:
+    from dives.calibration.session_study import SessionStudy
+    from dives.calibration.simulation import Remaining
     from rigs import Rig
     from tracking.calibration.estimate import Estimate
-    from tracking.calibration.session_study import SessionStudy
-    from tracking.calibration.simulation import Remaining
 
 
 def calibrate(
@@ -193,7 +193,7 @@ def _print(found: Estimate) -> None:
 
 
 def _simulate(rig: Rig, seeds: range, *, noise_px: float, play_deg: float, json: bool) -> None:
-    from tracking.calibration.session_study import session_study
+    from dives.calibration.session_study import session_study
 
     study = session_study(
         rig, seeds=seeds, noise_px=noise_px, play_deg=play_deg, progress=partial(print_progress, "calibrate: session")

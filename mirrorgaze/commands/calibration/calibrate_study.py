@@ -12,7 +12,7 @@ from mirrorgaze.options import JsonOption, RigArgument, SeedOption
 from mirrorgaze.output import print_json, print_table
 
 if TYPE_CHECKING:
-    from optics.calibration_study import Calibration
+    from reports.studies.calibration_in_water import Calibration
 
 DISCS = (0.4, 0.55, 0.7, 0.85, 1.0)
 """Radii of the second table, in parts of the first one's."""
@@ -44,8 +44,8 @@ def calibrate_study(
       mirrorgaze calibrate-study bench --radius-px 870
     """
     from mirrorgaze.loading import load_usable_rig
-    from optics.calibration_board import BOARDS
-    from optics.calibration_study import PAPER_TABLE_1, Medium, calibration_study, even_disc_ratio
+    from reports.studies.calibration_board import BOARDS
+    from reports.studies.calibration_in_water import PAPER_TABLE_1, Medium, calibration_study, even_disc_ratio
 
     if board not in BOARDS:
         raise ValueError(f"expected --board to be one of {', '.join(BOARDS)}, got {board!r}")
@@ -81,7 +81,7 @@ def calibrate_study(
 
 
 def _table_1(table: list[Calibration]) -> list[list[str]]:
-    from optics.calibration_study import PAPER_TABLE_1, Medium
+    from reports.studies.calibration_in_water import PAPER_TABLE_1, Medium
 
     rows = [["medium", "model", "fx", "fy", "cx", "cy", "fx/air", "rms px", "k1 k2 p1 p2 k3"]]
     in_air = PAPER_TABLE_1[Medium.AIR][0]

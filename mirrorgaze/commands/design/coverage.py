@@ -34,7 +34,7 @@ def coverage(
     import json as json_format
 
     from mirrorgaze.loading import load_usable_rig
-    from reports.coverage_report import coverage_report
+    from reports.pages.coverage_report import coverage_report
 
     loaded = load_usable_rig(rig)
     folder = output or Path("out") / f"{loaded.name}-coverage"

@@ -34,9 +34,9 @@ def design(
       mirrorgaze design aqua2 -o out/aqua2
       mirrorgaze design my-auv.toml --dive my-dive.toml
     """
+    from dives import Dive
     from mirrorgaze.loading import load_usable_rig
-    from reports.dossier import design as design_rig
-    from tracking.dives import Dive
+    from reports.studies.design import design as design_rig
 
     loaded = load_usable_rig(rig)
     chosen = None if dive is None else Dive.load(dive)

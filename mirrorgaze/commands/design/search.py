@@ -42,7 +42,7 @@ def search(
       mirrorgaze search aqua2 --objective coverage,area,resolution --designs 10000 -o out/search
     """
     from mirrorgaze.loading import load_usable_rig
-    from reports.design_search import Wanted, search_into
+    from reports.studies.design_search import Wanted, search_into
     from rigs.files import find_rig
 
     wanted = Wanted(objectives=tuple(objective.split(",")), designs=designs, seed=seed, factor=factor, count=rigs)

@@ -13,8 +13,8 @@ from mirrorgaze.options import JsonOption, RigArgument
 from mirrorgaze.output import print_json, print_note, print_table
 
 if TYPE_CHECKING:
-    from optics.analysis.sizing import Sizing
-    from optics.analysis.window import Window
+    from optics.sizing.sizing import Sizing
+    from optics.sizing.window import Window
     from rigs import Rig
 
 DISTANCE_FACTORS = (0.7, 0.85, 1.0, 1.15, 1.3, 1.45, 1.6)
@@ -70,9 +70,9 @@ def size(
     """
     import numpy as np
 
-    from optics.analysis.gaze_range import GazeRange
-    from optics.analysis.limits import Request
-    from optics.analysis.sizing import size_mirrors
+    from optics.sizing.gaze_range import GazeRange
+    from optics.sizing.limits import Request
+    from optics.sizing.sizing import size_mirrors
     from rigs import Rig
 
     if apply:
@@ -111,8 +111,8 @@ def _window(rig: Rig, text: str) -> Window:
     """Window from the words of the command line."""
     import math
 
-    from optics.analysis.footprint import bare_train
-    from optics.analysis.window import Window, centred_window, field_of_view_window, fraction_window
+    from optics.sizing.footprint import bare_train
+    from optics.sizing.window import Window, centred_window, field_of_view_window, fraction_window
 
     train = bare_train(rig)
     try:
@@ -153,7 +153,7 @@ def _apply(sizing: Sizing, file: Path, *, quiet: bool) -> None:
     """Write the sizes into the rig file, comments kept, once the result is known to be a good rig."""
     import tomlkit
 
-    from optics.feasibility import feasibility_problems
+    from optics.feasibility.feasibility import feasibility_problems
     from rigs import Rig, RigError, load_document, save_document
 
     assert sizing.rig is not None
@@ -173,16 +173,10 @@ def _apply(sizing: Sizing, file: Path, *, quiet: bool) -> None:
 
 def _write_folder(rig: Rig, sizing: Sizing, folder: Path) -> None:
     """Outlines as they are, and the trade-off where there is one."""
-    from cad.meshes import rig_meshes
-    from optics.analysis.trade_off import trade_off
+    from cad.assembly.meshes import rig_meshes
     from optics.mesh import Role
-    from reports.sizing_figures import (
-        outlines_figure,
-        save_figure,
-        trade_off_figure,
-        write_outlines,
-        write_trade_off,
-    )
+    from optics.sizing.trade_off import trade_off
+    from reports.figures.sizing import outlines_figure, save_figure, trade_off_figure, write_outlines, write_trade_off
 
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder}: expected a folder to write into")
@@ -252,7 +246,7 @@ def _would_fit(sizing: Sizing) -> str:
 def _as_data(sizing: Sizing) -> dict[str, Any]:
     import math
 
-    from reports.sizing_figures import outlines_as_data
+    from reports.figures.sizing import outlines_as_data
 
     window, gaze = sizing.request.window, sizing.request.gaze
     applied = None

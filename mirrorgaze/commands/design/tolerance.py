@@ -29,8 +29,8 @@ def tolerance(
       mirrorgaze tolerance aqua2 --samples 10000 -o out/tolerance
     """
     from mirrorgaze.loading import load_usable_rig
-    from optics.analysis.tolerance import tolerance_study
-    from reports.tolerance_figures import percentile_rows, ranking_rows, write_tolerances
+    from optics.tolerance.tolerance import tolerance_study
+    from reports.figures.tolerance import percentile_rows, ranking_rows, write_tolerances
 
     loaded = load_usable_rig(rig)
     loaded.require_gaze()

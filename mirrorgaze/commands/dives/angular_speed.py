@@ -11,7 +11,7 @@ from mirrorgaze.options import JsonOption, RigArgument
 from mirrorgaze.output import print_json, print_progress, print_table
 
 if TYPE_CHECKING:
-    from tracking.metrics.angular_speed import LargestSpeed
+    from dives.evaluation.tracking_rate import LargestSpeed
 
 ARCS_DEG: tuple[tuple[Literal["azimuth", "elevation"], float, float], ...] = (
     ("azimuth", -60.0, 60.0),
@@ -43,9 +43,9 @@ def angular_speed(
     Example:
       mirrorgaze angular-speed aqua2 --variant default,paper
     """
+    from dives.evaluation.tracking_rate import Arc, largest_angular_speed
     from mirrorgaze.loading import load_usable_rig
-    from tracking.metrics.angular_speed import Arc, largest_angular_speed
-    from tracking.offline import variant_named
+    from tracking.loop.offline import variant_named
 
     loaded = load_usable_rig(rig)
     variants = [variant_named(name.strip(), turning=True) for name in variant.split(",")]
@@ -69,7 +69,7 @@ def angular_speed(
 
 
 def _row(name: str, speed: LargestSpeed) -> tuple[str, ...]:
-    from tracking.ensembles.tables import interval_text
+    from dives.ensembles.tables import interval_text
 
     errors = [error for error in speed.errors_deg if error is not None]
     error = f"{max(errors):.3g}" if errors else "-"

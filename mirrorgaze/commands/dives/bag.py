@@ -29,7 +29,7 @@ def bag(
       mirrorgaze bag out/spiral -o spiral.bag
       ros2 bag play spiral.bag
     """
-    from tracking.bags import dive_rig, write_bag
+    from dives.bags import dive_rig, write_bag
 
     rig = dive_rig(folder)
     path = write_bag(

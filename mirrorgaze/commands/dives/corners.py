@@ -44,7 +44,7 @@ def corners(
     loaded.require_gaze()
     errors = {(count, power): corner_error(loaded, count, power) for count in counts for power in POWERS}
     if output is not None:
-        from reports.perception_figures import draw_corner_errors
+        from reports.figures.perception import draw_corner_errors
 
         draw_corner_errors(errors, output, power=DEFAULT_POWER)
     rows: list[dict[str, float]] = [

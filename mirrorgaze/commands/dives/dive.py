@@ -52,11 +52,12 @@ def dive(
       mirrorgaze dive spiral -o out/spiral
       mirrorgaze dive my-dive.toml -o out/mine --variant paper --bag
     """
+    from dives import Dive, run_dive
+    from dives.bags import write_bag
+    from dives.specification import varied
     from mirrorgaze.loading import load_usable_rig
-    from reports.dive_figures import write_dive_figures
-    from tracking.bags import write_bag
-    from tracking.dives import Dive, read_log, run_dive
-    from tracking.dives.specification import varied
+    from reports.figures.dive import write_dive_figures
+    from tracking.log import read_log
 
     chosen = varied(Dive.load(dive_file), variant=variant, frames=frames)
     load_usable_rig(chosen.rig)
@@ -77,7 +78,7 @@ def dive(
 def _metrics(folder: Path) -> dict[str, Any]:
     import json
 
-    from tracking.dives.files import METRICS_FILE
+    from dives.files import METRICS_FILE
 
     metrics: dict[str, Any] = json.loads((folder / METRICS_FILE).read_text(encoding="utf-8"))
     return metrics

@@ -13,8 +13,8 @@ from mirrorgaze.options import DiveArgument, JsonOption
 from mirrorgaze.output import print_json, print_note, print_table
 
 if TYPE_CHECKING:
-    from tracking.ensembles.run import Outcome
-    from tracking.ensembles.tables import Difference, Row
+    from dives.ensembles.run import Outcome
+    from dives.ensembles.tables import Difference, Row
 
 INTERRUPTED = 130
 """Exit status of a process that Ctrl-C ended, as shells have it."""
@@ -64,9 +64,9 @@ def ensemble(
       mirrorgaze ensemble spiral --seeds 8 --vary variant=default,paper -o out/loops
       mirrorgaze ensemble spiral --seeds 4 --vary depth_m=3..12 --points 10 --vary jerlov_type=IB,II -o out/depths
     """
-    from tracking.ensembles.members import Choice, members, parsed_variation
-    from tracking.ensembles.run import run_ensemble
-    from tracking.ensembles.tables import differences, summary_rows
+    from dives.ensembles.members import Choice, members, parsed_variation
+    from dives.ensembles.run import run_ensemble
+    from dives.ensembles.tables import differences, summary_rows
 
     variations = [parsed_variation(text) for text in vary or []]
     choices = [varied.key for varied in variations if isinstance(varied, Choice) and len(varied.values) > 1]
@@ -107,9 +107,9 @@ def _write(folder: Path, outcomes: list[Outcome], rows: list[Row], pairs: list[D
     """Write the tables; all of it as data."""
     from dataclasses import asdict
 
+    from dives.ensembles import tables
+    from dives.files import json_text
     from reports.progress import write_text
-    from tracking.dives.files import json_text
-    from tracking.ensembles import tables
 
     found = {
         "dives": [
@@ -143,7 +143,7 @@ def _write(folder: Path, outcomes: list[Outcome], rows: list[Row], pairs: list[D
 
 
 def _print(folder: Path, rows: list[Row], pairs: list[Difference]) -> None:
-    from tracking.ensembles.tables import differences_table, summary_table
+    from dives.ensembles.tables import differences_table, summary_table
 
     print_table(summary_table(rows))
     if pairs:

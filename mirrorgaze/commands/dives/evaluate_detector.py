@@ -13,8 +13,8 @@ from mirrorgaze.output import print_json, print_progress, print_table
 from mirrorgaze.scene_options import SceneOptions
 
 if TYPE_CHECKING:
+    from dives.evaluation.detector_evaluation import TrialPicture
     from tracking.perception import DetectorSettings
-    from tracking.perception.trial import TrialPicture
 
 RANGES_M = ((2.0, 3.0), (3.0, 4.0), (4.0, 5.0), (2.0, 5.0))
 """Distances in which images are counted together."""
@@ -48,12 +48,12 @@ def evaluate_detector(
     Example:
       mirrorgaze evaluate-detector aqua2 --world reef --detector wide-hue -o evaluation.png
     """
-    from cad.meshes import rig_meshes
+    from cad.assembly.meshes import rig_meshes
+    from dives.evaluation.detector_evaluation import trial_pictures
     from mirrorgaze.loading import load_usable_rig
     from scenes.image import check_image_path
     from scenes.renderer import FastRenderer
     from tracking.perception import DETECTORS
-    from tracking.perception.trial import trial_pictures
 
     if detector not in DETECTORS:
         raise ValueError(f"expected --detector to be one of {', '.join(DETECTORS)}, got {detector!r}")
@@ -65,7 +65,7 @@ def evaluate_detector(
     taken = trial_pictures(renderer, images, scene.seed, partial(print_progress, "evaluate-detector: image"))
     settings = DETECTORS[detector]
     if output is not None:
-        from reports.perception_figures import draw_detection
+        from reports.figures.perception import draw_detection
 
         shown = [each for each in taken if each.seen][:DRAWN]
         if not shown:
@@ -94,7 +94,7 @@ def evaluate_detector(
 def _row(low_m: float, high_m: float, images: list[TrialPicture], settings: DetectorSettings) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from tracking.perception.trial import score, target_colours
+    from dives.evaluation.detector_evaluation import score, target_colours
 
     colours = target_colours(images)
     counted = {"from_m": low_m, "to_m": high_m, **asdict(score(images, settings))}

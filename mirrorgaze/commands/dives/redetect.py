@@ -60,8 +60,8 @@ def redetect(
       mirrorgaze redetect out/wide-hue
       mirrorgaze redetect out/wide-hue --hue-from-deg 220 --hue-to-deg 10 --aspect-max 4 -o out/wider
     """
-    from tracking.offline_detection import Recording, changed_settings
-    from tracking.offline_detection import redetect as detect_dive
+    from dives.evaluation.redetection import Recording, changed_settings
+    from dives.evaluation.redetection import redetect as detect_dive
 
     changes = {
         "hue_from_deg": hue_from_deg,

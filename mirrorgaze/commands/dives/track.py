@@ -13,7 +13,7 @@ from mirrorgaze.options import JsonOption
 from mirrorgaze.output import print_json, print_table
 
 if TYPE_CHECKING:
-    from tracking.offline import Tracked
+    from tracking.loop.offline import Tracked
 
 REPORT_EVERY_IMAGES = 30
 
@@ -60,10 +60,10 @@ def track(
     from mirrorgaze.loading import load_usable_rig
     from tracking.calibration.calibrated_rig import CalibratedRig
     from tracking.cameras import LiveCamera, open_camera
-    from tracking.loop import TrackingLoop
+    from tracking.loop.loop import TrackingLoop
+    from tracking.loop.offline import detector_named, until_interrupted, variant_named
+    from tracking.loop.offline import track as run
     from tracking.mirrors import NO_MIRRORS, open_mirrors
-    from tracking.offline import detector_named, until_interrupted, variant_named
-    from tracking.offline import track as run
 
     loaded = load_usable_rig(rig)
     if calibration is not None:

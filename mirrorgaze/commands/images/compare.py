@@ -53,7 +53,7 @@ def compare(
     from mirrorgaze.loading import load_usable_rig
     from scenes.image import check_image_path
     from scenes.reference.compare import compare as compare_renderers
-    from scenes.stage import on_gaze
+    from scenes.stage.stage import on_gaze
 
     loaded = load_usable_rig(rig)
     check_image_path(output, ".png")

@@ -12,7 +12,7 @@ from mirrorgaze.output import print_json, print_progress, print_table
 from mirrorgaze.scene_options import SceneOptions
 
 if TYPE_CHECKING:
-    from scenes.views import View
+    from scenes.requests.views import View
 
 SAMPLES = {"fast": 1, "reference": 64}
 
@@ -61,7 +61,7 @@ def render(
       mirrorgaze render aqua2 --date 2026-03-20T15:00:00-05:00 --latitude-deg 20.5 --longitude-deg -87 -o view.exr
     """
     from mirrorgaze.loading import load_usable_rig
-    from scenes.views import Output, Shot, render_view
+    from scenes.requests.views import Output, Shot, render_view
 
     loaded = load_usable_rig(rig)
     shot = Shot(

@@ -33,8 +33,8 @@ def export(
       mirrorgaze export aqua2 -o out/mount
     """
     from mirrorgaze.loading import load_usable_rig, print_hull_notes
-    from reports.check_figures import summary_rows
-    from reports.mount_export import export_checked_mount
+    from reports.figures.check import summary_rows
+    from reports.studies.mount_export import export_checked_mount
     from rigs import RigError
 
     loaded = load_usable_rig(rig)

@@ -24,7 +24,7 @@ def loads(
     """
     from cad.loads.study import load_study
     from mirrorgaze.loading import load_usable_rig
-    from reports.load_figures import load_lines, load_summary, mass_rows, torque_rows, write_loads
+    from reports.figures.load import load_lines, load_summary, mass_rows, torque_rows, write_loads
     from rigs import RigError
 
     study = load_study(load_usable_rig(rig))

@@ -33,7 +33,7 @@ def gaze(
       mirrorgaze gaze aqua2 --q1-deg 30 --q2-deg -10
     """
     from mirrorgaze.loading import load_usable_rig
-    from optics.gaze_summary import gaze_at, gaze_towards
+    from optics.gaze.summary import gaze_at, gaze_towards
 
     loaded = load_usable_rig(rig)
     if (azimuth_deg is None) != (elevation_deg is None):

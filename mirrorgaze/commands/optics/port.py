@@ -11,8 +11,8 @@ from mirrorgaze.options import JsonOption, RigArgument
 from mirrorgaze.output import print_json, print_table
 
 if TYPE_CHECKING:
-    from optics.port_focus import Focus
-    from optics.port_properties import FieldOfView, PortProperties
+    from optics.port_analysis.focus import Focus
+    from optics.port_analysis.properties import FieldOfView, PortProperties
 
 
 def port(
@@ -35,9 +35,9 @@ def port(
       mirrorgaze port bluerov2 --nearest-focus-mm 150
     """
     from mirrorgaze.loading import load_usable_rig
-    from optics.materials import PORT_MATERIALS
-    from optics.port_colour import abbe_number, water_abbe_number
-    from optics.port_properties import port_properties
+    from optics.port_analysis.colour import abbe_number, water_abbe_number
+    from optics.port_analysis.properties import port_properties
+    from optics.water.materials import PORT_MATERIALS
 
     loaded = load_usable_rig(rig)
     properties = port_properties(

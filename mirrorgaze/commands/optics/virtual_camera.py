@@ -12,12 +12,12 @@ from mirrorgaze.options import JsonOption, PanOption, RigArgument, TiltOption
 from mirrorgaze.output import print_json, print_table
 
 if TYPE_CHECKING:
-    from optics.mirror_edges import MirrorEdge
-    from optics.virtual_pinhole import VirtualPinhole
+    from optics.gaze.mirror_edges import MirrorEdge
+    from optics.gaze.virtual_pinhole import VirtualPinhole
     from rigs import Rig
 
 EDGES = ("bottom", "right", "top", "left")
-"""Of M2, in its own frame, in the order of `optics.mirror_edges`."""
+"""Of M2, in its own frame, in the order of `optics.gaze.mirror_edges`."""
 
 
 def virtual_camera(
@@ -47,9 +47,9 @@ def virtual_camera(
     import numpy as np
 
     from mirrorgaze.loading import load_usable_rig
-    from optics.camera_files import write_camera_files
-    from optics.mirror_edges import mirror_edges
-    from optics.virtual_pinhole import fit_virtual_pinhole
+    from optics.gaze.camera_files import write_camera_files
+    from optics.gaze.mirror_edges import mirror_edges
+    from optics.gaze.virtual_pinhole import fit_virtual_pinhole
 
     loaded = load_usable_rig(rig)
     pan, tilt = float(np.radians(q1_deg)), float(np.radians(q2_deg))

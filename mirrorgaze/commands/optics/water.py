@@ -12,8 +12,8 @@ from mirrorgaze.options import JsonOption
 from mirrorgaze.output import print_json, print_table
 
 if TYPE_CHECKING:
-    from optics.inherent_optics import InherentOptics
-    from optics.radiative_transfer import RadianceField
+    from optics.water.inherent_optics import InherentOptics
+    from optics.water.radiative_transfer import RadianceField
     from rigs import JerlovType, Water, WaterSource
 
 STEP_NM = 25
@@ -74,7 +74,7 @@ def water(
     """
     import numpy as np
 
-    from optics.inherent_optics import inherent_optics
+    from optics.water.inherent_optics import inherent_optics
 
     chosen = _water(of, source)
     optics = inherent_optics(chosen, np.arange(400.0, 701.0, STEP_NM))
@@ -157,7 +157,7 @@ def _coefficients(optics: InherentOptics) -> dict[str, list[float]]:
 
 def _tabulated_attenuation(water: Water, optics: InherentOptics) -> dict[str, list[float]]:
     """Kd of the water's type by the campaigns that tabulate it."""
-    from optics.water import ATTENUATION_FILES, attenuation_types, tabulated_diffuse_attenuation
+    from optics.water.water import ATTENUATION_FILES, attenuation_types, tabulated_diffuse_attenuation
 
     if water.iop_file is not None:
         return {}
@@ -189,8 +189,8 @@ def _radiance_field(optics: InherentOptics, sun_elevation_deg: float) -> Radianc
     """Light under the standard sun and an evenly bright sky."""
     import numpy as np
 
-    from optics.radiative_transfer import radiance_field
-    from scenes.spectrum import sun_irradiance
+    from optics.water.radiative_transfer import radiance_field
+    from scenes.light.spectrum import sun_irradiance
 
     if not 0 < sun_elevation_deg <= 90:
         raise ValueError(f"--sun-elevation-deg {sun_elevation_deg:g}: expected above 0 and at most 90")
@@ -226,7 +226,7 @@ def _description(water: Water) -> dict[str, Any]:
 
 
 def _gap_note(water: Water) -> str | None:
-    from optics.water import filled_wavelengths_nm
+    from optics.water.water import filled_wavelengths_nm
 
     if water.iop_file is not None:
         return None

@@ -37,7 +37,7 @@ def check(
       mirrorgaze check aqua2 --cad -o out/checks
     """
     from mirrorgaze.loading import print_hull_notes
-    from optics.feasibility import feasibility_problems
+    from optics.feasibility.feasibility import feasibility_problems
     from rigs import Rig, RigError
 
     try:
@@ -62,9 +62,9 @@ def check(
 
 def _check_mount(rig: Rig, source: str, output: Path | None, *, json: bool) -> dict[str, object]:
     """Make all checks of a mount and print them; `RigError` with every problem when something is wrong."""
-    from cad.assembly import build_assembly
-    from reports.check_figures import findings_as_dicts, summary_rows, write_checks
-    from reports.mount_export import mount_checks
+    from cad.assembly.assembly import build_assembly
+    from reports.figures.check import findings_as_dicts, summary_rows, write_checks
+    from reports.studies.mount_export import mount_checks
     from rigs import RigError
 
     checks = mount_checks(rig, build_assembly(rig), announce=print_note)

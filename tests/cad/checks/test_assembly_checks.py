@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 from build123d import Pos
 
-from cad.assembly import build_assembly
-from cad.checks import admissible
+from cad.assembly.assembly import build_assembly
 from cad.checks.assembly_checks import assembly_checks, assembly_problems
+from cad.checks.clearance import admissible
 from rigs import NoPortSpec
 
 

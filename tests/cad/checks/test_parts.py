@@ -9,13 +9,13 @@ import pytest
 import trimesh
 from build123d import Pos, Rot
 
-from cad.assembly import Part
+from cad.assembly.assembly import Part
 from cad.checks.access import CHECK, KEYS_MM, access_findings, is_screw, screw_of
-from cad.checks.axes import AXIS_TOLERANCE_MM, axis_findings, face_of_mirror
-from cad.checks.finding import Finding, Verdict
+from cad.checks.clearance.axes import AXIS_TOLERANCE_MM, axis_findings, face_of_mirror
+from cad.checks.printing.walls import wall_finding, wall_thickness
 from cad.checks.solidity import solidity
-from cad.checks.walls import wall_finding, wall_thickness
-from cad.hardware import SCREW_SIZES, along, cap_screw
+from cad.finding import Finding, Verdict
+from cad.parts.hardware import SCREW_SIZES, along, cap_screw
 from cad.shapes import box
 from optics.mesh import Group, PartMesh, Role
 from rigs import Mount

@@ -6,7 +6,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from cad.assembly import Assembly
+from cad.assembly.assembly import Assembly
 from cad.export import export_mount
 from optics.mesh import PartMesh
 from rigs import Rig

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from build123d import import_step
 
-from cad.export.colours import COLOURS
+from cad.colours import COLOURS
 from cad.export.step import write_step
 from cad.export.triangles import GLB_FROM_BODY, write_glb
 
@@ -18,7 +18,7 @@ POSE = (0.4, -0.3)
 FLOAT32_METRES = 1e-6
 """glTF stores single precision: 1e-7 of a length below a metre, with room for the transform."""
 CHORDS = 0.01
-"""Share of a curved part's volume that the triangles of its mesh cut off, at most (`cad.tessellation`)."""
+"""Share of a curved part's volume that the triangles of its mesh cut off, at most (`cad.assembly.tessellation`)."""
 STEP_ROUNDING = 1e-6
 """Relative; coordinates are written with some 15 digits, volumes are sums over curved faces."""
 

@@ -1,6 +1,6 @@
 import pytest
 
-from cad.meshes import rig_meshes
+from cad.assembly.meshes import rig_meshes
 from rigs import Rig
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from cad.assembly.meshes import rig_meshes
 from cad.loads import plate
 from cad.loads.masses import GRAVITY_M_PER_S2
 from cad.loads.servo_torque import SAFETY_FACTOR, servo_loads, torque_problems
-from cad.meshes import rig_meshes
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
 

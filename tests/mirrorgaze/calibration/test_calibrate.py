@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from dives.calibration.simulation import simulated_edges, simulated_target, useful_poses
 from mirrorgaze.cli import app
 from optics.layout import Layout
 from rigs import Rig
 from tracking.calibration.calibrated_rig import CalibratedRig
 from tracking.calibration.errors import PRINT_TOLERANCES, draw_errors
 from tracking.calibration.observation_files import write_observations
-from tracking.calibration.simulation import simulated_edges, simulated_target, useful_poses
 
 
 def mirrorgaze(*arguments: str):
@@ -64,7 +64,7 @@ def test_json_holds_the_same(files):
 
 @pytest.mark.parametrize("as_json", [False, True])
 def test_simulation_shows_what_sessions_give(monkeypatch, as_json):
-    from tracking.calibration import session_study
+    from dives.calibration import session_study
 
     short = {"pose_counts": (6,), "sessions": session_study.SESSIONS[-1:]}
     whole = session_study.session_study

@@ -7,10 +7,10 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from dives.evaluation import tracking_rate as angular_speed
+from dives.evaluation.tracking_rate import LargestSpeed, Trial
+from dives.metrics.intervals import mean_interval
 from mirrorgaze.cli import app
-from tracking.metrics import angular_speed
-from tracking.metrics.angular_speed import LargestSpeed, Trial
-from tracking.metrics.intervals import mean_interval
 
 
 def mirrorgaze(*arguments: str):

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from dives.ensembles import run
+from dives.ensembles.processes import Failure
+from dives.ensembles.run import Outcome
+from dives.metrics import DEFINITIONS
 from mirrorgaze.cli import app
-from tracking.ensembles import run
-from tracking.ensembles.processes import Failure
-from tracking.ensembles.run import Outcome
-from tracking.metrics import DEFINITIONS
 
 
 def mirrorgaze(*arguments: str):

@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import pytest
 from typer.testing import CliRunner
 
+from dives import Dive
+from dives.evaluation import redetection as offline_detection
+from dives.evaluation.redetection import COMPARED
 from mirrorgaze.cli import app
-from tracking import offline_detection
-from tracking.dives import Dive
-from tracking.offline_detection import COMPARED
 from tracking.perception import RED_BALL, WIDE_HUE
 
 

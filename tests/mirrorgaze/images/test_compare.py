@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
-from optics.backend import mi
+from optics.kernels.backend import mi
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 

@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
-from optics.backend import mi
-from scenes.frame import Label
+from optics.kernels.backend import mi
+from scenes.stage.frame import Label
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 
@@ -137,7 +137,7 @@ def test_without_pvlib_a_sentence_says_what_to_install(here, monkeypatch):
     def missing(name):
         raise ModuleNotFoundError(name)
 
-    monkeypatch.setattr("scenes.sun.importlib.import_module", missing)
+    monkeypatch.setattr("scenes.light.sun.importlib.import_module", missing)
     when = ("--date", "2026-03-20T12:00:00+00:00", "--latitude-deg", "20", "--longitude-deg", "0")
     result = mirrorgaze("render", "bench", *when)
     assert result.exit_code == 2

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from cad.checks.assembly_checks import MountChecks
 from cad.export import mount
 from mirrorgaze.cli import app
-from reports import mount_export
+from reports.studies import mount_export
 
 
 def test_export_names_what_it_wrote(here, monkeypatch):

@@ -7,9 +7,9 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-import reports.mount_export
+import reports.studies.mount_export
 from cad.checks.assembly_checks import MountChecks
-from cad.checks.finding import Finding
+from cad.finding import Finding
 from mirrorgaze.cli import app
 from rigs import Problem
 
@@ -30,7 +30,7 @@ def found(monkeypatch):
 
     def find(*findings):
         checks = MountChecks(findings=findings)
-        monkeypatch.setattr(reports.mount_export, "mount_checks", lambda *_, **__: checks)
+        monkeypatch.setattr(reports.studies.mount_export, "mount_checks", lambda *_, **__: checks)
 
     return find
 

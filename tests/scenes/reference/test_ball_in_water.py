@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from rigs import Rig
+from scenes.light.waves import Wind
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage import ball, stage
-from scenes.waves import Wind
+from scenes.stage.stage import ball, stage
 
 DEPTH_M, DISTANCE_M, RADIUS_M, PITCH_DEG = 5.0, 2.0, 0.3, -20.0
 SIZE = {"width_px": 16, "height_px": 12}

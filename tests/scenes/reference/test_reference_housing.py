@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.backend import mi
 from optics.camera import PinholeCamera
-from optics.materials import aluminium_index
-from optics.port import DomePort, FlatPort
+from optics.kernels.backend import mi
+from optics.ports.port import DomePort, FlatPort
+from optics.water.materials import aluminium_index
 from rigs import Rig
-from scenes.materials import albedo_table
+from scenes.light.materials import albedo_table
 from scenes.reference.bodies import mirror_shape
 from scenes.reference.estimate import estimate
 from scenes.reference.housing import housing

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from optics.backend import dr, mi
-from optics.pure_water import molecular_phase
-from optics.scattering import fournier_forand, fournier_forand_backscattered_fraction
+from optics.kernels.backend import dr, mi
+from optics.water.pure_water import molecular_phase
+from optics.water.scattering import fournier_forand, fournier_forand_backscattered_fraction
 from scenes.reference import estimate as estimating
 from scenes.reference.estimate import estimate
 from scenes.reference.medium import SMALLEST_SCATTERING_ANGLE, WaterPhase, scattering_table, water_medium

@@ -8,15 +8,15 @@ import trimesh
 from scipy.spatial.transform import RigidTransform
 
 from optics.mesh import Group, PartMesh, Role
-from optics.port import FlatPort
+from optics.ports.port import FlatPort
 from rigs import Rig
-from scenes.frame import Frame
 from scenes.reference.agreement import WHOLE, agreements, pixel_error, time_to_target_error_s
 from scenes.reference.estimate import LANES_PER_LAUNCH, launches
 from scenes.reference.opening import PLAY, with_opening
 from scenes.reference.render import ReferenceFrame, render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage import stage
+from scenes.stage.frame import Frame
+from scenes.stage.stage import stage
 
 SIZE = {"width_px": 8, "height_px": 6}
 LARGEST_Z = 4.0

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optics.backend import mi
-from optics.scattering import fournier_forand
+from optics.kernels.backend import mi
+from optics.water.scattering import fournier_forand
 from scenes.reference.bodies import diffuse
 from scenes.reference.estimate import estimate
 from scenes.reference.medium import water_medium

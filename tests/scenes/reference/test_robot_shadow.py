@@ -8,12 +8,12 @@ import trimesh
 
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
-from scenes.materials import Material
+from scenes.light.materials import Material
+from scenes.light.waves import Wind
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage import stage
-from scenes.waves import Wind
-from scenes.worlds.surface import surface
+from scenes.stage.stage import stage
+from scenes.surfaces.surface import surface
 from scenes.worlds.world import world_of
 
 DEPTH_M, FLOOR_BELOW_M, HALF_M = 5.0, 1.5, 3.0

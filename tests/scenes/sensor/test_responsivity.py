@@ -9,9 +9,9 @@ from scipy.stats import norm
 
 from rigs import Rig
 from rigs.image_sensor import ImageSensorSpec
+from scenes.light.spectrum import CHANNEL_PEAKS_NM, CHANNEL_WIDTH_NM, CameraResponse, camera_bands
 from scenes.sensor import ImageSensor, expose
 from scenes.sensor.model import electron_rate, relative_illumination
-from scenes.spectrum import CHANNEL_PEAKS_NM, CHANNEL_WIDTH_NM, CameraResponse, camera_bands
 
 FLOAT32 = 1e-6
 """Relative accuracy of a product of float32 numbers."""

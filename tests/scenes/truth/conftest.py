@@ -13,8 +13,8 @@ from optics.layout import camera_pose
 from optics.status import Region, Status
 from optics.train import OpticalTrain, pixel_grid, regions
 from rigs import Rig
-from scenes.frame import Frame, Label
-from scenes.state import State
+from scenes.stage.frame import Frame, Label
+from scenes.stage.state import State
 
 HALF_ROOM_M = 4.0
 FLOOR_M = -6.0

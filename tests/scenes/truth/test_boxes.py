@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
-from scenes.frame import Label
+from scenes.stage.frame import Label
 from scenes.truth import ground_truth, write_truth
 from scenes.truth.boxes import things
 from scenes.truth.coco import coco_document, mask_of_runs, run_lengths

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from optics.backend import mi
+from optics.kernels.backend import mi
 from optics.status import Region
 from scenes.truth import ground_truth
 from scenes.truth.layers import layers, write_layers

@@ -12,7 +12,7 @@ from optics.mesh import Group, PartMesh, Role
 from optics.status import Region, Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
-from scenes.frame import Label
+from scenes.stage.frame import Label
 from scenes.truth import ground_truth
 from scenes.truth.carriers import Carrier, carriers
 from scenes.truth.motion import Seen

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad.meshes import rig_meshes
+from cad.assembly.meshes import rig_meshes
 from optics.layout import camera_pose
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
-from scenes.frame import Label
 from scenes.renderer import FastRenderer
-from scenes.stage import stage
-from scenes.state import State
+from scenes.stage.frame import Label
+from scenes.stage.stage import stage
+from scenes.stage.state import State
 from scenes.truth import ground_truth
 from scenes.truth.boxes import things
 from scenes.truth.carriers import Carrier

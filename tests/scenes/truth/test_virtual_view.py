@@ -1,16 +1,16 @@
-"""z-depth and normals of the virtual cameras, against poses that `optics.gaze` composes of reflections."""
+"""z-depth and normals of the virtual cameras, against poses that `optics.gaze.kinematics` composes of reflections."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from optics.gaze import virtual_camera
+from optics.gaze.kinematics import virtual_camera
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
 from optics.status import Region
 from rigs import Rig
-from scenes.frame import Label
+from scenes.stage.frame import Label
 from scenes.truth import ground_truth
 
 SHAPE = (60, 80)

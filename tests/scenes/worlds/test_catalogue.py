@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from scenes.materials import Material
+from scenes.light.materials import Material
+from scenes.surfaces.surface import enclosed_volume_m3
 from scenes.worlds import world_named
 from scenes.worlds.mesh_file import linear
-from scenes.worlds.surface import enclosed_volume_m3
 
 DEPTH_M = 7.0
 

@@ -5,13 +5,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from scenes.materials import Material, albedo_table
+from scenes.light.materials import Material, albedo_table
+from scenes.surfaces.noise import GradientNoise
+from scenes.surfaces.poisson_disk import spaced
+from scenes.surfaces.space_colonisation import PIPE_EXPONENT, grown_tree
+from scenes.surfaces.surface import double_area_vectors, enclosed_volume_m3
 from scenes.worlds import growths
-from scenes.worlds.noise import GradientNoise
-from scenes.worlds.poisson_disk import spaced
 from scenes.worlds.reef import ARENA_FLOOR_M, ARENA_RADIUS_M, BOTTOM_BELOW_ROBOT_M, FORMS, FREE_RADIUS_M, reef
-from scenes.worlds.space_colonisation import PIPE_EXPONENT, grown_tree
-from scenes.worlds.surface import double_area_vectors, enclosed_volume_m3
 from scenes.worlds.terrain import RADIUS_M
 
 DEPTH_M = 6.0
@@ -49,8 +49,8 @@ def test_reef_leaves_the_robot_room_and_stays_below_the_surface(depth_m, seed):
 
 def test_there_is_a_ridge_ahead_and_open_water_to_the_right(world):
     """Horizontal rays: most meet something within 8 m ahead and to the left, few do to the right."""
-    from optics.backend import mi
-    from optics.ray_scene import mesh_scene
+    from optics.kernels.backend import mi
+    from optics.kernels.ray_scene import mesh_scene
 
     scene = mesh_scene(world.vertices_m, world.faces)
 

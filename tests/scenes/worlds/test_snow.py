@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import kstest, truncpareto
 
+from scenes.surfaces.surface import enclosed_volume_m3
 from scenes.worlds.snow import FACES_PER_FLAKE, JUNGE_EXPONENT, MOST_FACES, MarineSnow, snow_offset_m, snow_surface
-from scenes.worlds.surface import enclosed_volume_m3
 
 SNOW = MarineSnow(flakes_per_m3=40.0, seed=5)
 SURFACE = snow_surface(SNOW)

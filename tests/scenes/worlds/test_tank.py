@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from scenes.materials import Material
+from scenes.light.materials import Material
+from scenes.surfaces.surface import double_area_vectors, enclosed_volume_m3
 from scenes.worlds.checkerboard import THICKNESS_M, Checkerboard
-from scenes.worlds.surface import double_area_vectors, enclosed_volume_m3
 from scenes.worlds.tank import BOARD_COLUMNS, BOARD_ROWS, BOARD_SQUARE_M, TANK_SIZE_M, tank, tank_boards
 
 DEPTH_M = 5.0
@@ -112,8 +112,8 @@ def test_opencv_finds_the_stated_corners_in_the_stated_order(world, board):
     """
     import cv2
 
-    from optics.backend import mi
-    from optics.ray_scene import mesh_scene
+    from optics.kernels.backend import mi
+    from optics.kernels.ray_scene import mesh_scene
 
     focal, width, height, samples = 600.0, 480, 360, 4
     robot = np.array([0.0, 0.0, -DEPTH_M])

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from optics.gaze_jacobian import direction_jacobian
+from optics.gaze.jacobian import direction_jacobian
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.crop_scale import centroid_motion, crop_scale, level_pose

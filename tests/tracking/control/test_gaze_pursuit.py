@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from optics.gaze_motion import JointSpeeds
+from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.gaze_pursuit import GazePursuit
@@ -13,9 +13,9 @@ from tracking.control.pointing import Pointing
 from tracking.control.pursuit import Sight
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.sight_lines import SightLines
+from tracking.loop.variants import VARIANTS
 from tracking.perception import Crop, ExactCorners
 from tracking.records import Spot
-from tracking.variants import VARIANTS
 
 RIG = Rig.load("aqua2")
 GIMBAL = Gimbal(Layout.from_rig(RIG))

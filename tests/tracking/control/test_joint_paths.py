@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from optics.gaze_motion import JointSpeeds
+from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.joint_paths import JointPath, check_path, outward_path, raster_path

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from optics.gaze import inverse_gaze
-from optics.gaze_motion import JointSpeeds
+from optics.gaze.kinematics import inverse_gaze
+from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.pointing import Pointing

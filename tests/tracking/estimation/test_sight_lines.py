@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from optics import OpticalTrain, Status
-from optics.gaze import forward_gaze, gaze_mirror_normal
+from optics.gaze.kinematics import forward_gaze, gaze_mirror_normal
 from optics.layout import Layout
 from rigs import Rig
 from tracking.estimation.gimbal import Gimbal

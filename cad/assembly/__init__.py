@@ -1,0 +1,1 @@
+"""The mount put together, and its meshes."""

@@ -1,0 +1,184 @@
+"""All parts of a rig as solids, each in the frame of the group it moves with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import trimesh
+from build123d import Location, Solid
+from scipy.spatial.transform import RigidTransform
+
+from cad.hulls.hull import hull_shape
+from cad.parts.bracket_placement import FoldStance, fold_stance
+from cad.parts.flange import flange_hardware
+from cad.parts.fold_bracket import fold_bracket_solid
+from cad.parts.gimbal_base import base_hardware, base_stance, flange_seat, gimbal_base_solid, pan_servo_in_body
+from cad.parts.gimbal_dimensions import GimbalDimensions
+from cad.parts.hardware import Hardware
+from cad.parts.mirror_holder import holder_hardware, mirror_holder_solid, tilt_horn_in_m2
+from cad.parts.mirrors import clip_hardware, mirror_clip, mirror_plate
+from cad.parts.servo import HORN_DIAMETER_MM, HORN_SCREW, check_servo, servo_solid
+from cad.parts.stow_bracket import arm_solid, deck_solid, hinge_hardware, stow_servo_in_body
+from cad.parts.stow_hinge import StowHinge, stow_hinge
+from cad.parts.yoke import pan_horn_in_pan, tilt_servo_in_pan, yoke_hardware, yoke_solid
+from cad.poses import body_from_group
+from cad.shapes import location_mm
+from optics.layout import Layout
+from optics.mesh import Group, Role
+from rigs import Camera, Mount, Rig, Servo
+from rigs.gaze import FlatMirror
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One named part.
+
+    Attributes
+    ----------
+    name : str
+        Unique in an assembly.
+    group : Group
+        What it moves with, and so the frame its solid is given in: body, pan or m2.
+    role : Role
+        What it is.
+    solid : Solid or Trimesh
+        Shape in millimetres; a triangle mesh only for a hull that came from an STL file.
+    printed : bool
+        Whether it is to be printed, and so must fit the printer.
+    catalogue : str
+        What to order, for a part that is bought.
+    stows : bool
+        Whether it swings with the fold mirror on the hinge of `Assembly.stow`; its solid is given in use.
+    """
+
+    name: str
+    group: Group
+    role: Role
+    solid: Solid | trimesh.Trimesh
+    printed: bool = False
+    catalogue: str = ""
+    stows: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assembly:
+    """Parts of a rig and the frames they stand in; `stow` is the fold mirror's hinge, if it has one."""
+
+    parts: tuple[Part, ...]
+    layout: Layout
+    stow: StowHinge | None = None
+
+    def part(self, name: str) -> Part:
+        """Part of a given name; raises `ValueError` when there is none."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise ValueError(f"expected a part ({', '.join(part.name for part in self.parts)}), got {name!r}")
+
+    def pose(self, part: Part, q1: float, q2: float) -> RigidTransform:
+        """Pose of a part's frame in the body frame, metres; joint values in radians."""
+        return body_from_group(self.layout, part.group, q1, q2)
+
+
+def build_assembly(rig: Rig) -> Assembly:
+    """Build every part of a rig.
+
+    Raises
+    ------
+    ValueError
+        For a rig without mirrors, or one whose numbers make no mount; the message begins with the key to change.
+    """
+    layout = Layout.from_rig(rig)
+    dimensions = GimbalDimensions.from_rig(rig)
+    gaze = rig.require_gaze()
+    _check_camera_is_level(rig.camera)
+    mount, servos = gaze.mount, gaze.servos
+    for key in ("pan", "tilt", "stow"):
+        if (servo := getattr(servos, key)) is not None:
+            check_servo(servo, f"servos.{key}")
+    stance = base_stance(dimensions, layout)
+    seat = flange_seat(rig, stance)
+    fold, hinge = fold_stance(rig, layout), stow_hinge(rig, layout)
+    fixed, pan, tilt = Group.FIXED, Group.PAN, Group.TILT
+    pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
+    tilt_servo = tilt_servo_in_pan(dimensions, servo_solid(servos.tilt))
+    parts = [
+        Part(name="hull", group=fixed, role=Role.HULL, solid=hull_shape(gaze.hull, mount, rig.port, layout)),
+        *_fold_parts(fold, hinge),
+        _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance, seat)),
+        _servo("pan_servo", fixed, pan_servo, servos.pan),
+        _horn("pan_horn", pan, pan_horn_in_pan(dimensions), servos.pan),
+        _printed("yoke", pan, yoke_solid(dimensions)),
+        _servo("tilt_servo", pan, tilt_servo, servos.tilt),
+        _horn("tilt_horn", tilt, tilt_horn_in_m2(dimensions), servos.tilt),
+        _printed("mirror_holder", tilt, mirror_holder_solid(dimensions)),
+        _mirror("gaze_mirror", tilt, mirror_plate(dimensions.mirror), dimensions.mirror),
+        *_clip("gaze_mirror", tilt, dimensions.mirror, mount, Location()),
+    ]
+    hardware = base_hardware(dimensions, stance, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
+    return Assembly(parts=(*parts, *map(_bought, hardware)), layout=layout, stow=hinge)
+
+
+def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
+    """Fold bracket, M1 and what holds them, in the body frame; in two parts where M1 can be stowed."""
+    place = location_mm(stance.body_from_fold) * location_mm(stance.fold_from_m1)
+    swinging = [
+        _mirror("fold_mirror", Group.FIXED, place * mirror_plate(stance.mirror), stance.mirror),
+        *_clip("fold_mirror", Group.FIXED, stance.mirror, stance.mount, place),
+    ]
+    bolts = flange_hardware(stance.seat, "fold")
+    body = location_mm(stance.body_from_fold)
+    standing = [_bought(replace(bolt, pose=body * bolt.pose)) for bolt in bolts]
+    if hinge is None:
+        return [_printed("fold_bracket", Group.FIXED, fold_bracket_solid(stance)), *swinging, *standing]
+    on_deck, on_arm = hinge_hardware(hinge)
+    standing = [_printed("fold_bracket", Group.FIXED, deck_solid(hinge)), *standing, *map(_bought, on_deck)]
+    swinging = [_printed("fold_arm", Group.FIXED, arm_solid(hinge)), *swinging, *map(_bought, on_arm)]
+    if hinge.servo:
+        servo, horn = stow_servo_in_body(hinge)
+        standing.append(_servo("stow_servo", Group.FIXED, servo, hinge.servo))
+        swinging.append(_horn("stow_horn", Group.FIXED, horn, hinge.servo))
+    return standing + [replace(part, stows=True) for part in swinging]
+
+
+def _clip(name: str, group: Group, mirror: FlatMirror, mount: Mount, place: Location) -> list[Part]:
+    """Clip of a mirror that is screwed in, with its screws; nothing for one that is glued."""
+    if mount.mirror_fixing == "glue":
+        return []
+    pieces = (replace(piece, pose=place * piece.pose) for piece in clip_hardware(mirror, mount.wall_mm, name, group))
+    return [_printed(f"{name}_clip", group, place * mirror_clip(mirror, mount.wall_mm)), *map(_bought, pieces)]
+
+
+def _printed(name: str, group: Group, solid: Solid) -> Part:
+    return Part(name=name, group=group, role=Role.MOUNT, solid=solid, printed=True)
+
+
+def _servo(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
+    return Part(name=name, group=group, role=Role.SERVO, solid=solid, catalogue=f"Servo {servo.name}")
+
+
+def _horn(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
+    catalogue = f"Round horn {HORN_DIAMETER_MM:g} mm with {HORN_SCREW} holes for servo {servo.name}"
+    return Part(name=name, group=group, role=Role.SERVO, solid=solid, catalogue=catalogue)
+
+
+def _mirror(name: str, group: Group, solid: Solid, mirror: FlatMirror) -> Part:
+    size = f"{mirror.width_mm:g} x {mirror.height_mm:g} x {mirror.thickness_mm:g} mm"
+    return Part(name=name, group=group, role=Role.MIRROR, solid=solid, catalogue=f"Front-surface mirror {size}")
+
+
+def _bought(piece: Hardware) -> Part:
+    return Part(
+        name=piece.name,
+        group=piece.group,
+        role=Role.HARDWARE,
+        solid=piece.solid,
+        catalogue=piece.piece.catalogue,
+    )
+
+
+def _check_camera_is_level(camera: Camera) -> None:
+    for key in ("yaw_deg", "pitch_deg", "roll_deg"):
+        value = getattr(camera, key)
+        if value != 0:
+            raise ValueError(f"camera.{key} = {value:g}: expected 0, the mount is made for cameras that look along +x")

@@ -1,0 +1,120 @@
+"""Meshes of a rig from a cache addressed by content, so that building solids is paid for once.
+
+The modelling kernel takes seconds to import; it is imported only when the cache has no answer.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic.main import IncEx
+
+from optics.kernels.cache import cache_folder, load_arrays, result_key, save_arrays
+from optics.layout import check_stows
+from optics.mesh import Group, PartMesh, Role
+from rigs import Rig
+
+SERVO_WITHOUT_SHAPE: IncEx = {
+    "name",
+    "speed_deg_per_s",
+    "torque_n_m",
+    "mass_g",
+    "travel_deg",
+    "deadband_us",
+    "pulse_us",
+    "pulse_period_ms",
+    "latency_ms",
+    "backlash_deg",
+    "jitter_us",
+}
+WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
+    "name": True,
+    "description": True,
+    "water": True,
+    "vehicle": True,
+    "gaze": {
+        "servos": dict.fromkeys(("pan", "tilt", "stow"), SERVO_WITHOUT_SHAPE),
+        "hull": {"file"},
+        "mount": {"colour"},
+    },
+}
+"""What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
+
+
+MESH_VERSION = 1
+"""Raised when a part of the same rig gets another shape: in `cad`, or in what of `optics` places and shapes parts."""
+
+
+def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
+    """Parts of a rig as triangles in metres, each in the frame of its group; from the cache when it can be.
+
+    With `stowed` the fold mirror and what holds it are where the hinge of `joints.stow` swings them.
+
+    Raises
+    ------
+    ValueError
+        For a rig without mirrors, or one whose numbers make no mount; when a fold mirror that is fixed is to be stowed.
+    """
+    colour = rig.require_gaze().mount.colour
+    if stowed:
+        check_stows(rig)
+    path = cache_folder() / f"rig-meshes-{mesh_key(rig, stowed=stowed)}.npz"
+    try:
+        meshes = load_meshes(path)
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+        # Absent or damaged: either way it is made again.
+        meshes = _build(rig, stowed=stowed)
+        save_meshes(path, meshes)
+    return [replace(mesh, colour=colour) if mesh.role is Role.MOUNT else mesh for mesh in meshes]
+
+
+def mesh_key(rig: Rig, *, stowed: bool = False) -> str:
+    """Key of a rig's meshes: the numbers that shape them, the hull's file, and the library that makes solids."""
+    numbers = rig.model_dump(mode="json", exclude=WITHOUT_SHAPE)
+    return result_key("rig meshes", MESH_VERSION, numbers, _hull_key(rig), stowed, version("build123d"))
+
+
+def save_meshes(path: Path, meshes: Sequence[PartMesh]) -> None:
+    """Write meshes as arrays."""
+    labels = np.array([(mesh.name, mesh.group.value, mesh.role.value) for mesh in meshes])
+    arrays: dict[str, Any] = {"labels": labels}
+    for position, mesh in enumerate(meshes):
+        arrays[f"vertices_m_{position}"] = mesh.vertices_m
+        arrays[f"faces_{position}"] = mesh.faces
+    save_arrays(path, arrays)
+
+
+def load_meshes(path: Path) -> list[PartMesh]:
+    """Read what `save_meshes` wrote."""
+    stored = load_arrays(path)
+    return [
+        PartMesh(
+            name=str(name),
+            group=Group(group),
+            role=Role(role),
+            vertices_m=stored[f"vertices_m_{position}"],
+            faces=stored[f"faces_{position}"],
+        )
+        for position, (name, group, role) in enumerate(stored["labels"])
+    ]
+
+
+def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:
+    from cad.assembly.assembly import build_assembly  # noqa: PLC0415  (takes seconds to import)
+    from cad.assembly.tessellation import tessellate  # noqa: PLC0415
+
+    return tessellate(build_assembly(rig), stowed=stowed)
+
+
+def _hull_key(rig: Rig) -> str | None:
+    if rig.file_hull is None:
+        return None
+    from cad.hulls.hull_mesh import hull_mesh_key  # noqa: PLC0415  (only a file's hull needs trimesh for its key)
+
+    return hull_mesh_key(rig.file_hull)

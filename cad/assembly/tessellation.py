@@ -1,0 +1,90 @@
+"""Solids as triangles in metres."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import trimesh
+from build123d import Solid
+from numpy.typing import NDArray
+from OCP.BRep import BRep_Tool
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopLoc import TopLoc_Location
+
+from cad.assembly.assembly import Assembly, Part
+from optics.mesh import PartMesh, Role
+
+LINEAR_TOLERANCE_MM = 0.05
+"""Between chords and curves; no more than the play of a journal in its bush, so that meshes that fit stay apart."""
+HULL_LINEAR_TOLERANCE_MM = 0.2
+"""A hull is large, seen from afar and on most rays' way: fewer triangles."""
+ANGULAR_TOLERANCE_RAD = 0.24
+"""Between neighbouring chords: 26 around a hole, whose area they then give to 1 %."""
+WELD_MM = 1e-6
+"""Neighbouring faces of a solid are tessellated one by one; their shared vertices agree to rounding only."""
+
+
+def tessellate(assembly: Assembly, *, stowed: bool = False) -> list[PartMesh]:
+    """Parts of an assembly as triangles, in the order of the parts; with the fold mirror in use or stowed.
+
+    Returns
+    -------
+    list of PartMesh
+        Closed surfaces in metres, each in the frame of its part's group.
+    """
+    meshes = [_part_mesh(part) for part in assembly.parts]
+    if not stowed or assembly.stow is None:
+        return meshes
+    moved = assembly.stow.body_from_stowing(np.radians(assembly.stow.max_deg))
+    return [
+        replace(mesh, vertices_m=moved.apply(mesh.vertices_m)) if part.stows else mesh
+        for part, mesh in zip(assembly.parts, meshes, strict=True)
+    ]
+
+
+def _part_mesh(part: Part) -> PartMesh:
+    mesh = part.solid if isinstance(part.solid, trimesh.Trimesh) else _triangles(part.solid, part.role)
+    return PartMesh(
+        name=part.name,
+        group=part.group,
+        role=part.role,
+        vertices_m=np.asarray(mesh.vertices, dtype=np.float64) / 1000,
+        faces=np.asarray(mesh.faces, dtype=np.int32),
+    )
+
+
+def _triangles(solid: Solid, role: Role) -> trimesh.Trimesh:
+    """Mesh of a solid, millimetres; build123d's own takes tolerances relative to the length of each edge."""
+    tolerance = HULL_LINEAR_TOLERANCE_MM if role is Role.HULL else LINEAR_TOLERANCE_MM
+    BRepMesh_IncrementalMesh(solid.wrapped, tolerance, False, ANGULAR_TOLERANCE_RAD, True)
+    vertices, faces, count = [], [], 0
+    for face in solid.faces():
+        place = TopLoc_Location()
+        triangulation = BRep_Tool.Triangulation_s(face.wrapped, place)
+        nodes = [triangulation.Node(number) for number in range(1, triangulation.NbNodes() + 1)]
+        corners = [[triangle.Value(k) for k in (1, 2, 3)] for triangle in triangulation.Triangles()]
+        outside = face.wrapped.Orientation() != TopAbs_Orientation.TopAbs_REVERSED
+        vertices.append(_placed(np.array([(node.X(), node.Y(), node.Z()) for node in nodes]), place))
+        faces.append((np.array(corners, dtype=np.int64) + count - 1)[:, :: 1 if outside else -1])
+        count += len(nodes)
+    return welded(np.concatenate(vertices), np.concatenate(faces))
+
+
+def _placed(points: NDArray[np.float64], place: TopLoc_Location) -> NDArray[np.float64]:
+    transformation = place.Transformation()
+    matrix = np.array([[transformation.Value(row, column) for column in (1, 2, 3, 4)] for row in (1, 2, 3)])
+    return np.asarray(points @ matrix[:, :3].T + matrix[:, 3])
+
+
+def welded(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> trimesh.Trimesh:
+    """Mesh with coinciding vertices joined and the triangles dropped that then have no area.
+
+    Spheres and fillets have triangles at their poles with two corners in one place; left in, they make a closed
+    surface look open.
+    """
+    _, first, owner = np.unique(np.round(vertices / WELD_MM), axis=0, return_index=True, return_inverse=True)
+    faces = owner.reshape(-1)[faces]
+    distinct = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return trimesh.Trimesh(vertices=vertices[first], faces=faces[distinct], process=False)

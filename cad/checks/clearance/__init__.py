@@ -1,0 +1,1 @@
+"""Whether the parts clear each other over all joint values."""

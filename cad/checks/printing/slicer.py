@@ -1,0 +1,211 @@
+"""What a slicer makes of a part: printing time, plastic, supports and its warnings, by PrusaSlicer when it is there."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import trimesh
+
+from cad.checks.printing.orientation import print_pose
+from cad.finding import Finding, Sense
+from optics.kernels.arrays import FloatArray
+from optics.kernels.cache import cache_folder, result_key
+from optics.mesh import PartMesh
+from rigs import Mount, Problem
+from rigs.materials import MATERIALS
+
+CHECK = "slicer"
+PROGRAM = "prusa-slicer"
+NO_SLICER = f"not run: no {PROGRAM} on the PATH"
+PROFILE: Mapping[str, str] = {
+    "layer-height": "0.2",
+    "first-layer-height": "0.2",
+    "perimeters": "3",
+    "top-solid-layers": "5",
+    "bottom-solid-layers": "4",
+    "fill-density": "30%",
+    "fill-pattern": "gyroid",
+    "support-material": "1",
+    "support-material-auto": "1",
+    "support-material-threshold": "45",
+    "support-material-buildplate-only": "0",
+    "brim-width": "4",
+    "filament-diameter": "1.75",
+    "gcode-comments": "0",
+}
+"""Settings that are not the slicer's own; nozzle, bed and density come from the rig."""
+TIMEOUT_S = 300
+STATUS_LINE = re.compile(r"^(\d+ => |Slicing result|\[\d{4}-)")
+WARNING = "print warning:"
+
+SLICE_VERSION = 1
+"""Raised when the slicer's words are read as another `Slice`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slice:
+    """What the slicer said.
+
+    Attributes
+    ----------
+    time_s : float
+        Estimated printing time.
+    mass_g : float
+        Plastic with supports and brim.
+    support_layers : int
+        How many stretches of support the file has; 0 when it prints without.
+    warnings : tuple of str
+        In the slicer's words.
+    """
+
+    time_s: float
+    mass_g: float
+    support_layers: int
+    warnings: tuple[str, ...]
+
+
+def slicer_path() -> str | None:
+    """Path of the slicer; None when this machine has none."""
+    return shutil.which(PROGRAM)
+
+
+def slice_finding(mesh: PartMesh, mount: Mount) -> Finding:
+    """What the slicer makes of a printed part in its print orientation."""
+    program = slicer_path()
+    if program is None:
+        return Finding(check=CHECK, subject=mesh.name, note=NO_SLICER, ran=False)
+    pose = print_pose(mesh, mount)
+    vertices = pose.bed_from_part.apply(1000 * mesh.vertices_m)
+    surface = trimesh.Trimesh(vertices - vertices.min(axis=0), mesh.faces, process=False)
+    return judged(mesh.name, slice_stl(program, surface.export(file_type="stl"), mount), vertices)
+
+
+def judged(name: str, found: Slice, vertices_mm: FloatArray) -> Finding:
+    """A slice as a finding: the figure is the number of warnings."""
+    supports = f"supports in {found.support_layers} places" if found.support_layers else "no supports"
+    height = float(vertices_mm[:, 2].max() - vertices_mm[:, 2].min())
+    problem = Problem(
+        place=name, value="; ".join(found.warnings), expected=f"a part that {PROGRAM} slices without warnings"
+    )
+    return Finding(
+        check=CHECK,
+        subject=name,
+        figure=float(len(found.warnings)),
+        unit="warnings",
+        limit=0.0,
+        sense=Sense.AT_MOST,
+        place=f"upright {height:.0f} mm",
+        note=f"{duration(found.time_s)}, {found.mass_g:.0f} g, {supports}",
+        problem=problem if found.warnings else None,
+    )
+
+
+def duration(time_s: float) -> str:
+    """Time in hours and minutes."""
+    minutes = round(time_s / 60)
+    return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def slice_stl(program: str, stl: bytes, mount: Mount) -> Slice:
+    """Slice an STL that stands as it is printed; the answer for the same bytes and settings comes from the cache.
+
+    Raises
+    ------
+    OSError
+        When the slicer fails.
+    """
+    settings = _settings(mount)
+    key = result_key("slice", SLICE_VERSION, _version(program), settings, stl)
+    stored = cache_folder() / "slices" / f"{key}.json"
+    try:
+        numbers = json.loads(stored.read_text())
+        return Slice(**{**numbers, "warnings": tuple(numbers["warnings"])})
+    except (OSError, ValueError, TypeError, KeyError):
+        # Absent or damaged: either way it is sliced again.
+        pass
+    with tempfile.TemporaryDirectory() as scratch:
+        part, code = Path(scratch) / "part.stl", Path(scratch) / "part.gcode"
+        part.write_bytes(stl)
+        arguments = [program, "--export-gcode", *settings, "--output", str(code), str(part)]
+        done = subprocess.run(arguments, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+        said = done.stdout + done.stderr
+        if done.returncode != 0 or not code.exists():
+            raise OSError(f"{PROGRAM} gave up: {said.strip().splitlines()[-1] if said.strip() else done.returncode}")
+        found = read_slice(said, code.read_text(errors="replace"))
+    stored.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=stored.parent, suffix=".partial") as folder:
+        partial = Path(folder) / stored.name
+        partial.write_text(json.dumps(asdict(found)))
+        partial.replace(stored)
+    return found
+
+
+def read_slice(said: str, gcode: str) -> Slice:
+    """Read what the slicer printed and wrote.
+
+    Raises
+    ------
+    OSError
+        When the file does not tell time and plastic.
+    """
+    time = re.search(r"estimated printing time \(normal mode\) = (.+)", gcode)
+    mass = re.search(r"filament used \[g\] = ([\d.]+)", gcode)
+    if time is None or mass is None:
+        raise OSError(f"expected printing time and plastic at the end of the file that {PROGRAM} wrote, got neither")
+    return Slice(
+        time_s=_seconds(time[1]),
+        mass_g=float(mass[1]),
+        support_layers=gcode.count(";TYPE:Support material\n"),
+        warnings=_warnings(said),
+    )
+
+
+def _settings(mount: Mount) -> list[str]:
+    length, width, height = mount.printer_bed_mm
+    own = {
+        "nozzle-diameter": f"{mount.nozzle_mm:g}",
+        "filament-density": f"{MATERIALS[mount.material].density_kg_per_m3 / 1000:g}",
+        "bed-shape": f"0x0,{length:g}x0,{length:g}x{width:g},0x{width:g}",
+        "max-print-height": f"{height:g}",
+        "center": f"{length / 2:g},{width / 2:g}",
+    }
+    settings = []
+    for key, value in sorted({**PROFILE, **own}.items()):
+        # The command line takes switches without a value.
+        if value == "1" and key.startswith("support"):
+            settings.append(f"--{key}")
+        elif value != "0":
+            settings += [f"--{key}", value]
+    return settings
+
+
+def _version(program: str) -> str:
+    said = subprocess.run([program, "--help"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False).stdout
+    return next((line for line in said.splitlines() if line.startswith("PrusaSlicer")), program)
+
+
+def _seconds(words: str) -> float:
+    units = {"d": 86400, "h": 3600, "m": 60, "s": 1}
+    return float(sum(int(number) * units[unit] for number, unit in re.findall(r"(\d+)([dhms])", words)))
+
+
+def _warnings(said: str) -> tuple[str, ...]:
+    """Each warning as one line; it runs on until the next line of progress."""
+    warnings: list[list[str]] = []
+    within = False
+    for line in said.splitlines():
+        if line.startswith(WARNING):
+            warnings.append([line.removeprefix(WARNING).strip()])
+            within = True
+        elif STATUS_LINE.match(line):
+            within = False
+        elif within and line.strip():
+            warnings[-1].append(line.strip())
+    return tuple(" ".join(words) for words in warnings)

@@ -1,0 +1,1 @@
+"""Drawings for the workshop: parts, assembly, exploded view."""

@@ -1,0 +1,114 @@
+"""Pictures of the assembly's steps: what is there in grey lines, what is added tinted and drawn out of its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from textwrap import fill
+
+import matplotlib as mpl
+import numpy as np
+import trimesh
+from build123d import Location, Solid
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from cad.assembly.assembly import Assembly
+from cad.export.drawings.assembly_steps import Step, assembly_steps
+from cad.export.drawings.projection import ISOMETRIC, outline
+from cad.export.drawings.sheet import STYLE
+from cad.shapes import location_mm
+from optics.kernels.arrays import FloatArray
+from optics.mesh import PartMesh, Role
+
+SIZE_INCHES = (11.0, 8.0)
+DOTS_PER_INCH = 120
+TINT = "#ffd9a0"
+MARGIN = 0.06
+"""Of the picture, around what is shown."""
+
+
+def write_steps(rig_name: str, assembly: Assembly, meshes: Sequence[PartMesh], folder: Path) -> list[Path]:
+    """Write `steps.md` and a picture of each step."""
+    steps = assembly_steps(assembly, meshes)
+    by_name = {mesh.name: mesh for mesh in meshes}
+    written = []
+    text = [f"# How to put {rig_name} together", ""]
+    for number, step in enumerate(steps, 1):
+        path = folder / f"step_{number:02d}.png"
+        _draw(step, number, assembly, by_name, path)
+        written.append(path)
+        text += [f"{number}. {step.title}.", "", f"   ![Step {number}]({path.name})", ""]
+    guide = folder / "steps.md"
+    guide.write_text("\n".join(text), encoding="utf-8")
+    return [guide, *written]
+
+
+def _draw(step: Step, number: int, assembly: Assembly, meshes: Mapping[str, PartMesh], path: Path) -> None:
+    shifts = {name: np.zeros(3) for name in step.present}
+    shifts |= {name: move.shift_m for move in step.moves for name in move.names}
+    mount = [name for name in shifts if assembly.part(name).role is not Role.HULL]
+    hull = [name for name in shifts if name not in mount]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=SIZE_INCHES)
+        axes = figure.add_axes((0.02, 0.02, 0.96, 0.84))
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        figure.text(0.03, 0.96, fill(f"{number}. {step.title}", 105), va="top", fontsize=12)
+        added = set(step.added)
+        points = {name: _on_paper(assembly, meshes[name], shifts[name]) for name in shifts}
+        # Far parts first; the tint is covered by what stands nearer.
+        for name in sorted(mount, key=lambda name: _depth(assembly, meshes[name], shifts[name])):
+            colour = TINT if name in added else "#ffffff"
+            triangles = _front_faces(points[name][meshes[name].faces])
+            tint = PolyCollection(triangles, facecolors=colour, edgecolors=colour, linewidths=0.3)
+            axes.add_collection(tint, autolim=False)
+        solids = [_placed(assembly, name, shifts[name]) for name in mount]
+        lines = outline(solids, ISOMETRIC)
+        axes.add_collection(LineCollection(list(lines.visible), colors="black", linewidths=0.8), autolim=False)
+        exact = [name for name in hull if isinstance(assembly.part(name).solid, Solid)]
+        if exact:
+            behind = outline([_placed(assembly, name, shifts[name]) for name in exact], ISOMETRIC)
+            grey = LineCollection(list(behind.visible), colors="#b0b0b0", linewidths=0.6, zorder=0)
+            axes.add_collection(grey, autolim=False)
+        _paths(axes, assembly, meshes, step)
+        shown = np.vstack([points[name] for name in mount])
+        low, high = shown.min(axis=0), shown.max(axis=0)
+        room = MARGIN * (high - low).max() * np.array([1, 1])
+        axes.set_xlim(low[0] - room[0], high[0] + room[0])
+        axes.set_ylim(low[1] - room[1], high[1] + room[1])
+        figure.savefig(path, dpi=DOTS_PER_INCH, metadata={"Software": None})
+
+
+def _paths(axes: mpl.axes.Axes, assembly: Assembly, meshes: Mapping[str, PartMesh], step: Step) -> None:
+    """Chain lines along which the pieces come in."""
+    tracks = []
+    for move in step.moves:
+        for name in move.names[:1]:
+            start = _on_paper(assembly, meshes[name], np.zeros(3)).mean(axis=0)
+            end = start + ISOMETRIC.project(1000 * move.shift_m)
+            tracks.append(np.array([start, end]))
+    chain = LineCollection(tracks, colors="#b3261e", linewidths=0.7, linestyles=[(0, (8, 3, 1, 3))])
+    axes.add_collection(chain, autolim=False)
+
+
+def _front_faces(triangles: FloatArray) -> list[FloatArray]:
+    """Triangles, shape (m, 3, 2), that turn counter-clockwise: those that face the observer."""
+    first, second = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    return list(triangles[first[:, 0] * second[:, 1] > first[:, 1] * second[:, 0]])
+
+
+def _placed(assembly: Assembly, name: str, shift_m: FloatArray) -> Solid:
+    part = assembly.part(name)
+    return Location(tuple(1000 * shift_m)) * location_mm(assembly.pose(part, 0.0, 0.0)) * part.solid
+
+
+def _on_paper(assembly: Assembly, mesh: PartMesh, shift_m: FloatArray) -> FloatArray:
+    pose = assembly.pose(assembly.part(mesh.name), 0.0, 0.0)
+    return ISOMETRIC.project(1000 * (pose.apply(mesh.vertices_m) + shift_m))
+
+
+def _depth(assembly: Assembly, mesh: PartMesh, shift_m: FloatArray) -> float:
+    pose = assembly.pose(assembly.part(mesh.name), 0.0, 0.0)
+    surface = trimesh.Trimesh(pose.apply(mesh.vertices_m) + shift_m, mesh.faces, process=False)
+    return float(surface.center_mass @ ISOMETRIC.towards_observer)

@@ -1,0 +1,1 @@
+"""Print plates as 3MF, and their slices."""

@@ -1,0 +1,1 @@
+"""The mount as a robot model: URDF and SDF with their meshes."""

@@ -1,0 +1,112 @@
+"""The hull the mount is bolted to: a rounded box with flippers, an open frame, a torpedo, or the user's own file."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+from build123d import Axis, Part, Solid
+
+from cad.hulls.anchors import body_width_mm
+from cad.hulls.hull_mesh import posed_hull_mesh
+from cad.hulls.open_frame import open_frame
+from cad.hulls.port_boss import port_boss
+from cad.hulls.step_file import step_solid
+from cad.hulls.torpedo import torpedo
+from cad.shapes import along_z, box, cylinder, one_solid
+from optics.layout import Layout
+from rigs import BoxHull, FileHull, Hull, Mount, Port, TorpedoHull
+from rigs.files import STEP_SUFFIXES
+
+STEP_TOLERANCE_MM = 0.2
+"""As for every hull that is rendered."""
+FLIPPER_SPACING = 0.35
+FLIPPER_CHORD_MM = (50.0, 72.0)
+FLIPPER_THICKNESS_MM = 6.0
+FLIPPER_SWEEP_MM = 18.0
+HIP_RADIUS_MM = 16.0
+HIP_LENGTH_MM = 14.0
+
+
+def hull_shape(hull: Hull, mount: Mount, port: Port, layout: Layout) -> Solid | trimesh.Trimesh:
+    """Hull in the body frame, millimetres; a triangle mesh when it comes from an STL file.
+
+    The user's own hull is taken as it is; the others get a boss around the camera's port.
+
+    Raises
+    ------
+    ValueError
+        When it is not one solid.
+    """
+    if isinstance(hull, FileHull):
+        return file_hull(hull)
+    boss = port_boss(port, layout)
+    if isinstance(hull, BoxHull):
+        shape = _box_with_flippers(hull)
+    elif isinstance(hull, TorpedoHull):
+        shape = torpedo(hull)
+    else:
+        pinhole = 1000 * layout.body_from_camera.translation
+        shape = open_frame(hull, mount, port, (float(pinhole[0]), float(pinhole[1]), float(pinhole[2])))
+    return one_solid(shape if boss is None else shape + boss, "hull", "look at hull and camera.position_mm")
+
+
+def _box_with_flippers(hull: BoxHull) -> Part:
+    body_width = body_width_mm(hull)
+    length, width, height = hull.length_mm / 2, body_width / 2, hull.height_mm / 2
+    radius = hull.edge_radius_mm
+    if radius >= width:
+        raise ValueError(f"hull.edge_radius_mm = {radius:g}: expected less than {width:g}, half the body's width")
+    shape = box((-length, length), (-width, width), (-height, height))
+    if radius > 0:
+        shape = shape.fillet(radius, shape.edges())
+    for x in _flipper_positions(hull):
+        for side in (-1, 1):
+            shape += _flipper(x, side, width, hull.width_mm / 2)
+    return shape
+
+
+def _flipper_positions(hull: BoxHull) -> list[float]:
+    reach = FLIPPER_SPACING * hull.length_mm
+    if hull.flippers_per_side == 1:
+        return [0.0]
+    return [float(x) for x in np.linspace(-reach, reach, hull.flippers_per_side)]
+
+
+def _flipper(x: float, side: int, inner: float, outer: float) -> Part:
+    """Paddle on the left (side = 1) or right (side = -1), swept back a little, on a round hip."""
+    near, far = FLIPPER_CHORD_MM[0] / 2, FLIPPER_CHORD_MM[1] / 2
+    half = FLIPPER_THICKNESS_MM / 2
+    outline = [
+        (x - near, side * (inner + 6)),
+        (x + near, side * (inner + 6)),
+        (x + far - FLIPPER_SWEEP_MM, side * outer),
+        (x - far - FLIPPER_SWEEP_MM, side * outer),
+    ]
+    paddle = along_z(outline, (-half, half))
+    tip = paddle.edges().filter_by(Axis.Z).sort_by(lambda edge: abs(edge.center().Y))[-2:]
+    paddle = paddle.fillet(10, tip)
+    return paddle + cylinder((x, side * (inner - 5), 0), (x, side * (inner + HIP_LENGTH_MM), 0), HIP_RADIUS_MM)
+
+
+def file_hull(hull: FileHull) -> Solid | trimesh.Trimesh:
+    """User's hull in the body frame, millimetres.
+
+    A STEP file carries its own unit; `hull.unit` says what the numbers of a mesh mean.
+
+    Raises
+    ------
+    ValueError
+        When the file makes no hull; the message names it and says what is wrong.
+    """
+    if hull.file.suffix.lower() not in STEP_SUFFIXES:
+        return posed_hull_mesh(hull)
+    return step_solid(hull)
+
+
+def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
+    """Surface of the user's hull in the body frame, millimetres."""
+    shape = file_hull(hull)
+    if isinstance(shape, trimesh.Trimesh):
+        return shape
+    points, corners = shape.tessellate(STEP_TOLERANCE_MM)
+    return trimesh.Trimesh([tuple(point) for point in points], corners, process=False)

@@ -1,0 +1,200 @@
+"""A hull from the user's file as one closed surface of moderate size, and what had to be done to it.
+
+Reading, repairing and simplifying a large mesh takes long, so the outcome is kept in the cache under the hash of the
+file.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from cad.hulls.mesh_repair import check_that_it_stays_out_of_itself, repaired, welded
+from cad.hulls.mesh_simplification import simplified, surface_distance, thinned
+from optics.kernels.arrays import FloatArray
+from optics.kernels.cache import cache_folder, load_arrays, result_key, save_arrays
+from rigs import FileHull, Rig
+from rigs.files import STEP_SUFFIXES
+
+MILLIMETRES = {"mm": 1.0, "m": 1000.0, "inch": 25.4}
+MESH_SUFFIXES = (".stl", ".obj", ".ply")
+STL_HEADER = 80
+"""Bytes before the number of triangles in a binary STL."""
+PLAUSIBLE_MM = (100.0, 20_000.0)
+"""Longest side of a vehicle, from a hand's breadth to a large submarine."""
+
+HULL_MESH_VERSION = 1
+"""Raised when reading, repair or simplification make another surface or other notes of the same file."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HullMesh:
+    """Surface of a hull from a file.
+
+    Attributes
+    ----------
+    surface : Trimesh
+        Closed, normals outward, millimetres, in the file's axes.
+    notes : tuple of str
+        What was done to it, one sentence each.
+    """
+
+    surface: trimesh.Trimesh
+    notes: tuple[str, ...]
+
+
+def hull_notes(rig: Rig) -> list[str]:
+    """What was done to a rig's hull file to make a closed surface of moderate size; empty when there is nothing to say.
+
+    Raises
+    ------
+    ValueError
+        When no such surface can be made of it.
+    """
+    hull = rig.file_hull
+    if hull is None or hull.file.suffix.lower() in STEP_SUFFIXES:
+        return []
+    return [f"{hull.file.name}: {note}" for note in read_hull_mesh(hull).notes]
+
+
+def body_from_file(hull: FileHull) -> RigidTransform:
+    """Pose of the file's axes in the body frame, metres."""
+    turn = Rotation.from_euler("ZYX", [hull.yaw_deg, -hull.pitch_deg, hull.roll_deg], degrees=True)
+    return RigidTransform.from_components(np.array(hull.position_mm) / 1000, turn)
+
+
+def posed_hull_mesh(hull: FileHull) -> trimesh.Trimesh:
+    """Surface of a hull from a mesh file in the body frame, millimetres; raises as `read_hull_mesh`."""
+    surface = read_hull_mesh(hull).surface
+    posed = 1000 * body_from_file(hull).apply(np.asarray(surface.vertices) / 1000)
+    return trimesh.Trimesh(posed, surface.faces, process=False)
+
+
+def read_hull_mesh(hull: FileHull) -> HullMesh:
+    """Surface of a hull from a mesh file, from the cache when it can be.
+
+    Raises
+    ------
+    ValueError
+        When the file cannot be used; the message names it and says what is wrong.
+    """
+    if hull.file.suffix.lower() not in MESH_SUFFIXES:
+        known = ", ".join((*STEP_SUFFIXES, *MESH_SUFFIXES))
+        raise ValueError(f"hull.file = {hull.file.name!r}: expected a file that ends in {known}")
+    path = cache_folder() / f"hull-mesh-{hull_mesh_key(hull)}.npz"
+    try:
+        return _load(path)
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+        # Absent or damaged: either way it is made again.
+        made = _made(hull)
+    _save(path, made)
+    return made
+
+
+def hull_mesh_key(hull: FileHull) -> str:
+    """Key of a hull's surface: what is in the file, how it is read, and the libraries that repair it."""
+    libraries = version("trimesh"), version("manifold3d")
+    return result_key("hull mesh", HULL_MESH_VERSION, hull.file, hull.file.suffix.lower(), hull.unit, libraries)
+
+
+def check_size(size_mm: FloatArray, unit: str | None) -> None:
+    """Refuse what is too small or too large for a vehicle, with the unit that would make it one.
+
+    Parameters
+    ----------
+    size_mm : array, shape (3,)
+        Its sides.
+    unit : str or None
+        What the rig says its numbers mean; None for a file that says so itself.
+
+    Raises
+    ------
+    ValueError
+        When the longest side is not plausible.
+    """
+    longest = float(np.max(size_mm))
+    low, high = PLAUSIBLE_MM
+    if low <= longest <= high:
+        return
+    message = f"expected a vehicle of {_length(low)} to {_length(high)}, got one of {_length(longest)}"
+    if unit is None:
+        raise ValueError(f"{message} in the file's own unit")
+    number = longest / MILLIMETRES[unit]
+    better = [name for name, factor in MILLIMETRES.items() if low <= number * factor <= high]
+    hint = " or ".join(f'unit = "{name}" would make it {_length(number * MILLIMETRES[name])}' for name in better)
+    raise ValueError(f'{message} with unit = "{unit}"' + (f"; {hint}" if hint else ""))
+
+
+def _made(hull: FileHull) -> HullMesh:
+    try:
+        vertices, faces = _read(hull)
+        check_size(np.ptp(vertices, axis=0), hull.unit)
+        coarse, kept = thinned(vertices, faces)
+        fixed = repaired(coarse, kept)
+        surface = simplified(fixed.surface)
+        check_that_it_stays_out_of_itself(surface)
+    except ValueError as error:
+        raise ValueError(f"hull.file = {hull.file.name!r}: {error}") from None
+    notes = fixed.notes
+    if surface is not fixed.surface or kept is not faces:
+        given = trimesh.Trimesh(vertices, faces, process=False) if kept is not faces else fixed.surface
+        away = f"at most {surface_distance(given, surface):.2g} mm away"
+        notes = (*notes, f"simplified from {len(faces):,} to {len(surface.faces):,} triangles, {away}")
+    return HullMesh(surface=surface, notes=notes)
+
+
+def _read(hull: FileHull) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Welded corners in millimetres and triangles of a file."""
+    scale = MILLIMETRES[hull.unit]
+    corners = _binary_stl(hull.file)
+    if corners is not None:
+        return welded(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), scale=scale)
+    try:
+        mesh = trimesh.load_mesh(hull.file, process=False)
+    except Exception as error:
+        # Readers of broken files fail in as many ways as files are broken.
+        raise ValueError(f"expected a mesh, got what cannot be read as one ({error})") from None
+    vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    if not len(faces):
+        raise ValueError("expected triangles, got none")
+    return welded(vertices, faces, scale=scale)
+
+
+def _binary_stl(file: Path) -> NDArray[np.float32] | None:
+    """Corners of a binary STL, shape (m, 3, 3); None when it is none.
+
+    They are used where they lie in the file: of five million triangles trimesh makes objects of 2 GB.
+    """
+    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    size = file.stat().st_size
+    if file.suffix.lower() != ".stl" or size < STL_HEADER + 4 + record.itemsize:
+        return None
+    with file.open("rb") as opened:
+        opened.seek(STL_HEADER)
+        count = int.from_bytes(opened.read(4), "little")
+    if size != STL_HEADER + 4 + count * record.itemsize:
+        return None
+    return np.array(np.memmap(file, dtype=record, mode="r", offset=STL_HEADER + 4, shape=(count,))["corners"])
+
+
+def _save(path: Path, mesh: HullMesh) -> None:
+    faces = np.asarray(mesh.surface.faces, dtype=np.int32)
+    notes = np.array(mesh.notes, dtype=str)
+    save_arrays(path, {"vertices": np.asarray(mesh.surface.vertices), "faces": faces, "notes": notes})
+
+
+def _load(path: Path) -> HullMesh:
+    stored = load_arrays(path)
+    surface = trimesh.Trimesh(stored["vertices"], stored["faces"], process=False)
+    return HullMesh(surface=surface, notes=tuple(str(note) for note in stored["notes"]))
+
+
+def _length(length_mm: float) -> str:
+    return f"{length_mm:.3g} mm" if length_mm < 1000 else f"{length_mm / 1000:.4g} m"

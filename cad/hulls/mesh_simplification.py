@@ -1,0 +1,118 @@
+"""Fewer triangles for a closed surface, and how far that moved it."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from cad.hulls.mesh_repair import manifold, mesh_of, welded
+from optics.kernels.arrays import FloatArray
+
+MOST_TRIANGLES = 200_000
+MOST_AT_ONCE = 1_500_000
+"""manifold3d takes half a gigabyte per million triangles."""
+FIRST_GRID = 2**12
+FIRST_TOLERANCE = 1e-5
+"""Share of the surface's diagonal that the first attempt may move it by; doubled until the triangles are few enough."""
+LARGEST_TOLERANCE = 5e-3
+SAMPLES = 20_000
+NEIGHBOURS = 12
+STEPS_ACROSS = 500
+BATCH = 200_000
+
+
+def thinned(vertices: FloatArray, faces: NDArray[np.int64]) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Join neighbouring corners of a mesh that is too large to be worked on at once.
+
+    What was closed stays closed: for each side that a triangle loses, its neighbour loses the same.
+
+    Returns
+    -------
+    vertices : array, shape (n, 3)
+    faces : array, shape (m, 3)
+        At most `MOST_AT_ONCE`.
+    """
+    coarse, kept, grid = vertices, faces, FIRST_GRID
+    while len(kept) > MOST_AT_ONCE:
+        coarse, kept = welded(vertices, faces, grid=grid)
+        grid //= 2
+    return coarse, kept
+
+
+def simplified(surface: trimesh.Trimesh, most: int = MOST_TRIANGLES) -> trimesh.Trimesh:
+    """Collapse edges of a closed surface until it has at most `most` triangles.
+
+    It stays closed: that is why manifold3d does it.
+
+    Raises
+    ------
+    ValueError
+        When it would have to move by more than 1 / 200 of its diagonal.
+    """
+    if len(surface.faces) <= most:
+        return surface
+    diagonal = float(np.linalg.norm(surface.extents))
+    tolerance = FIRST_TOLERANCE * diagonal
+    body = manifold(np.asarray(surface.vertices), np.asarray(surface.faces))
+    assert body is not None
+    while body.num_tri() > most:
+        if tolerance > LARGEST_TOLERANCE * diagonal:
+            raise ValueError(
+                f"expected a surface that {most:,} triangles describe to {LARGEST_TOLERANCE * diagonal:.1f} mm, "
+                f"got {body.num_tri():,}"
+            )
+        body = body.simplify(tolerance)
+        tolerance = 2 * tolerance
+    return mesh_of(body)
+
+
+def surface_distance(first: trimesh.Trimesh, second: trimesh.Trimesh) -> float:
+    """Largest distance between two surfaces, sampled both ways (Hausdorff's, from below by the sampling)."""
+    return max(_one_way(first, second), _one_way(second, first))
+
+
+def _one_way(source: trimesh.Trimesh, target: trimesh.Trimesh) -> float:
+    """Largest distance of samples of one surface from another.
+
+    The candidates for the nearest triangle are those with the nearest places on a lattice. A wrong candidate can only
+    make the distance larger.
+    """
+    vertices, faces = np.asarray(target.vertices), np.asarray(target.faces)
+    places, owners = _lattice(vertices, faces, float(np.linalg.norm(target.extents)) / STEPS_ACROSS)
+    samples = _samples(source)
+    _, nearest = KDTree(places, balanced_tree=False, compact_nodes=False).query(samples, NEIGHBOURS)
+    best = np.full(len(samples), np.inf)
+    for candidate in range(NEIGHBOURS):
+        triangles = vertices[faces[owners[nearest[:, candidate]]]]
+        closest = trimesh.triangles.closest_point(triangles, samples)
+        best = np.minimum(best, np.linalg.norm(closest - samples, axis=1))
+    return float(best.max())
+
+
+def _samples(mesh: trimesh.Trimesh) -> FloatArray:
+    """Corners and middles of triangles, evenly chosen among them."""
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    corners = vertices[:: max(1, len(vertices) // (SAMPLES // 2))]
+    middles = vertices[faces[:: max(1, len(faces) // (SAMPLES // 2))]].mean(axis=1)
+    return np.concatenate([corners, middles])
+
+
+def _lattice(vertices: FloatArray, faces: NDArray[np.int64], spacing: float) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Places on the triangles no further apart than the spacing, and whose they are."""
+    places, owners = [], []
+    for start in range(0, len(faces), BATCH):
+        corners = vertices[faces[start : start + BATCH]]
+        longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
+        steps = np.ceil(longest / spacing).astype(np.int64).clip(1)
+        places.append(corners.mean(axis=1))
+        owners.append(np.arange(start, start + len(corners), dtype=np.int64))
+        for count in np.unique(steps[steps > 1]):
+            chosen = np.flatnonzero(steps == count)
+            u, v = np.meshgrid(np.arange(count + 1), np.arange(count + 1))
+            u, v = u[u + v <= count] / count, v[u + v <= count] / count
+            shares = np.column_stack([1 - u - v, u, v])
+            places.append(np.einsum("ks,nsx->nkx", shares, corners[chosen]).reshape(-1, 3))
+            owners.append(np.repeat(start + chosen, len(shares)))
+    return np.concatenate(places), np.concatenate(owners)

@@ -1,0 +1,1 @@
+"""Parts of the mount: fold bracket, gimbal, servos, screws and mirrors."""

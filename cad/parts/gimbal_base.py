@@ -1,0 +1,239 @@
+"""The gimbal base: a flange under the hull, a slender column behind the gimbal and a foot with the pan servo.
+
+It is made in the plane that holds the anchor and the pan axis: the base frame has the gimbal's origin, x away from the
+anchor and z along the pan axis, and is turned into place at the end. The pan servo hangs in the foot, pushed in from
+below; a bush around its horn carries the yoke.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import atan2, degrees, hypot
+
+import numpy as np
+from build123d import Axis, Location, Part, Plane, Pos, Rot, Solid
+
+from cad.parts.cable import TIE_EDGE_MM, TIE_STEP_MM, tie_slot
+from cad.parts.flange import FLANGE_LENGTH_MM, Seat, base_seat, fastener_room, flange, flange_hardware, hull_side
+from cad.parts.gimbal_dimensions import EAR_MARGIN_MM, PAN_BUSH, GimbalDimensions
+from cad.parts.hardware import Hardware, along, flanged_bush, insert_hole, screw_in_insert
+from cad.parts.mirrors import FIT_MM
+from cad.parts.servo import EAR_LENGTH_MM, EAR_SCREW, EAR_THICKNESS_MM, HORN_HEIGHT_MM, case_ends, ear_hole_positions
+from cad.shapes import along_x, along_y, box, carved, cylinder, filleted, location_mm, single_solid
+from optics.layout import Layout
+from optics.mesh import Group
+from rigs import Rig
+
+COLUMN_WIDTH_MM = 14.0
+COLUMN_DEPTH_MM = 28.0
+FOOT_HEIGHT_MM = 16.0
+CORNER_MM = 10.0
+"""Fillet between column and foot, where the base bends most, and cut of the corner outside it."""
+HOUSING_WALL_MM = 3.0
+"""Around the pan bush; more where mount.wall_mm is."""
+WEEP_DIAMETER_MM = 3.0
+BOLT_HEAD_MM = 4.0
+"""Height of an M4 cap screw's head (ISO 4762) under the flange."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BaseStance:
+    """Where the base stands: heading of its plane, and the anchor seen from the gimbal.
+
+    Attributes
+    ----------
+    body_from_base : Location
+        Pose of the base frame.
+    reach_mm : float
+        Horizontal distance from the anchor to the pan axis.
+    height_mm : float
+        Height of the anchor above the gimbal's origin.
+    """
+
+    body_from_base: Location
+    reach_mm: float
+    height_mm: float
+
+
+def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
+    """Stance of the base.
+
+    Raises
+    ------
+    ValueError
+        When the anchor puts column or flange into what yoke and mirror holder sweep, or below the gimbal's foot.
+    """
+    mount, pose = dimensions.mount, layout.body_from_gimbal
+    x, y, height = 1000 * pose.inv().apply(np.array(mount.base_anchor_mm) / 1000)
+    reach = hypot(x, y)
+    lowest_bolt = height - mount.wall_mm - BOLT_HEAD_MM
+    beside_yoke = lowest_bolt < dimensions.servo_arm_top_mm + mount.clearance_mm
+    needed = mount.clearance_mm + max(
+        dimensions.yoke_radius_mm + (FLANGE_LENGTH_MM if beside_yoke else COLUMN_DEPTH_MM) / 2,
+        dimensions.holder_reach_mm + FLANGE_LENGTH_MM / 2,
+    )
+    if reach < needed:
+        towards = np.array([x, y]) / reach if reach > 0 else np.array([-1.0, 0.0])
+        better = 1000 * pose.apply(np.array([*(needed * towards), height]) / 1000)
+        raise ValueError(
+            f"mount.base_anchor_mm = {mount.base_anchor_mm}: expected an anchor at least {needed:.1f} mm from the pan "
+            f"axis, such as ({better[0]:.1f}, {better[1]:.1f}, {better[2]:g}), so that column and flange clear the "
+            f"turning yoke by {mount.clearance_mm:g} mm; got {reach:.1f} mm"
+        )
+    lowest = dimensions.foot_top_mm + CORNER_MM + mount.wall_mm
+    if height < lowest:
+        level = 1000 * pose.apply([0, 0, lowest / 1000])[2]
+        side = "above" if pose.rotation.apply([0, 0, 1])[2] > 0 else "below"
+        raise ValueError(
+            f"mount.base_anchor_mm = {mount.base_anchor_mm}: expected an anchor {side} z = {level:.1f}, where the "
+            f"gimbal's foot is, got z = {mount.base_anchor_mm[2]:g}"
+        )
+    turned = location_mm(pose) * Rot(0, 0, degrees(atan2(-y, -x)))
+    return BaseStance(body_from_base=turned, reach_mm=reach, height_mm=height)
+
+
+def flange_seat(rig: Rig, stance: BaseStance) -> Seat:
+    """Seat of the base's flange, body frame, its x towards the pan axis; raises as `cad.parts.flange.base_seat`."""
+    return base_seat(rig, tuple(Plane(stance.body_from_base).x_dir))
+
+
+def gimbal_base_solid(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) -> Solid:
+    """Solid of the gimbal base in the body frame, millimetres."""
+    d, what, hint = dimensions, "mount.base_anchor_mm, of the gimbal_base", "look at servos.pan too"
+    parts = [_side_view(d, stance, seat), _flare(stance, seat), _servo_block(d), _housing(d)]
+    cuts = [*_servo_opening(d), *_housing_cuts(d), *_tie_slots(d, stance, seat)]
+    base = single_solid([*(stance.body_from_base * part for part in parts), flange(seat)], what, hint)
+    cuts = [*(stance.body_from_base * cut for cut in cuts), fastener_room(seat), hull_side(seat)]
+    return carved(base, cuts, what, hint)
+
+
+def pan_servo_in_body(dimensions: GimbalDimensions, stance: BaseStance, servo: Solid) -> Solid:
+    """Pan servo in the body frame: shaft up on the pan axis, case towards the column."""
+    return stance.body_from_base * Pos(0, 0, dimensions.pan_horn_mm) * servo
+
+
+def base_hardware(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) -> list[Hardware]:
+    """Screws of the flange, screws and inserts of the pan servo's ears, and the pan bush, in the body frame."""
+    d = dimensions
+    ears = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM
+    pieces: list[Hardware] = []
+    for number, x in enumerate(ear_hole_positions(d.servos.pan), start=1):
+        room = d.foot_top_mm - d.pan_ledge_mm
+        grip = EAR_THICKNESS_MM + FIT_MM
+        pieces += screw_in_insert(
+            f"pan_ear_{number}", Group.FIXED, EAR_SCREW, (x, 0, ears), (0, 0, -1), grip, min(room, grip + 2)
+        )
+    bush = along((0, 0, d.pan_bush_seat_mm), (0, 0, 1))
+    pieces.append(Hardware(name="pan_bush", group=Group.FIXED, piece=flanged_bush(PAN_BUSH), pose=bush))
+    placed = [replace(piece, pose=stance.body_from_base * piece.pose) for piece in pieces]
+    return placed + flange_hardware(seat, "base")
+
+
+def tie_on_beam_mm(dimensions: GimbalDimensions, stance: BaseStance) -> float:
+    """Distance from the pan axis of the cable's tie on the foot: half way between servo and column."""
+    return (stance.reach_mm - COLUMN_DEPTH_MM / 2 - _servo_ends(dimensions)[0]) / 2
+
+
+def _side_view(d: GimbalDimensions, stance: BaseStance, seat: Seat) -> Part:
+    """Column and foot as one L, rounded in its inner corner and cut at its outer one; the hull cuts its top."""
+    end = stance.height_mm + _over_anchor(seat)
+    back, front = -stance.reach_mm - COLUMN_DEPTH_MM / 2, -stance.reach_mm + COLUMN_DEPTH_MM / 2
+    top, bottom = d.foot_top_mm, _foot_bottom(d)
+    joint = case_ends(d.servos.pan)[0]
+    outline = [
+        (back, end),
+        (back, bottom + CORNER_MM),
+        (back + CORNER_MM, bottom),
+        (joint, bottom),
+        (joint, top),
+        (front, top),
+        (front, end),
+    ]
+    half = COLUMN_WIDTH_MM / 2
+    beam = along_y(outline, (-half, half))
+    corner = beam.edges().filter_by(Axis.Y).filter_by(lambda e: hypot(e.center().X - front, e.center().Z - top) < 1)
+    beam = filleted(beam, corner, CORNER_MM, "mount.base_anchor_mm, between the base's column and foot")
+    upright = beam.edges().filter_by(Axis.Z).filter_by(lambda edge: front + 1 > edge.center().X)
+    return filleted(beam, upright, half / 2, "mount.base_anchor_mm, edges of the base's column")
+
+
+def _foot_bottom(d: GimbalDimensions) -> float:
+    """Underside of the foot: well below the ears and the heads of their screws."""
+    return min(d.foot_top_mm - FOOT_HEIGHT_MM, d.pan_ledge_mm - FOOT_HEIGHT_MM / 2)
+
+
+def _over_anchor(seat: Seat) -> float:
+    """How far the hull's surface may lie beyond the anchor under the column, where it slopes or is curved."""
+    sine = hypot(*seat.normal[:2])
+    return float(seat.contact.range_mm[1] + COLUMN_DEPTH_MM * sine / max(abs(seat.normal[2]), 0.1))
+
+
+def _flare(stance: BaseStance, seat: Seat) -> Part:
+    """What leads the flange's load into the column."""
+    x, top = -stance.reach_mm, stance.height_mm
+    low = top - seat.height_mm
+    thin, thick = COLUMN_WIDTH_MM / 2 - 1, COLUMN_WIDTH_MM / 2 + 4
+    flare = [(-thin, low - 12), (thin, low - 12), (thick, low), (thick, top), (-thick, top), (-thick, low)]
+    return along_x(flare, (x - COLUMN_DEPTH_MM / 2 + 4, x + COLUMN_DEPTH_MM / 2 - 4))
+
+
+def _servo_ends(d: GimbalDimensions) -> tuple[float, float]:
+    """Ends of the foot along x: a wall beyond the servo's ears."""
+    far, near = case_ends(d.servos.pan)
+    margin = EAR_LENGTH_MM + max(EAR_MARGIN_MM, d.mount.wall_mm)
+    return far - margin, near + margin
+
+
+def _servo_block(d: GimbalDimensions) -> Part:
+    half = d.servos.pan.size_mm[1] / 2 + FIT_MM + d.mount.wall_mm
+    block = box(_servo_ends(d), (-half, half), (_foot_bottom(d), d.foot_top_mm))
+    return block.fillet(2, block.edges().filter_by(Axis.Z))
+
+
+def _housing_radius(d: GimbalDimensions) -> float:
+    return PAN_BUSH.housing_radius_mm + max(HOUSING_WALL_MM, d.mount.wall_mm)
+
+
+def _housing(d: GimbalDimensions) -> Part:
+    """Ring around the pan bush, on the foot."""
+    return cylinder((0, 0, d.pan_ledge_mm), (0, 0, d.pan_bush_seat_mm), _housing_radius(d))
+
+
+def _housing_cuts(d: GimbalDimensions) -> list[Part]:
+    """Bore for the bush, and weep holes under it on four sides; one of them leads out over the servo's case.
+
+    So no air stays between the servo's case and the yoke's hub, however the vehicle pitches and rolls.
+    """
+    bore = cylinder((0, 0, d.foot_top_mm), (0, 0, d.pan_bush_seat_mm + 1), PAN_BUSH.housing_radius_mm)
+    # A little into the floor: a cylinder that only touches it, and the insert holes that end there, leaves slivers.
+    level, radius, reach = d.foot_top_mm + 0.4 * WEEP_DIAMETER_MM, WEEP_DIAMETER_MM / 2, _housing_radius(d) + 1
+    across = cylinder((0, -reach, level), (0, reach, level), radius)
+    lengthwise = cylinder((-reach, 0, level), (reach, 0, level), radius)
+    return [bore, across, lengthwise]
+
+
+def _servo_opening(d: GimbalDimensions) -> list[Part]:
+    """Where the pan servo is pushed in from below until its ears meet the ledge, with holes for their inserts."""
+    servo = d.servos.pan
+    far, near = case_ends(servo)
+    half, bottom = servo.size_mm[1] / 2 + FIT_MM, _foot_bottom(d) - 1
+    case_top = d.pan_horn_mm - HORN_HEIGHT_MM
+    cuts = [
+        box((far - FIT_MM, near + FIT_MM), (-half, half), (bottom, case_top + FIT_MM)),
+        box((far - EAR_LENGTH_MM - FIT_MM, near + EAR_LENGTH_MM + FIT_MM), (-half, half), (bottom, d.pan_ledge_mm)),
+    ]
+    for x in ear_hole_positions(servo):
+        cuts.append(insert_hole(EAR_SCREW, (x, 0, d.pan_ledge_mm), (0, 0, 1), d.foot_top_mm - d.pan_ledge_mm))
+        # Air that gathers under an ear leaves through the foot's sides.
+        level = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM - WEEP_DIAMETER_MM / 2
+        cuts.append(cylinder((x, -PAN_BUSH.flange_mm, level), (x, PAN_BUSH.flange_mm, level), WEEP_DIAMETER_MM / 2))
+    return cuts
+
+
+def _tie_slots(d: GimbalDimensions, stance: BaseStance, seat: Seat) -> list[Part]:
+    """Slots for the ties of the tilt servo's cable: one on the beam of the foot, then up the column."""
+    half, back = COLUMN_WIDTH_MM / 2, -stance.reach_mm - COLUMN_DEPTH_MM / 2 + TIE_EDGE_MM
+    low, high = d.foot_top_mm + CORNER_MM, stance.height_mm - seat.height_mm - 2 * CORNER_MM
+    slots = [tie_slot(-tie_on_beam_mm(d, stance), d.foot_top_mm - TIE_EDGE_MM, half, upright=False)]
+    levels = np.arange(low, high, TIE_STEP_MM)
+    return slots + [tie_slot(back, float(level), half, upright=True) for level in levels]

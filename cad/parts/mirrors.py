@@ -1,0 +1,194 @@
+"""Mirror plates and the cells that hold them, in the mirror's frame.
+
+The frame is the optical one: origin at the centre of the reflecting face, z its outward normal, y up the face. A cell
+is a tray with lips over the side edges. The face lies against the lips, which so define the mirror's plane whatever the
+plate's thickness; behind the plate is a bed of silicone, or of neoprene strip where a clip closes the upper edge.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import Literal
+
+from build123d import Axis, Part, Solid
+
+from cad.parts.hardware import Hardware, counterbored_hole, head_height_mm, insert, insert_hole, screw_in_insert
+from cad.shapes import box, cylinder, single_solid
+from optics.mesh import Group
+from rigs import FoldMirror
+from rigs.gaze import FlatMirror
+
+Fixing = Literal["glue", "screws"]
+
+FIT_MM = 0.2
+"""Gap of every designed fit: what a printed pocket needs around the piece that goes into it."""
+THICKNESS_LIMITS_MM = (1.5, 6.0)
+"""Thinner plates of this size bend or break, thicker ones are heavier than the lips and the servos are made for."""
+BED_MM = 0.5
+"""Between the plate and the floor: what silicone needs to stay elastic, or a strip of neoprene when pressed."""
+RIM_MM = 2.0
+LIP_OVERLAP_MM = 1.5
+LIP_THICKNESS_MM = 1.2
+BOND_HOLE_DIAMETER_MM = 8.0
+SMALLEST_SIDE_MM = 2 * (BOND_HOLE_DIAMETER_MM + 2.0)
+"""Of a plate: its bonding holes are half a side apart, and 2 mm of floor stay between them."""
+VENT_DIAMETER_MM = 4.0
+SMALLEST_VENT_INSET_MM = 5.0
+HEAD_MM = 9.0
+"""How far the floor reaches beyond the mirror's upper edge to carry the clip."""
+CLIP_SEAT_MM = 1.7
+"""Left under the head of a clip's screw."""
+CLIP_SCREW_PITCH_MM = 70.0
+"""Largest distance between two screws of a clip."""
+
+
+def mirror_plate(mirror: FlatMirror) -> Solid:
+    """Mirror plate, its reflecting face in z = 0; millimetres."""
+    half_width, half_height = mirror.width_mm / 2, mirror.height_mm / 2
+    limits = ((-half_width, half_width), (-half_height, half_height), (-mirror.thickness_mm, 0.0))
+    return box(*limits).solid()
+
+
+def tray_depth_mm(mirror: FlatMirror, wall_mm: float) -> float:
+    """From the reflecting face to the back of the tray."""
+    return mirror.thickness_mm + BED_MM + wall_mm
+
+
+def tray_half_width_mm(mirror: FlatMirror) -> float:
+    """From the middle of the mirror to the outside of the tray's side walls."""
+    return mirror.width_mm / 2 + FIT_MM + RIM_MM
+
+
+def tray_foot_mm(mirror: FlatMirror) -> float:
+    """From the middle of the mirror down to the outside of the rim on which its lower edge stands."""
+    return mirror.height_mm / 2 + FIT_MM + RIM_MM
+
+
+def tray_head_mm(mirror: FlatMirror, fixing: Fixing) -> float:
+    """From the middle of the mirror up to the upper end of the tray."""
+    return mirror.height_mm / 2 + (HEAD_MM if fixing == "screws" else 0.0)
+
+
+def cell_front_mm(mirror: FlatMirror, fixing: Fixing) -> float:
+    """How far the lips, or the clip, stand in front of the reflecting face."""
+    return _clip_top(mirror) if fixing == "screws" else LIP_THICKNESS_MM
+
+
+def cell_radius_mm(mirror: FlatMirror, wall_mm: float, fixing: Fixing) -> float:
+    """Radius of the cylinder about the mirror's x axis that a turning cell sweeps."""
+    depth, front = tray_depth_mm(mirror, wall_mm), cell_front_mm(mirror, fixing)
+    strip = _strip_mm(wall_mm) if fixing == "screws" else 0.0
+    return max(hypot(tray_foot_mm(mirror), max(depth, front)), hypot(tray_head_mm(mirror, fixing), depth + strip))
+
+
+def mirror_tray(mirror: FlatMirror, wall_mm: float, fixing: Fixing = "glue") -> Part:
+    """Tray that a mirror slides into from its upper edge.
+
+    A lip of 1.5 mm holds the two side edges, and the lower edge stands on a rim that is flush with the face. Glued, the
+    mirror is bonded through the holes in the floor; screwed, a clip closes the upper edge. Small holes at the corners
+    let the air out from behind the plate in whatever attitude the tray dives.
+
+    Raises
+    ------
+    ValueError
+        For a plate that is too small, too thin or too thick for a cell.
+    """
+    _check(mirror)
+    half_width, half_height = mirror.width_mm / 2, mirror.height_mm / 2
+    back, floor = -tray_depth_mm(mirror, wall_mm), -(mirror.thickness_mm + BED_MM)
+    outside, foot = tray_half_width_mm(mirror), tray_foot_mm(mirror)
+    beyond = tray_head_mm(mirror, fixing) + 1
+    tray = box((-outside, outside), (-foot, beyond - 1), (back, LIP_THICKNESS_MM))
+    tray = tray.fillet(RIM_MM, tray.edges().filter_by(Axis.Z))
+    pocket = box((-half_width - FIT_MM, half_width + FIT_MM), (-half_height - FIT_MM, beyond), (floor, 0))
+    free = half_width - LIP_OVERLAP_MM
+    cuts = [pocket, box((-free, free), (-foot - 1, beyond), (0, LIP_THICKNESS_MM + 1))]
+    cuts.append(box((-outside - 1, outside + 1), (half_height, beyond), (floor, LIP_THICKNESS_MM + 1)))
+    inset = max(SMALLEST_VENT_INSET_MM, wall_mm + 1)
+    for side in (-1, 1):
+        for end in (-1, 1):
+            place = (side * half_width / 2, end * half_height / 2)
+            cuts.append(cylinder((*place, back - 1), (*place, floor + 1), BOND_HOLE_DIAMETER_MM / 2))
+            corner = (side * (half_width - inset), end * (half_height - inset))
+            cuts.append(cylinder((*corner, back - 1), (*corner, floor + 1), VENT_DIAMETER_MM / 2))
+    if fixing == "glue":
+        return tray.cut(*cuts)
+    strip = _strip_mm(wall_mm)
+    if strip > 0:
+        tray += box((-outside + RIM_MM, outside - RIM_MM), (half_height - 2, beyond - 1), (back - strip, back + 0.5))
+    cuts += [insert_hole("M3", (x, y, floor), (0, 0, -1), wall_mm + strip) for x, y in clip_screws(mirror, wall_mm)]
+    return tray.cut(*cuts)
+
+
+def clip_screws(mirror: FlatMirror, wall_mm: float) -> list[tuple[float, float]]:
+    """Where the screws of a clip are, as (x, y) of the mirror's frame: at its ends, and between them in a long one.
+
+    Those at the ends stay beside the ribs that carry the tray, which are a wall thick.
+    """
+    margin = max(HEAD_MM, wall_mm + insert("M3").hole_diameter_mm / 2 + insert("M3").wall_mm)
+    reach = max(tray_half_width_mm(mirror) - margin, 0.0)
+    y = mirror.height_mm / 2 + (FIT_MM + HEAD_MM) / 2
+    gaps = max(1, -int(-2 * reach // CLIP_SCREW_PITCH_MM))
+    return [(-reach + 2 * reach * step / gaps, y) for step in range(gaps + 1)]
+
+
+def mirror_clip(mirror: FlatMirror, wall_mm: float) -> Solid:
+    """Bar on the tray's head that keeps the mirror from sliding out and holds its upper edge down, in place."""
+    half_width, half_height = mirror.width_mm / 2, mirror.height_mm / 2
+    floor, top = -(mirror.thickness_mm + BED_MM), _clip_top(mirror)
+    outside = tray_half_width_mm(mirror)
+    bar = box((-outside, outside), (half_height + FIT_MM, half_height + HEAD_MM), (floor, top))
+    bar = bar.fillet(RIM_MM, bar.edges().filter_by(Axis.Z).group_by(Axis.Y)[-1])
+    free = half_width - LIP_OVERLAP_MM - FIT_MM
+    lip = box((-free, free), (half_height - LIP_OVERLAP_MM, half_height + FIT_MM + 1), (0, LIP_THICKNESS_MM))
+    cuts = [
+        counterbored_hole("M3", (x, y, floor + CLIP_SEAT_MM), (0, 0, 1), top - floor, CLIP_SEAT_MM + 1)
+        for x, y in clip_screws(mirror, wall_mm)
+    ]
+    return (
+        single_solid([bar, lip], f"{_section(mirror)}.width_mm, of its clip", "look at mount.mirror_fixing too")
+        .cut(*cuts)
+        .solid()
+    )
+
+
+def clip_hardware(mirror: FlatMirror, wall_mm: float, name: str, group: Group) -> list[Hardware]:
+    """Screws and inserts of a clip, in the mirror's frame."""
+    seat = -(mirror.thickness_mm + BED_MM) + CLIP_SEAT_MM
+    depth = wall_mm + _strip_mm(wall_mm)
+    return [
+        piece
+        for count, (x, y) in enumerate(clip_screws(mirror, wall_mm), start=1)
+        for piece in screw_in_insert(f"{name}_clip_{count}", group, "M3", (x, y, seat), (0, 0, 1), CLIP_SEAT_MM, depth)
+    ]
+
+
+def _strip_mm(wall_mm: float) -> float:
+    """Thickness of the strip behind the tray's head where the floor is thinner than an insert is long."""
+    return max(insert("M3").length_mm - wall_mm, 0.0)
+
+
+def _clip_top(mirror: FlatMirror) -> float:
+    """Front of the clip: above its screws' heads, and not below its lip."""
+    return max(LIP_THICKNESS_MM, CLIP_SEAT_MM + head_height_mm("M3") - mirror.thickness_mm - BED_MM)
+
+
+def _section(mirror: FlatMirror) -> str:
+    """Section of the rig file that a mirror comes from."""
+    return "fold_mirror" if isinstance(mirror, FoldMirror) else "gaze_mirror"
+
+
+def _check(mirror: FlatMirror) -> None:
+    low, high = THICKNESS_LIMITS_MM
+    if not low <= mirror.thickness_mm <= high:
+        raise ValueError(
+            f"{_section(mirror)}.thickness_mm = {mirror.thickness_mm:g}: expected {low:g} to {high:g}, "
+            "what a mirror cell holds"
+        )
+    for key in ("width_mm", "height_mm"):
+        size = getattr(mirror, key)
+        if size < SMALLEST_SIDE_MM:
+            raise ValueError(
+                f"{_section(mirror)}.{key} = {size:g}: expected at least {SMALLEST_SIDE_MM:g}, below which the holes "
+                "in its cell's floor run into each other"
+            )

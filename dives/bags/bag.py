@@ -1,0 +1,126 @@
+"""Write a finished dive as a ROS 2 bag: one MCAP file and its metadata, the same bytes for the same dive."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+
+from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+from cad.export.robot.robot import CAMERA, LinkJoint
+from dives.bags import messages
+from dives.bags.facts import Facts
+from dives.bags.messages import TYPESTORE, Message
+from dives.bags.recording import Recording
+from dives.bags.transform_tree import fixed_frames, rig_joints
+from rigs import Rig
+
+METADATA_VERSION: Literal[8] = 8
+"""Of rosbag2's metadata: the newest that Humble reads (version 9 writes qualities of service another way)."""
+
+FOREVER = QosTime(0, 0)
+LATCHED = Qos(
+    history=QosHistory.KEEP_LAST,
+    depth=1,
+    reliability=QosReliability.RELIABLE,
+    durability=QosDurability.TRANSIENT_LOCAL,
+    deadline=FOREVER,
+    lifespan=FOREVER,
+    liveliness=QosLiveliness.AUTOMATIC,
+    liveliness_lease_duration=FOREVER,
+    avoid_ros_namespace_conventions=False,
+)
+"""For what is said once and must reach those who come later."""
+
+TOPICS = {
+    "/tf_static": "tf2_msgs/msg/TFMessage",
+    "/tf": "tf2_msgs/msg/TFMessage",
+    "/camera/image_raw": "sensor_msgs/msg/Image",
+    "/camera/camera_info": "sensor_msgs/msg/CameraInfo",
+    "/joint_states": "sensor_msgs/msg/JointState",
+    "/joint_states/commanded": "sensor_msgs/msg/JointState",
+    "/joint_states/believed": "sensor_msgs/msg/JointState",
+    "/target/truth": "geometry_msgs/msg/PointStamped",
+    "/target/believed_direction": "geometry_msgs/msg/Vector3Stamped",
+    "/target/detected_px": "geometry_msgs/msg/PointStamped",
+    "/tracking/mode": "std_msgs/msg/String",
+}
+
+
+def write_bag(
+    folder: Path, rig: Rig, path: Path, *, progress: Callable[[int, int], None] = lambda done, total: None
+) -> Path:
+    """Write a dive's pictures, joints, frames and truth as a ROS 2 bag.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a finished dive: log, video, and the dive's own file, which says how the robot moved.
+    rig : Rig
+        The one that dived.
+    path : Path
+        Folder of the bag. A bag that is there is replaced.
+    progress : callable
+        Told the number of pictures written and of all pictures.
+
+    Returns
+    -------
+    Path
+        The bag's folder, with `metadata.yaml` and the MCAP file.
+
+    Raises
+    ------
+    ValueError
+        When the folder holds no finished dive, or one of another camera; with every problem that shows at once.
+    FileExistsError
+        When something else than a bag is at `path`.
+    """
+    if path.exists() and not (path / "metadata.yaml").is_file():
+        raise FileExistsError(f"{path}: expected nothing or an earlier bag, got something else")
+    recording = Recording.open(folder, rig)
+    joints = rig_joints(rig)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".partial-") as scratch:
+        # The bag's name is written into it, so it is made under its own name in another folder.
+        made = Path(scratch) / path.name
+        writer = Writer(made, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        with writer:
+            _write_all(writer, recording, rig, joints, progress)
+        if path.exists():
+            shutil.rmtree(path)
+        made.rename(path)
+    return path
+
+
+def _write_all(
+    writer: Writer,
+    recording: Recording,
+    rig: Rig,
+    joints: tuple[LinkJoint, ...],
+    progress: Callable[[int, int], None],
+) -> None:
+    connections = {
+        topic: writer.add_connection(
+            topic, kind, typestore=TYPESTORE, offered_qos_profiles=[LATCHED] if topic == "/tf_static" else []
+        )
+        for topic, kind in TOPICS.items()
+    }
+    stamps = [messages.nanoseconds(time_s) for time_s in recording.number("time_s")]
+    still = [motion.at(0) for motion in fixed_frames(joints)]
+    _write(writer, connections["/tf_static"], stamps[0], messages.transforms(still, stamps[0]))
+    facts = Facts.of(recording, rig, joints)
+    for row, (stamp, picture) in enumerate(zip(stamps, recording.pictures(), strict=True)):
+        for topic, message in facts.at(row, stamp):
+            _write(writer, connections[topic], stamp, message)
+        _write(writer, connections["/camera/camera_info"], stamp, messages.camera_info(rig.camera, stamp, CAMERA))
+        _write(writer, connections["/camera/image_raw"], stamp, messages.image(picture, stamp, CAMERA))
+        progress(row + 1, len(stamps))
+
+
+def _write(writer: Writer, connection: Connection, stamp: int, message: Message) -> None:
+    writer.write(connection, stamp, TYPESTORE.serialize_cdr(message, connection.msgtype))

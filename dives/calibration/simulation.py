@@ -1,0 +1,251 @@
+"""A calibration session in the tank, simulated exactly: what it would give for a rig, and how many poses it takes.
+
+A rig is built with errors, its joints are driven to poses from which the tank's boards are seen, the boards' corners
+and M2's own are projected through its exact train with its mirrors' real outlines, and noise is added. Hull and mount
+are not asked for: nothing of them is near the boards' pictures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.gaze.kinematics import faces_light
+from optics.kernels.arrays import FloatArray
+from optics.layout import Layout
+from optics.status import Status
+from optics.train import OpticalTrain
+from rigs import Rig
+from scenes.worlds.tank import tank_boards
+from tracking.calibration.calibrated_rig import CalibratedRig
+from tracking.calibration.model import ErrorModel, Errors
+from tracking.calibration.observations import TargetObservations
+from tracking.perception.corner_samples import CornerSamples
+from tracking.perception.crop import runs_clockwise
+
+CANDIDATES = 41
+"""Joint values a joint among which poses are chosen."""
+
+THINNED = 4
+"""Every so many corners of the boards are looked for when poses are chosen."""
+
+FEWEST_CORNERS = 8
+"""Of a board that make a pose worth driving to."""
+
+TARGET_M = 3.0
+"""Distance of the points in which remaining errors are told in pixels."""
+
+TARGET_SHARES = (-0.2, 0.0, 0.2)
+"""Where in the picture they are, beside the principal point in widths and heights: within the gaze mirror."""
+
+JUDGED = 9
+"""Joint values a joint at which what remains is judged."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Remaining:
+    """How far a calibrated rig and the rig as drawn are from the built one, over the joints' whole range.
+
+    Attributes
+    ----------
+    gaze_deg : float
+        Root mean square of the angle between the true gaze and the believed one.
+    gaze_worst_deg : float
+    image_px : float
+        Root mean square distance in the picture between a point `TARGET_M` away and where it is believed to be.
+    corners_px : float
+        The same of M2's corners.
+    """
+
+    gaze_deg: float
+    gaze_worst_deg: float
+    image_px: float
+    corners_px: float
+
+
+def tank_points() -> tuple[tuple[str, ...], FloatArray, NDArray[np.intp]]:
+    """Corners of the tank's boards around the robot.
+
+    Returns
+    -------
+    boards : tuple of str
+    points_m : array, shape (n, 3)
+        Body frame.
+    board : array, shape (n,)
+        Which board each is on.
+    """
+    boards = tank_boards(0.0)
+    points = [board.corners_m for board in boards]
+    index = np.repeat(np.arange(len(boards)), [len(corners) for corners in points])
+    return tuple(board.name for board in boards), np.concatenate(points), index
+
+
+def useful_poses(rig: Rig, count: int) -> FloatArray:
+    """Joint values, shape (count, 2), from which the rig as drawn sees a board, spread as far apart as they can be.
+
+    Raises
+    ------
+    ValueError
+        When there are fewer.
+    """
+    model = ErrorModel(rig)
+    boards, points, board = tank_points()
+    # Some of the corners will do to say where the boards are.
+    points, board = points[::THINNED], board[::THINNED]
+    places = model.layout.body_from_camera.inv().apply(points)
+    candidates = Layout.from_rig(rig).joint_grid(CANDIDATES)
+    candidates = candidates[faces_light(model.layout, candidates[:, 1])]
+    of_pose = np.repeat(np.arange(len(candidates)), len(places))
+    of_place = np.tile(np.arange(len(places)), len(candidates))
+    pixels = model.points({}, candidates[of_pose], places[of_place], ())[0]
+    shown = _within(model, pixels, model.corners({}, candidates)[0][of_pose])
+    counts = np.zeros((len(candidates), len(boards)), dtype=np.intp)
+    np.add.at(counts, (of_pose[shown], board[of_place[shown]]), 1)
+    good = candidates[THINNED * counts.max(axis=1) >= FEWEST_CORNERS]
+    if len(good) < count:
+        raise ValueError(f"expected {count} poses from which a board of the tank is seen, got {len(good)}")
+    return _spread(good, count)
+
+
+def simulated_target(
+    rig: Rig,
+    errors: Errors,
+    q: FloatArray,
+    *,
+    known: bool,
+    direct: bool,
+    noise_px: float,
+    seed: int,
+    true_q: FloatArray | None = None,
+) -> TargetObservations:
+    """What a camera would find of the tank's boards.
+
+    Parameters
+    ----------
+    rig : Rig
+        With the signs that its joints really have.
+    errors : mapping
+        Of the built rig.
+    q : array, shape (n, 2)
+        Poses, radians.
+    known : bool
+        Whether the boards' places in the body frame are known.
+    direct : bool
+        Whether the boards are also looked at with the mirrors out of the way.
+    noise_px : float
+        Standard deviation of the pixels in u and in v.
+    seed : int
+    true_q : array, shape (n, 2), optional
+        Where the joints really were; `q` is where they were told to go.
+    """
+    model = ErrorModel(rig)
+    boards, points, board = tank_points()
+    places = model.layout.body_from_camera.inv().apply(points)
+    trains = [(pose, model.train(errors, *true)) for pose, true in zip(q, q if true_q is None else true_q, strict=True)]
+    if direct:
+        trains.append((np.full(2, np.nan), OpticalTrain(camera=model.camera, port=model.port(errors))))
+    views = [(pose, *_seen(train, places)) for pose, train in trains]
+    pixels = np.concatenate([seen[kept] for _, seen, kept in views])
+    pixels += noise_px * np.random.default_rng(seed).standard_normal(pixels.shape)
+    of_point = np.concatenate([np.flatnonzero(kept) for _, _, kept in views])
+    poses = np.concatenate([np.tile(pose, (int(kept.sum()), 1)) for pose, _, kept in views])
+    # Noise may push a corner over the picture's edge, where no detector finds it.
+    inside = ((pixels >= -0.5) & (pixels <= [model.camera.width_px - 0.5, model.camera.height_px - 0.5])).all(axis=1)
+    pixels, of_point, poses = pixels[inside], of_point[inside], poses[inside]
+    if known:
+        return TargetObservations.in_body(poses, points[of_point], pixels)
+    # A board of which too little is seen has no pose.
+    often = np.bincount(board[of_point], minlength=len(boards)) >= FEWEST_CORNERS
+    kept_rows = often[board[of_point]]
+    pixels, of_point, poses = pixels[kept_rows], of_point[kept_rows], poses[kept_rows]
+    boards, number = tuple(np.array(boards)[often].tolist()), np.cumsum(often) - 1
+    on_board = np.concatenate([each.world_from_board.inv().apply(each.corners_m) for each in tank_boards(0.0)])
+    return TargetObservations(
+        q=poses, points_m=on_board[of_point], pixels=pixels, boards=boards, board=number[board[of_point]]
+    )
+
+
+def simulated_edges(
+    rig: Rig, errors: Errors, q: FloatArray, *, noise_px: float, seed: int, true_q: FloatArray | None = None
+) -> CornerSamples:
+    """What a camera would find of M2's corners, in the poses in which all four are within the picture."""
+    model = ErrorModel(rig)
+    corners = model.corners(errors, q if true_q is None else true_q)[0]
+    corners += noise_px * np.random.default_rng(seed).standard_normal(corners.shape)
+    high = [model.camera.width_px - 0.5, model.camera.height_px - 0.5]
+    whole = ((corners >= -0.5) & (corners <= high)).all(axis=(1, 2)) & runs_clockwise(corners)
+    return CornerSamples(q=q[whole], corners_px=corners[whole])
+
+
+def remaining(rig: Rig, errors: Errors, believed: CalibratedRig | Rig) -> Remaining:
+    """Compare what is believed of a rig with what is true, over the joints' whole range.
+
+    Parameters
+    ----------
+    rig : Rig
+        With the signs that its joints really have.
+    errors : mapping
+        Of the built rig.
+    believed : CalibratedRig or Rig
+        A rig is believed to be as drawn.
+    """
+    true = ErrorModel(rig)
+    other_rig, other_errors = (believed, {}) if isinstance(believed, Rig) else (believed.rig, believed.errors)
+    other = ErrorModel(other_rig)
+    q = Layout.from_rig(rig).joint_grid(JUDGED)
+    q = q[faces_light(true.layout, q[:, 1])]
+    chord = np.linalg.norm(true.gaze(errors, q)[0] - other.gaze(other_errors, q)[0], axis=1)
+    angle = np.degrees(2 * np.arcsin(np.minimum(chord / 2, 1)))
+    poses, points = _far_points(true, errors, q)
+    seen = [model.points(off, poses, points, ())[0] for model, off in ((true, errors), (other, other_errors))]
+    corners = [model.corners(off, q)[0] for model, off in ((true, errors), (other, other_errors))]
+    return Remaining(
+        gaze_deg=_rms(angle),
+        gaze_worst_deg=float(angle.max()),
+        image_px=_rms(np.linalg.norm(seen[0] - seen[1], axis=-1)),
+        corners_px=_rms(np.linalg.norm(corners[0] - corners[1], axis=-1)),
+    )
+
+
+def _far_points(model: ErrorModel, errors: Errors, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points that the built rig sees around the middle of its picture, and the pose of each."""
+    camera = model.camera
+    shares = np.stack(np.meshgrid(TARGET_SHARES, TARGET_SHARES), axis=-1).reshape(-1, 2)
+    pixels = [camera.cx_px, camera.cy_px] + shares * [camera.width_px, camera.height_px]
+    poses, points = [], []
+    for pose in q:
+        rays = model.train(errors, *pose).trace(pixels)
+        out = rays.status == Status.OK
+        points.append((rays.origin_m + TARGET_M * rays.direction)[out])
+        poses.append(np.tile(pose, (int(out.sum()), 1)))
+    return np.concatenate(poses), np.concatenate(points)
+
+
+def _seen(train: OpticalTrain, places: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    image = train.project(places)
+    return image.pixels, image.status == Status.OK
+
+
+def _within(model: ErrorModel, pixels: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
+    """Which pixels, shape (n, 2), are in the picture and inside the gaze mirror's outline in it, shape (n, 4, 2)."""
+    edges = np.roll(corners, -1, axis=1) - corners
+    offsets = pixels[:, np.newaxis] - corners
+    inside = (edges[..., 0] * offsets[..., 1] > edges[..., 1] * offsets[..., 0]).all(axis=1)
+    high = [model.camera.width_px - 0.5, model.camera.height_px - 0.5]
+    return np.asarray(inside & ((pixels >= -0.5) & (pixels <= high)).all(axis=1))
+
+
+def _spread(poses: FloatArray, count: int) -> FloatArray:
+    """Some of the poses, each chosen as far as possible from those chosen before."""
+    chosen = [int(np.argmin(np.linalg.norm(poses - poses.mean(axis=0), axis=1)))]
+    distance = np.linalg.norm(poses - poses[chosen[0]], axis=1)
+    while len(chosen) < count:
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(poses - poses[chosen[-1]], axis=1))
+    return poses[chosen]
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))

@@ -1,0 +1,154 @@
+"""Dive the members of an ensemble, each in its own folder and process; what is finished stays finished."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from dives.ensembles.members import Member
+from dives.ensembles.processes import Failure, run_in_processes
+from dives.files import is_finished
+from dives.metrics import dive_metrics
+from dives.runner import identity_of, run_dive
+from dives.specification import Dive, find_dive, parse_dive
+from tracking.log import read_log
+
+Work = Callable[[str, str], None]
+"""Takes the text of a dive file and a folder, dives there, and goes on where an earlier dive stopped."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of a member.
+
+    Attributes
+    ----------
+    member : Member
+    folder : Path
+        Of its dive.
+    metrics : dict, optional
+        As `dives.metrics.dive_metrics` names them; None for a dive that failed.
+    failure : Failure, optional
+    """
+
+    member: Member
+    folder: Path
+    metrics: dict[str, Any] | None
+    failure: Failure | None
+
+
+def run_ensemble(
+    dive: str | Path,
+    members: Sequence[Member],
+    folder: Path,
+    *,
+    workers: int,
+    announce: Callable[[str], None],
+    work: Work | None = None,
+) -> list[Outcome]:
+    """Dive every member that is not finished; members that fail do not keep the others.
+
+    Parameters
+    ----------
+    dive : str or Path
+        Preset, or dive file.
+    members : sequence of Member
+    folder : Path
+        Each member's dive is written to a folder of its name in it. New members may join those of an earlier run.
+    workers : int
+        Dives at a time.
+    announce : callable
+        Takes a line for each dive that ends.
+    work : callable, optional
+        Dives; `dive_into` when none is given. Of a module's top level: other processes import it.
+
+    Returns
+    -------
+    list of Outcome
+        In the order of `members`.
+
+    Raises
+    ------
+    ValueError
+        Before anything is dived: with every member that is no possible dive, or whose folder holds another dive.
+    """
+    if workers < 1:
+        raise ValueError(f"expected one worker or more, got {workers}")
+    dives = planned(dive, members)
+    folders = {member.name: folder / member.name for member in members}
+    waiting = {name: (dives[name].as_toml(), str(path)) for name, path in unfinished(dives, folders).items()}
+    done = len(members) - len(waiting)
+    if done:
+        announce(f"{done} of {len(members)} dives: done before")
+
+    def ended(name: str, failure: Failure | None) -> None:
+        nonlocal done
+        done = done + 1
+        said = "" if failure is None else f", failed: {failure.sentence}"
+        announce(f"{done} of {len(members)} dives: {name}{said}")
+
+    failures = run_in_processes(work or dive_into, waiting, workers=workers, finished=ended)
+    return [
+        Outcome(
+            member=member,
+            folder=folders[member.name],
+            metrics=None if member.name in failures else dive_metrics(read_log(folders[member.name])),
+            failure=failures.get(member.name),
+        )
+        for member in members
+    ]
+
+
+def planned(dive: str | Path, members: Sequence[Member]) -> dict[str, Dive]:
+    """Dive of each member, by the member's name.
+
+    Raises
+    ------
+    ValueError
+        With every problem of every member, each said once.
+    """
+    path = find_dive(dive)
+    base = Dive.load(dive)
+    document = tomllib.loads(path.read_text(encoding="utf-8"))
+    dives: dict[str, Dive] = {}
+    problems: dict[str, None] = {}
+    for member in members:
+        try:
+            text = tomlkit.dumps(member.document(document))
+            dives[member.name] = parse_dive(text, source=f"{base.name} with {member.name}", folder=path.parent)
+        except ValueError as error:
+            problems[str(error)] = None
+    if problems:
+        raise ValueError("\n".join(problems))
+    return dives
+
+
+def unfinished(dives: dict[str, Dive], folders: dict[str, Path]) -> dict[str, Path]:
+    """Folders of the dives that are still to be made or finished, by name.
+
+    Raises
+    ------
+    ValueError
+        With every folder that holds another dive.
+    """
+    left: dict[str, Path] = {}
+    problems = []
+    for name, dive in dives.items():
+        try:
+            if not is_finished(folders[name], identity_of(dive, dive.load_rig())):
+                left[name] = folders[name]
+        except ValueError as error:
+            problems.append(str(error))
+    if problems:
+        raise ValueError("\n".join(problems))
+    return left
+
+
+def dive_into(text: str, folder: str) -> None:
+    """Dive what a text says, into a folder."""
+    run_dive(parse_dive(text, source=folder, folder=Path(folder).parent), folder)

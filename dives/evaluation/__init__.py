@@ -1,0 +1,1 @@
+"""Evaluations of parts of the loop: detector, redetection, tracking rate."""

@@ -1,0 +1,259 @@
+"""A trial of the detector: pictures of a world with the target at random places, and how often it is found there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from optics.gaze.kinematics import forward_gaze
+from optics.layout import Layout
+from optics.status import Region
+from scenes.renderer import FastRenderer
+from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
+from scenes.stage.frame import Label
+from scenes.stage.stage import on_gaze
+from tracking.perception.clusters import detect
+from tracking.perception.colour import DEG_PER_STEP, DetectorSettings
+from tracking.perception.crop import Crop
+from tracking.perception.exact_corners import ExactCorners
+
+BoolImage = NDArray[np.bool_]
+
+DISTANCES_M = (2.0, 5.0)
+PAN_DEG, TILT_DEG = (-70.0, 70.0), (-25.0, 30.0)
+"""Range of the poses: all of the view ahead, from 50 degrees down to 60 up."""
+
+ASIDE = 0.06
+"""Standard deviation of the target's place from the axis, as a share of its distance."""
+
+EMPTY_EVERY = 6
+"""Every so many pictures show no target."""
+
+LEAST_PX = 60
+"""Of the target in the crop, to count as seen: less hides behind something, or leaves the mirror."""
+
+LEAST_RADIUS_PX = 8.0
+
+HALF = 127
+
+SHALLOWEST_M = 0.3
+"""Depth of the target at least."""
+
+FAR_BELOW_M = -1000.0
+"""Where the target is when it is nowhere."""
+
+CLOCK_S = 20.0
+"""Waves and flicker are seen at moments up to this."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialPicture:
+    """One picture of a trial.
+
+    Attributes
+    ----------
+    picture : array, shape (height, width, 3)
+        uint8 sRGB, as the image sensor takes it with settled exposure and white balance.
+    crop : array, shape (crop height, crop width, 3)
+        uint8 sRGB.
+    target : array, shape (crop height, crop width)
+        Which pixels of the crop show the target, by ground truth.
+    corners_px : array, shape (4, 2)
+    distance_m, elevation_deg : float
+        Of the target, and of the gaze.
+    empty : bool
+        There is no target to be seen anywhere.
+    """
+
+    picture: NDArray[np.uint8]
+    crop: NDArray[np.uint8]
+    target: BoolImage
+    corners_px: NDArray[np.float64]
+    distance_m: float
+    elevation_deg: float
+    empty: bool
+
+    @property
+    def seen(self) -> bool:
+        """Whether enough of the target is in the crop."""
+        return int(self.target.sum()) >= LEAST_PX
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """What a detector made of a trial's pictures.
+
+    Attributes
+    ----------
+    seen, found, wrong : int
+        Pictures that show the target; those in which the centroid lies within the target's radius of the true one;
+        those in which it lies elsewhere.
+    empty, false_alarms : int
+        Pictures without a target, and those of them in which there was said to be one.
+    precision, recall : float
+        Of the mask's pixels in the pictures that show the target.
+    """
+
+    seen: int
+    found: int
+    wrong: int
+    empty: int
+    false_alarms: int
+    precision: float
+    recall: float
+
+
+def trial_pictures(
+    renderer: FastRenderer, count: int, seed: int, progress: Callable[[int, int], None] = lambda done, total: None
+) -> list[TrialPicture]:
+    """Pictures with heading, gaze, and the target's place drawn at random; the same for the same seed.
+
+    Parameters
+    ----------
+    renderer : FastRenderer
+        Of a rig with mirrors, with a target on its stage.
+    count, seed : int
+    progress : callable
+        Told how many pictures are made, and of how many.
+    """
+    rng = np.random.default_rng(seed)
+    sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)
+    card = renderer.stage.light.white_radiance(renderer.stage.depth_m)
+    pictures = []
+    layout = Layout.from_rig(renderer.rig)
+    for number in range(count):
+        progress(number, count)
+        drawn = _drawn(renderer, rng, empty=number % EMPTY_EVERY == EMPTY_EVERY - 1)
+        q1, q2 = drawn.q
+        frame = renderer.render(
+            q1=q1,
+            q2=q2,
+            world_from_body=drawn.world_from_body,
+            world_from_target=drawn.world_from_target,
+            time_s=drawn.time_s,
+        )
+        exposure = settled_settings(frame.radiance, sensor, card_radiance=card)
+        picture = capture(frame.radiance, sensor, exposure, frame_generator(seed, number)).picture
+        corners = model.corners(drawn.q)
+        crop = Crop.of(corners)
+        target = (frame.label == Label.TARGET) & (frame.region == Region.GAZE)
+        shown = crop.take(np.repeat(np.where(target, np.uint8(255), np.uint8(0))[..., np.newaxis], 3, axis=2))
+        pictures.append(
+            TrialPicture(
+                picture=picture,
+                crop=crop.take(picture),
+                target=shown[..., 0] > HALF,
+                corners_px=corners,
+                distance_m=drawn.distance_m,
+                elevation_deg=float(np.degrees(forward_gaze(layout, q1, q2).elevation)),
+                empty=drawn.empty,
+            )
+        )
+    progress(count, count)
+    return pictures
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Drawn:
+    q: tuple[float, float]
+    world_from_body: RigidTransform
+    world_from_target: RigidTransform
+    distance_m: float
+    time_s: float
+    empty: bool
+
+
+def _drawn(renderer: FastRenderer, rng: np.random.Generator, *, empty: bool) -> _Drawn:
+    """One state of the trial; places of the target above the surface are drawn again."""
+    at = renderer.stage.world_from_body.translation
+    while True:
+        q1, q2 = np.radians([rng.uniform(*PAN_DEG), rng.uniform(*TILT_DEG)]).tolist()
+        distance = float(rng.uniform(*DISTANCES_M))
+        place = on_gaze(renderer.rig, q1=q1, q2=q2, distance_m=distance) + rng.normal(0, ASIDE * distance, 3)
+        body = RigidTransform.from_components(at, Rotation.from_euler("z", rng.uniform(-np.pi, np.pi)))
+        target = body.apply(place)
+        if target[2] < -SHALLOWEST_M:
+            break
+    return _Drawn(
+        q=(q1, q2),
+        world_from_body=body,
+        world_from_target=RigidTransform.from_translation([*target[:2], FAR_BELOW_M] if empty else target),
+        distance_m=distance,
+        time_s=float(rng.uniform(0, CLOCK_S)),
+        empty=empty,
+    )
+
+
+def score(pictures: Sequence[TrialPicture], settings: DetectorSettings) -> Score:
+    """Score detector settings on pictures."""
+    detections = [detect(each.crop, settings) for each in pictures]
+    shown = [(each.target, found) for each, found in zip(pictures, detections, strict=True) if each.seen]
+    alarms = [found.centroid_px is not None for each, found in zip(pictures, detections, strict=True) if each.empty]
+    hits = [_is_hit(target, found.centroid_px) for target, found in shown if found.centroid_px is not None]
+    both, marked, true = (
+        sum(int(np.count_nonzero(mask)) for mask in masks)
+        for masks in (
+            [(found.mask > 0) & target for target, found in shown],
+            [found.mask for _, found in shown],
+            [target for target, _ in shown],
+        )
+    )
+    return Score(
+        seen=len(shown),
+        found=sum(hits),
+        wrong=len(hits) - sum(hits),
+        empty=len(alarms),
+        false_alarms=sum(alarms),
+        precision=both / marked if marked else math.nan,
+        recall=both / true if true else math.nan,
+    )
+
+
+def _is_hit(target: BoolImage, centroid_px: tuple[float, float]) -> bool:
+    v, u = np.nonzero(target)
+    radius = max(math.sqrt(len(u) / math.pi), LEAST_RADIUS_PX)
+    return math.dist(centroid_px, (u.mean(), v.mean())) < radius
+
+
+@dataclass(frozen=True, kw_only=True)
+class Colours:
+    """Colours of the target in a trial's pictures, each picture's by the median of its pixels.
+
+    Attributes
+    ----------
+    hue_deg, saturation, value : tuple of float
+        5, 50 and 95 of 100 pictures have less; hue is counted from its mean, so that red has no gap: it may be
+        negative, or beyond 360.
+    """
+
+    hue_deg: tuple[float, float, float]
+    saturation: tuple[float, float, float]
+    value: tuple[float, float, float]
+
+
+def target_colours(pictures: Sequence[TrialPicture]) -> Colours | None:
+    """What a colour window has to let through: hue, saturation and value of the target; None where it is not seen."""
+    medians = []
+    for each in pictures:
+        if each.seen:
+            pixels = cv2.cvtColor(each.crop, cv2.COLOR_RGB2HSV)[each.target].astype(np.float64)
+            hues = _unwrapped(DEG_PER_STEP * pixels[:, 0])
+            medians.append([np.median(hues), *np.median(pixels[:, 1:], axis=0) / 255])
+    if not medians:
+        return None
+    table = np.array(medians)
+    table[:, 0] = _unwrapped(table[:, 0])
+    hue, saturation, value = map(tuple, np.percentile(table, (5, 50, 95), axis=0).T.tolist())
+    return Colours(hue_deg=hue, saturation=saturation, value=value)
+
+
+def _unwrapped(hue_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same hues within half a turn of their mean direction, which is in [-180, 180] degrees."""
+    mean = np.degrees(np.angle(np.exp(1j * np.radians(hue_deg)).mean()))
+    return np.asarray(mean + (hue_deg - mean + 180) % 360 - 180)

@@ -1,0 +1,325 @@
+"""A recorded dive detected again with other settings, and what that gains: the paper's video S5.
+
+The pictures are those of the record, and so are the joint values that the loop believed, hence its crops; only the
+detector differs. Which pixels show the target is not kept with a dive: they are rendered again, from the dive's file
+and the true joint values of its log.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from cad.assembly.meshes import rig_meshes
+from dives.files import DIVE_FILE, OVERLAY_FILE, VIDEO_FILE, json_text
+from dives.metrics import dive_metrics
+from dives.metrics.detector import DETECTOR_DEFINITIONS
+from dives.paths import body_pose, target_pose
+from dives.recorder import FRAMES
+from dives.rendered_camera import Exposure, dive_stage
+from dives.specification import Dive
+from dives.truth_columns import TruthColumns
+from optics.kernels.arrays import FloatArray
+from optics.layout import Layout
+from rigs import Rig
+from scenes.renderer import FastRenderer
+from scenes.sensor import CameraSettings, ImageSensor
+from scenes.stage.state import State
+from tracking.cameras import PictureFolderCamera, VideoCamera
+from tracking.estimation.gimbal import Gimbal
+from tracking.log import LOG, Row, loop_columns, read_log, table_of, write_table
+from tracking.loop.loop import TrackingLoop
+from tracking.loop.offline import detector_named
+from tracking.loop.variants import VARIANTS
+from tracking.overlay import overlay
+from tracking.perception import ColourWindow, DetectorSettings
+from tracking.protocols import MirrorReport, Shot
+from tracking.records import Mode, Step
+from tracking.video import VideoWriter, concatenate
+
+COMPARISON_FILE = "comparison.json"
+
+LOSSLESS = ("ffv1", "frames")
+
+COMPARED = (*DETECTOR_DEFINITIONS, "detected_error_rms_px")
+"""Metrics that tell a detector apart; what the loop did with the target stays as it was recorded."""
+
+DETECTION_COLUMNS = (
+    "detected",
+    "spots",
+    "spot_area_px",
+    "centroid_x_px",
+    "centroid_y_px",
+    "error_x_px",
+    "error_y_px",
+    "detector_true_px",
+    "detector_found_px",
+    "detector_both_px",
+)
+"""Columns of a log that are replaced, and with them the cause."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectedAgain:
+    """One picture of the record with its new detection.
+
+    Attributes
+    ----------
+    shot : Shot
+    step : Step
+        As recorded but for the detection.
+    row : dict
+        Of the new log.
+    """
+
+    shot: Shot
+    step: Step
+    row: Row
+
+
+class Recording:
+    """A finished dive's folder, to be detected again.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Attributes
+    ----------
+    dive : Dive
+    rig : Rig
+    log : pyarrow.Table
+
+    Raises
+    ------
+    FileNotFoundError
+        When the folder holds no finished dive, or no pictures of it.
+    ValueError
+        When its pictures are not kept as they were.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.log = read_log(folder)
+        self.dive = Dive.load(folder / DIVE_FILE)
+        self.rig: Rig = self.dive.load_rig()
+        if self.dive.video not in LOSSLESS:
+            kept = f"video = {self.dive.video!r}"
+            raise ValueError(
+                f'{folder}: expected video = "ffv1" or "frames", which keep pictures as they were, got {kept}'
+            )
+
+    def shots(self) -> Iterator[Shot]:
+        """Its pictures, at the times of its log; `ValueError` when one is missing."""
+        times_s = self.log["time_s"].to_pylist()
+        camera: VideoCamera | PictureFolderCamera
+        if self.dive.video == "frames":
+            camera = PictureFolderCamera(self.folder / FRAMES, frame_rate_hz=self.dive.frame_rate_hz)
+        else:
+            camera = VideoCamera(self.folder / VIDEO_FILE)
+        try:
+            for number, time_s in enumerate(times_s):
+                shot = camera.read()
+                if shot is None or abs(shot.time_s - time_s) > 0.5 / self.dive.frame_rate_hz:
+                    raise ValueError(
+                        f"{self.folder}: expected a picture for each row of its log, row {number} has none"
+                    )
+                yield replace(shot, time_s=time_s)
+        finally:
+            camera.close()
+
+
+def changed_settings(dive: Dive, detector: str | None, changes: Mapping[str, Any]) -> DetectorSettings:
+    """Settings to detect a dive with again: those of a detector by name, else the dive's own, with some changed.
+
+    With neither a name nor changes they are the dive's `[offline_detector]`.
+
+    Parameters
+    ----------
+    dive : Dive
+    detector : str, optional
+        One of `tracking.perception.DETECTORS`.
+    changes : mapping of str to number
+        By the names of `DetectorSettings` and `ColourWindow`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, values that cannot be, or when nothing is asked for.
+    """
+    offline = dive.offline_settings()
+    if detector is not None:
+        settings = detector_named(detector)
+    elif changes:
+        settings = dive.detector_settings()
+    elif offline is not None:
+        settings = offline
+    else:
+        raise ValueError(f"expected other settings, since dive {dive.name!r} has no [offline_detector]")
+    of_window = {field.name for field in fields(ColourWindow)}
+    window = replace(settings.window, **{name: value for name, value in changes.items() if name in of_window})
+    return replace(settings, window=window, **{name: value for name, value in changes.items() if name not in of_window})
+
+
+def detect_again(
+    recording: Recording, settings: DetectorSettings, *, progress: Callable[[int, int], None] = lambda done, total: None
+) -> Iterator[DetectedAgain]:
+    """Detect the target in every picture of a dive again.
+
+    Parameters
+    ----------
+    recording : Recording
+    settings : DetectorSettings
+    progress : callable, optional
+        Gets the pictures done and to do.
+    """
+    dive, rig = recording.dive, recording.rig
+    renderer = FastRenderer(rig, rig_meshes(rig), dive_stage(dive, rig))
+    target = renderer.stage.target
+    assert target is not None  # a dive's stage has one
+    truth = TruthColumns(rig, target.shape, settings)
+    gimbal = Gimbal(Layout.from_rig(rig))
+    loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
+    rows = recording.log.to_pylist()
+    sensor = ImageSensor.from_rig(rig)
+    half_s = (sensor.height_px - 1) * sensor.row_time_s / 2
+    for number, (shot, recorded) in enumerate(zip(recording.shots(), rows, strict=True)):
+        # Degrees and back may end a rounding beyond a joint's limit.
+        states = [
+            _state(dive, np.clip(_joints(recorded, name), gimbal.lowest, gimbal.highest), shot.time_s + later_s)
+            for name, later_s in (("first_row", -half_s), ("true", 0.0), ("last_row", half_s))
+        ]
+        state = states[1]
+        q_true = np.array([state.q1, state.q2])
+        believed = MirrorReport(q=_joints(recorded, "believed"), time_s=shot.time_s, measured=False)
+        step = _as_recorded(loop.step(shot, believed), recorded)
+        label = _labels(renderer, states)
+        true = truth.of(_exposure(recorded, label), state, step, np.zeros(2))
+        yield DetectedAgain(shot=shot, step=step, row=_row(recorded, loop_columns(step, q_true) | true))
+        progress(number + 1, len(rows))
+
+
+def redetect(
+    folder: Path, output: Path, settings: DetectorSettings, *, progress: Callable[[int, int], None]
+) -> dict[str, dict[str, Any]]:
+    """Detect a finished dive again; write the new log, what the detector sees as a video, and the comparison.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the dive.
+    output : Path
+        Gets log.parquet, overlay.mp4 and comparison.json, when all of it is done.
+    settings : DetectorSettings
+    progress : callable
+        Gets the pictures done and to do.
+
+    Returns
+    -------
+    dict
+        As `compared` has it.
+    """
+    recording = Recording(folder)
+    rate_hz = recording.dive.frame_rate_hz
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output, suffix=".partial") as name:
+        partial = Path(name)
+        segment = partial / "overlay.mkv"
+        rows = []
+        with closing(VideoWriter(segment, "h264", rate_hz)) as video:
+            for each in detect_again(recording, settings, progress=progress):
+                video.write(overlay(each.shot, each.step))
+                rows.append(each.row)
+        again = table_of(rows)
+        comparison = compared(recording.log, again)
+        concatenate([segment], partial / OVERLAY_FILE, container="mp4", frame_rate_hz=rate_hz)
+        write_table(again, partial / LOG)
+        (partial / COMPARISON_FILE).write_text(json_text(comparison), encoding="utf-8")
+        for file in (OVERLAY_FILE, COMPARISON_FILE, LOG):
+            (partial / file).replace(output / file)
+    return comparison
+
+
+def compared(before: pa.Table, after: pa.Table) -> dict[str, dict[str, Any]]:
+    """Metrics of the detector in two logs of the same dive: `recorded`, `again`, and `gain`, their difference.
+
+    A gain is None where either is.
+    """
+    recorded, again = ({name: dive_metrics(log)[name] for name in COMPARED} for log in (before, after))
+    gain = {name: _difference(recorded[name], again[name]) for name in COMPARED}
+    return {"recorded": recorded, "again": again, "gain": gain}
+
+
+def _as_recorded(step: Step, row: Row) -> Step:
+    """The detection of a step, with what the loop decided on the dive."""
+    centroid = step.detection.centroid_px
+    middle = (step.crop.shape[1] - 1) / 2, (step.crop.shape[0] - 1) / 2
+    return replace(
+        step,
+        mode=Mode(row["mode"]),
+        q_command=_joints(row, "command"),
+        predicted_px=_point(row, "predicted"),
+        error_px=None if centroid is None else (centroid[0] - middle[0], centroid[1] - middle[1]),
+    )
+
+
+def _row(recorded: Row, again: Row) -> Row:
+    """A row of the new log: the recorded one with the columns of the new detection."""
+    found = bool(again["detector_both_px"] > 0 and again["detected"])
+    was_found = recorded["cause_of_loss"] == ""
+    # The record knows how fast servos and picture moved; for what was found there, nothing but the picture is to blame.
+    cause = "" if found else again["cause_of_loss"] if was_found else recorded["cause_of_loss"]
+    return recorded | {name: again[name] for name in DETECTION_COLUMNS} | {"cause_of_loss": cause}
+
+
+def _state(dive: Dive, q: FloatArray, time_s: float) -> State:
+    """Where everything was."""
+    return State(
+        q1=float(q[0]),
+        q2=float(q[1]),
+        world_from_body=body_pose(dive, time_s),
+        world_from_target=target_pose(dive, time_s),
+        time_s=time_s,
+    )
+
+
+def _labels(renderer: FastRenderer, states: list[State]) -> NDArray[np.uint8]:
+    """What each pixel shows, shape (height, width), as its rows went through the states."""
+    flat = renderer.sweep_arrays(states, truth=False).label.numpy()
+    return np.asarray(flat.astype(np.uint8).reshape(renderer.shape))
+
+
+def _exposure(row: Row, label: NDArray[np.uint8]) -> Exposure:
+    """What a log knows of an exposure; how far the view moved in it is not in a log, and asked for the cause alone."""
+    half_s = row["exposure_s"] / 2
+    return Exposure(
+        frame=row["frame"],
+        time_s=row["time_s"],
+        start_s=row["time_s"] - half_s,
+        end_s=row["time_s"] + half_s,
+        settings=CameraSettings(exposure_s=row["exposure_s"], gain_db=row["gain_db"], white_gains=(1.0, 1.0, 1.0)),
+        label=label,
+        smear_px=0.0,
+        sweeps=1,
+    )
+
+
+def _joints(row: Row, kind: str) -> FloatArray:
+    return np.radians([row[f"q1_{kind}_deg"], row[f"q2_{kind}_deg"]])
+
+
+def _point(row: Row, kind: str) -> tuple[float, float] | None:
+    x, y = row[f"{kind}_x_px"], row[f"{kind}_y_px"]
+    return None if np.isnan(x) else (x, y)
+
+
+def _difference(before: Any, after: Any) -> Any:
+    return None if before is None or after is None else after - before

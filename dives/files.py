@@ -1,0 +1,74 @@
+"""A finished dive's folder: what the segments of its journal are put together to."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from cad.export.drawings.manifest import rig_text
+from dives.journal import FOLDER, Journal, put_in_place, write_beside
+from dives.metrics import dive_metrics
+from dives.recorder import OVERLAY, ROWS, VIDEO
+from dives.specification import Dive
+from rigs import Rig
+from tracking.log import LOG, read_log, write_table
+from tracking.video import concatenate
+
+VIDEO_FILE, OVERLAY_FILE, METRICS_FILE = "video.mkv", "overlay.mp4", "metrics.json"
+DIVE_FILE, RIG_FILE = "dive.toml", "rig.toml"
+IDENTITY_KEY = b"identity"
+
+
+def is_finished(folder: Path, identity: str) -> bool:
+    """Whether a folder holds this dive, finished; `ValueError` when it holds another."""
+    log = folder / LOG
+    if not log.is_file() or (folder / FOLDER).exists():
+        return False
+    found = (read_log(folder).schema.metadata or {}).get(IDENTITY_KEY, b"").decode()
+    if found != identity:
+        raise ValueError(f"{folder}: expected the same dive as before or a new folder; another dive is in it")
+    return True
+
+
+def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: str) -> None:
+    """Put the segments together; the log comes last, and then the journal goes.
+
+    The rig is put beside them with every number in it: the folder can be handed on, and says how the dive was made.
+    """
+    table = pa.concat_tables([pq.read_table(path) for path in journal.paths(ROWS)])
+    for name, file, container in ((VIDEO, VIDEO_FILE, "matroska"), (OVERLAY, OVERLAY_FILE, "mp4")):
+        segments = journal.paths(name)
+        if segments:
+
+            def join(path: Path, segments: list[Path] = segments, container: str = container) -> None:
+                concatenate(segments, path, container=container, frame_rate_hz=dive.frame_rate_hz)
+
+            _written(folder / file, join)
+    write_beside(folder / RIG_FILE, rig_text(rig).encode())
+    if rig.file_hull is not None:
+        shutil.copyfile(rig.file_hull.file, folder / rig.file_hull.file.name)
+    write_beside(folder / DIVE_FILE, dive.model_copy(update={"rig": RIG_FILE}).as_toml().encode())
+    write_beside(folder / METRICS_FILE, json_text(dive_metrics(table)).encode())
+    _written(folder / LOG, lambda path: write_table(table, path, about={"identity": identity}))
+    journal.remove()
+
+
+def json_text(data: Any) -> str:
+    """JSON as it is kept in files; what is not a finite number is null already."""
+    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _written(path: Path, write: Callable[[Path], None]) -> None:
+    """Let a file be written beside its place, then put it there."""
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        write(partial)
+        put_in_place(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)

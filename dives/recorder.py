@@ -1,0 +1,142 @@
+"""Writes what a dive yields while its next picture is being rendered: rows, video, overlay, segment by segment."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+
+from dives.journal import Journal, write_beside
+from dives.specification import Dive
+from tracking.log import Row, table_of, write_table
+from tracking.overlay import overlay
+from tracking.protocols import Shot
+from tracking.records import Step
+from tracking.video import Picture, VideoWriter
+
+ROWS, VIDEO, OVERLAY = "parquet", "video.mkv", "overlay.mkv"
+"""Files of a segment."""
+
+FRAMES = "frames"
+"""Folder of single pictures."""
+
+MOST_WAITING = 8
+"""Pictures between the loop and its record: memory stays flat when the disk is slow."""
+
+
+@dataclass(frozen=True)
+class _Entry:
+    shot: Shot
+    step: Step
+    row: Row
+
+
+@dataclass(frozen=True)
+class _End:
+    snapshot: str
+
+
+class Recorder:
+    """Records in a thread of its own; what goes wrong there is raised by the next call.
+
+    Parameters
+    ----------
+    dive : Dive
+    folder : Path
+    journal : Journal
+    """
+
+    def __init__(self, dive: Dive, folder: Path, journal: Journal):
+        self._dive, self._journal = dive, journal
+        self._frames: Path | None = folder / FRAMES if dive.video == "frames" else None
+        if self._frames is not None:
+            self._frames.mkdir(parents=True, exist_ok=True)
+        self._segment = journal.finished
+        self._rows: list[Row] = []
+        self._writers: dict[str, VideoWriter] = {}
+        self._error: Exception | None = None
+        self._waiting: queue.Queue[_Entry | _End | None] = queue.Queue(MOST_WAITING)
+        self._thread = threading.Thread(target=self._work, name="recorder", daemon=True)
+        self._thread.start()
+
+    def add(self, shot: Shot, step: Step, row: Row) -> None:
+        """Record one picture; it may wait for those before it."""
+        self._put(_Entry(shot, step, row))
+
+    def finish_segment(self, snapshot: str) -> None:
+        """End the segment: what was added since the last one counts when all of it is on the disk."""
+        self._put(_End(snapshot))
+
+    def close(self) -> None:
+        """Wait until all is written."""
+        self._waiting.put(None)
+        self._thread.join()
+        if self._error is not None:
+            raise self._error
+
+    def abandon(self) -> None:
+        """Stop without a word: what waits is recorded still, and only the segment that has no end is lost."""
+        self._waiting.put(None)
+        self._thread.join()
+
+    def _put(self, item: _Entry | _End) -> None:
+        if self._error is not None:
+            raise self._error
+        self._waiting.put(item)
+
+    def _work(self) -> None:
+        while (item := self._waiting.get()) is not None:
+            if self._error is not None:
+                continue  # taken out, so that nobody waits for room
+            try:
+                if isinstance(item, _End):
+                    self._finish(item.snapshot)
+                else:
+                    self._record(item)
+            except Exception as error:  # raised again where somebody listens
+                self._error = error
+        self._close_writers(quietly=True)
+
+    def _record(self, entry: _Entry) -> None:
+        video = self._dive.video
+        if self._frames is not None:
+            write_beside(self._frames / f"{entry.row['frame']:06d}.png", png(entry.shot.image))
+        elif video in ("ffv1", "h264"):
+            self._writer(VIDEO, "ffv1" if video == "ffv1" else "h264").write(entry.shot.image)
+        if self._dive.overlay:
+            self._writer(OVERLAY, "h264").write(overlay(entry.shot, entry.step))
+        self._rows.append(entry.row)
+
+    def _writer(self, name: str, codec: str) -> VideoWriter:
+        if name not in self._writers:
+            path = self._journal.path(self._segment, name)
+            self._writers[name] = VideoWriter(path, "ffv1" if codec == "ffv1" else "h264", self._dive.frame_rate_hz)
+        return self._writers[name]
+
+    def _finish(self, snapshot: str) -> None:
+        names = [ROWS, *self._writers]
+        self._close_writers()
+        write_table(table_of(self._rows), self._journal.path(self._segment, ROWS))
+        self._journal.finish(self._segment, snapshot, names)
+        self._rows = []
+        self._segment += 1
+
+    def _close_writers(self, *, quietly: bool = False) -> None:
+        writers, self._writers = self._writers, {}
+        for writer in writers.values():
+            try:
+                writer.close()
+            except Exception:
+                if not quietly:
+                    raise
+
+
+def png(picture: Picture) -> bytes:
+    """Picture (uint8 sRGB) as PNG."""
+    written, content = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    if not written:
+        raise OSError("a picture could not be written as PNG")
+    return content.tobytes()

@@ -1,0 +1,228 @@
+"""A camera whose pictures are rendered: the rig in its world, and the image sensor with its own will.
+
+Each picture is exposed about its time: the middle of the middle row's exposure is the frame's number over the frame
+rate. Every row is rendered at its own instant, as the rolling shutter opens it. What the sensor sets from one picture
+to the next (exposure, gain, white balance) and the frame's number are its whole state; noise is keyed by seed and
+frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dives.paths import body_pose, target_places, target_pose
+from dives.specification import Dive
+from dives.timed_mirrors import TimedMirrors
+from optics.gaze.kinematics import forward_gaze
+from optics.kernels.arrays import FloatArray
+from optics.layout import Layout
+from optics.mesh import PartMesh
+from rigs import Rig
+from scenes.light.sun import Sun
+from scenes.light.waves import Wind
+from scenes.renderer import FastRenderer
+from scenes.sensor import CameraSettings, ImageSensor, capture, frame_generator, sweep_count, sweep_times
+from scenes.sensor import start_settings as settings_at_start
+from scenes.stage.stage import Stage, stage
+from scenes.stage.state import State
+from tracking.protocols import Shot
+
+MOST_SWEEPS = 3
+"""Frames rendered for one exposure at most: during a fast slew a blur of three steps stands for a smooth one."""
+
+STEP_PX = 4.0
+"""How far the view may move between two of them: one frame for a blur of so much differs from eight by less than the
+sensor's noise (`docs/explanation/dives.md`)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exposure:
+    """What ground truth needs to know of a picture beside the picture.
+
+    Attributes
+    ----------
+    frame : int
+    time_s, start_s, end_s : float
+        Of the picture; of its first row's opening and its last row's closing.
+    settings : CameraSettings
+    label : array, shape (height, width)
+        `scenes.stage.frame.Label` of what each pixel shows in the middle of its row's exposure.
+    smear_px : float
+        How far the view moved during the exposure of one row, at most.
+    sweeps : int
+        Frames that were rendered.
+    """
+
+    frame: int
+    time_s: float
+    start_s: float
+    end_s: float
+    settings: CameraSettings
+    label: NDArray[np.uint8]
+    smear_px: float
+    sweeps: int
+
+    @property
+    def rows_s(self) -> FloatArray:
+        """Middle of the first and of the last row's exposure, shape (2,)."""
+        half_s = self.settings.exposure_s / 2
+        return np.array([self.start_s + half_s, self.end_s - half_s])
+
+
+class RenderedCamera:
+    """Camera of a dive; a `tracking.protocols.Camera` that runs out of pictures when the dive is over.
+
+    Parameters
+    ----------
+    dive : Dive
+    rig : Rig
+        The dive's (`Dive.load_rig`).
+    parts : sequence of PartMesh
+        Hull and mount (`cad.assembly.meshes.rig_meshes`); may be empty.
+    mirrors : TimedMirrors
+        Where the joints are while a picture is exposed.
+
+    Attributes
+    ----------
+    exposure : Exposure, optional
+        Of the last picture.
+    renderer : FastRenderer
+    """
+
+    def __init__(self, dive: Dive, rig: Rig, parts: Sequence[PartMesh], mirrors: TimedMirrors):
+        self.dive, self.rig, self.mirrors = dive, rig, mirrors
+        self.renderer = FastRenderer(rig, parts, dive_stage(dive, rig))
+        self.exposure: Exposure | None = None
+        self._sensor = ImageSensor.from_rig(rig)
+        card = self.renderer.stage.light.white_radiance(dive.depth_m)
+        self._settings = settings_at_start(self._sensor, card)
+        self._next = 0
+        self._layout = Layout.from_rig(rig)
+        # On the axis, a flat port turns an angle in the water into one larger by the index in the air.
+        self._px_per_rad = rig.camera.fx_px * self.renderer.stage.light.n_water
+
+    @property
+    def next_time_s(self) -> float | None:
+        """Time of the next picture, None when there will be no more."""
+        return None if self._next >= self.dive.frames else self._next / self.dive.frame_rate_hz
+
+    def read(self) -> Shot | None:
+        """Expose the next picture; None when the dive is over."""
+        time_s = self.next_time_s
+        if time_s is None:
+            return None
+        half_s = ((self._sensor.height_px - 1) * self._sensor.row_time_s + self._settings.exposure_s) / 2
+        self.mirrors.advance(time_s + half_s)
+        smear_px = self._smear_px(time_s)
+        sweeps = sweep_times(
+            self._sensor,
+            exposure_s=self._settings.exposure_s,
+            start_s=time_s - half_s,
+            # An odd number: one of them is the middle of the exposure.
+            sweeps=sweep_count(motion_px=smear_px, step_px=STEP_PX, most=MOST_SWEEPS) | 1,
+        )
+        radiance, label = self._rendered(sweeps)
+        taken = capture(radiance, self._sensor, self._settings, frame_generator(self.dive.seed, self._next))
+        self.exposure = Exposure(
+            frame=self._next,
+            time_s=time_s,
+            start_s=time_s - half_s,
+            end_s=time_s + half_s,
+            settings=self._settings,
+            label=label,
+            smear_px=smear_px,
+            sweeps=len(sweeps),
+        )
+        self._settings = taken.next_settings
+        self._next += 1
+        return Shot(image=taken.picture, time_s=time_s)
+
+    def snapshot(self) -> dict[str, Any]:
+        """State, as JSON holds it."""
+        settings = self._settings
+        return {
+            "next": self._next,
+            "exposure_s": settings.exposure_s,
+            "gain_db": settings.gain_db,
+            "white_gains": list(settings.white_gains),
+        }
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from a state."""
+        red, green, blue = snapshot["white_gains"]
+        self._next = snapshot["next"]
+        self._settings = CameraSettings(
+            exposure_s=snapshot["exposure_s"], gain_db=snapshot["gain_db"], white_gains=(red, green, blue)
+        )
+
+    def states(self, times_s: FloatArray) -> list[State]:
+        """Where everything is at times, shape (n,)."""
+        joints = self.mirrors.q(times_s).tolist()
+        bodies, targets = body_pose(self.dive, times_s), target_pose(self.dive, times_s)
+        return [
+            State(q1=q1, q2=q2, world_from_body=bodies[k], world_from_target=targets[k], time_s=time_s)
+            for k, ((q1, q2), time_s) in enumerate(zip(joints, times_s.tolist(), strict=True))
+        ]
+
+    def _rendered(self, sweeps: FloatArray) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+        """Mean radiance of sweeps between two instants each, and what the pixels of the middle one show."""
+        shape = self.renderer.shape
+        radiance = np.zeros((*shape, 3), dtype=np.float32)
+        label = np.empty(0, dtype=np.uint8)
+        instants = np.stack([sweeps[:, 0], sweeps.mean(axis=1), sweeps[:, 1]], axis=1)
+        states = self.states(instants.ravel())
+        for number in range(len(sweeps)):
+            # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
+            # the frame.
+            arrays = self.renderer.sweep_arrays(states[3 * number : 3 * number + 3], truth=False)
+            if number == len(sweeps) // 2:
+                label = arrays.label.numpy().astype(np.uint8).reshape(shape)
+            for channel, values in enumerate(arrays.rgb):
+                # Scattered light is a difference of two fields, and may come out below nothing where it is dark. What
+                # is not a number stays one, and is told by the sensor.
+                radiance[..., channel] += np.maximum(values.numpy().reshape(shape), 0)
+        return radiance / np.float32(len(sweeps)), label
+
+    def _smear_px(self, time_s: float) -> float:
+        """How far the view moves while one row is exposed, pixels: mirrors, robot and target, at most.
+
+        Angles on the axis; where they add up, they are added.
+        """
+        span = np.array([-0.5, 0.5]) * self._settings.exposure_s + time_s
+        q = self.mirrors.q(span)
+        gaze = forward_gaze(self._layout, q[:, 0], q[:, 1])
+        bodies = body_pose(self.dive, span)
+        turned = float((bodies[0].rotation.inv() * bodies[1].rotation).magnitude())
+        seen = target_pose(self.dive, span).translation - bodies.translation
+        # Panned, the picture turns about its own axis as well: at its edge as fast as if it moved along.
+        swept = max(_angle(gaze.direction), abs(float(q[1, 0] - q[0, 0])))
+        return float((swept + turned + _angle(seen)) * self._px_per_rad)
+
+
+def dive_stage(dive: Dive, rig: Rig) -> Stage:
+    """World, water, light and target of a dive; robot and target where they are at its beginning."""
+    start = target_places(dive, np.zeros(1))[0][0]
+    return stage(
+        rig,
+        world=dive.world,
+        depth_m=dive.depth_m,
+        jerlov_type=dive.jerlov_type,
+        sun=Sun(elevation_deg=dive.sun.elevation_deg, azimuth_deg=dive.sun.azimuth_deg),
+        cloud=dive.cloud,
+        wind=Wind(speed_m_s=dive.wind.speed_m_per_s, azimuth_deg=dive.wind.azimuth_deg),
+        target=dive.target.shape,
+        target_m=start,
+        snow=dive.snow,
+        seed=dive.world_seed,
+    )
+
+
+def _angle(vectors: FloatArray) -> float:
+    """Angle between two vectors, shape (2, 3), radians."""
+    first, second = vectors
+    return float(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second))

@@ -1,0 +1,216 @@
+"""A dive on a simulated clock: expose, look, decide, command, and write down what was true.
+
+Picture k is exposed about t_k = k / frame rate. The loop gets it with what the driver knows of the mirrors at t_k, and
+its command arrives a control latency after the last row was closed. The mirrors move on by themselves.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+
+from cad.assembly.meshes import rig_meshes
+from dives.files import finish_dive, is_finished
+from dives.journal import Journal
+from dives.recorder import Recorder
+from dives.rendered_camera import RenderedCamera
+from dives.specification import Dive
+from dives.timed_mirrors import TimedMirrors
+from dives.truth_columns import TruthColumns
+from optics.mesh import PartMesh
+from rigs import Rig
+from tracking.log import Row, joint_columns, loop_columns
+from tracking.loop.loop import TrackingLoop
+from tracking.loop.variants import VARIANTS
+from tracking.mirrors.simulated import SimulatedMirrors
+from tracking.protocols import Shot
+from tracking.records import Step
+
+Announce = Callable[[str], None]
+Progress = Callable[[int, int], None]
+
+
+class DiveStoppedError(RuntimeError):
+    """A dive that could not be finished; what was finished of it is kept."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """One picture with what the loop made of it, and the log's row."""
+
+    shot: Shot
+    step: Step
+    row: Row
+
+
+class ClosedLoop:
+    """Camera, loop and mirrors of a dive, on one clock.
+
+    Parameters
+    ----------
+    dive : Dive
+    rig : Rig
+        The dive's (`Dive.load_rig`).
+    parts : sequence of PartMesh
+        Hull and mount; may be empty.
+
+    Attributes
+    ----------
+    seconds : dict of str to float
+        Time spent in each part so far.
+    """
+
+    def __init__(self, dive: Dive, rig: Rig, parts: Sequence[PartMesh]):
+        settings = dive.detector_settings()
+        self.dive = dive
+        self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed))
+        self.camera = RenderedCamera(dive, rig, parts, self.mirrors)
+        self.loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
+        target = self.camera.renderer.stage.target
+        assert target is not None  # a dive's stage has one
+        self.truth = TruthColumns(rig, target.shape, settings)
+        self.seconds = dict.fromkeys(("camera", "loop", "truth"), 0.0)
+
+    def next(self) -> Moment | None:
+        """Take the next picture and act on it; None when the dive is over."""
+        time_s = self.camera.next_time_s
+        if time_s is None:
+            return None
+        clock = [time.perf_counter()]
+        report = self.mirrors.report(time_s)
+        shot = self.camera.read()
+        exposure = self.camera.exposure
+        assert shot is not None and exposure is not None  # there is a next picture
+        clock.append(time.perf_counter())
+        step = self.loop.step(shot, report)
+        self.mirrors.command(step.q_command, exposure.end_s + self.dive.control_latency_ms / 1000)
+        clock.append(time.perf_counter())
+        (state,) = self.camera.states(np.array([time_s]))
+        q = self.mirrors.q(np.array([exposure.start_s, exposure.end_s]))
+        rows = self.mirrors.q(exposure.rows_s)
+        speed = (q[1] - q[0]) / (exposure.end_s - exposure.start_s)
+        row: Row = {
+            "frame": exposure.frame,
+            "exposure_s": exposure.settings.exposure_s,
+            "gain_db": exposure.settings.gain_db,
+            **loop_columns(step, np.array([state.q1, state.q2])),
+            **joint_columns("first_row", rows[0]),
+            **joint_columns("last_row", rows[1]),
+            **self.truth.of(exposure, state, step, speed),
+        }
+        clock.append(time.perf_counter())
+        for name, took in zip(self.seconds, np.diff(clock).tolist(), strict=True):
+            self.seconds[name] += took
+        return Moment(shot=shot, step=step, row=row)
+
+    def snapshot(self) -> dict[str, Any]:
+        """State of all parts, as JSON holds it."""
+        return {part: getattr(self, part).snapshot() for part in ("mirrors", "camera", "loop")}
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from a state."""
+        for part, state in snapshot.items():
+            getattr(self, part).restore(state)
+
+
+def run_dive(
+    dive: Dive,
+    folder: str | Path,
+    *,
+    rig: Rig | None = None,
+    announce: Announce = lambda sentence: None,
+    progress: Progress = lambda done, total: None,
+) -> Path:
+    """Make a dive, or go on with one that was stopped; the files do not tell the difference.
+
+    Parameters
+    ----------
+    dive : Dive
+    folder : str or Path
+        Gets log.parquet, video.mkv or frames/, overlay.mp4, metrics.json, dive.toml and rig.toml; made when it is not
+        there.
+    rig : Rig, optional
+        Instead of the one that the dive names.
+    announce : callable, optional
+        Gets sentences about what is going on.
+    progress : callable, optional
+        Gets the pictures done and to do.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    DiveStoppedError
+        When a picture could not be made or written; what was finished is kept, and the same call goes on from there.
+    ValueError
+        When the folder holds another dive, or another process is writing into it.
+    """
+    folder = Path(folder)
+    rig = dive.load_rig() if rig is None else dive.at_frame_rate(rig)
+    identity = identity_of(dive, rig)
+    if is_finished(folder, identity):
+        announce(f"{folder}: this dive is finished already")
+        return folder
+    with closing(Journal(folder, identity)) as journal:
+        try:
+            if journal.frames < dive.frames:
+                _record(dive, rig, folder, journal, announce=announce, progress=progress)
+            finish_dive(dive, rig, folder, journal, identity)
+        except (OSError, ValueError, MemoryError, av.FFmpegError) as error:
+            kept = min(journal.frames, dive.frames)
+            raise DiveStoppedError(
+                f"{folder}: the dive was stopped: {error}. {kept} of {dive.frames} frames are kept; "
+                "the same command goes on from there"
+            ) from error
+    return folder
+
+
+def identity_of(dive: Dive, rig: Rig) -> str:
+    """Digest of everything a dive's bytes come from, but for the code."""
+    content = json.dumps([dive.model_dump(mode="json"), rig.model_dump(mode="json")], sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def _record(dive: Dive, rig: Rig, folder: Path, journal: Journal, *, announce: Announce, progress: Progress) -> None:
+    """Make the segments that are not there yet."""
+    first = journal.frames
+    if first:
+        announce(f"{folder}: going on from frame {first} of {dive.frames}")
+    closed = ClosedLoop(dive, rig, rig_meshes(rig))
+    state = journal.snapshot()
+    if state is not None:
+        closed.restore(state)
+    recorder = Recorder(dive, folder, journal)
+    started = time.perf_counter()
+    try:
+        for done in range(first + 1, dive.frames + 1):
+            moment = closed.next()
+            assert moment is not None  # the dive has that many pictures
+            recorder.add(moment.shot, moment.step, moment.row)
+            if journal.ends_segment(done) or done == dive.frames:
+                recorder.finish_segment(json.dumps(closed.snapshot(), allow_nan=True))
+            progress(done, dive.frames)
+    except BaseException:
+        recorder.abandon()
+        raise
+    recorder.close()
+    announce(_timing(closed, dive.frames - first, time.perf_counter() - started))
+
+
+def _timing(closed: ClosedLoop, frames: int, elapsed_s: float) -> str:
+    spent = dict(closed.seconds)
+    spent["waiting for the recorder"] = elapsed_s - sum(spent.values())
+    parts = ", ".join(f"{name} {1000 * seconds / frames:.1f} ms" for name, seconds in spent.items())
+    return f"{frames} frames in {elapsed_s:.1f} s, {frames / elapsed_s:.1f} frames/s: {parts} each"

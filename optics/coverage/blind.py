@@ -1,0 +1,108 @@
+"""Blind directions: what no pose shows, patch by patch, and what stands in the way there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from optics.coverage.coverage import Coverage
+from optics.coverage.outcome import BLOCKERS, Fate
+from optics.coverage.sphere import cell_directions, cell_solid_angle_sr
+
+OUT_OF_REACH = -1
+"""Cause of a blind direction at which no pose points a ray: the joints' limits and the mirrors' edges end before it."""
+
+NEIGHBOURS = 1.5
+"""Cells whose centres are at most this many cell widths (roots of the solid angle) apart belong together: all that
+share an edge (HEALPix's are at most 1.45 apart) and some that share a corner."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BlindPatch:
+    """Connected directions that no pose shows.
+
+    Attributes
+    ----------
+    azimuth_deg, elevation_deg : float
+        Its middle: the direction farthest from anything that is seen.
+    radius_deg : float
+        From there to the nearest direction that is seen.
+    solid_angle_sr : float
+    cause : Fate or None
+        The part that stops the rays in most of its cells; None: no pose points a ray there.
+    cause_share : float
+        Share of the patch of which that is true.
+    """
+
+    azimuth_deg: float
+    elevation_deg: float
+    radius_deg: float
+    solid_angle_sr: float
+    cause: Fate | None
+    cause_share: float
+
+
+def blind_causes(coverage: Coverage) -> NDArray[np.int64]:
+    """Why each cell of the sphere is blind, shape (cells,): what stops it in most poses, OUT_OF_REACH, or SEEN."""
+    stopped = coverage.poses_by_fate[list(BLOCKERS)]
+    cause = np.where(stopped.sum(axis=0) > 0, np.array(BLOCKERS)[stopped.argmax(axis=0)], OUT_OF_REACH)
+    return np.where(coverage.covered, int(Fate.SEEN), cause)
+
+
+def blind_patches(coverage: Coverage) -> list[BlindPatch]:
+    """Connected blind patches, the largest first."""
+    directions, causes = cell_directions(coverage.nside), blind_causes(coverage)
+    blind = np.flatnonzero(~coverage.covered)
+    width = np.sqrt(cell_solid_angle_sr(coverage.nside))
+    clearance = _clearance(directions[blind], directions[coverage.covered])
+    patch_of_cell = _patches(directions[blind], NEIGHBOURS * width)
+    patches = []
+    for number in range(patch_of_cell.max(initial=-1) + 1):
+        inside = np.flatnonzero(patch_of_cell == number)
+        middle = inside[clearance[inside].argmax()]
+        x, y, z = directions[blind[middle]]
+        kinds, counts = np.unique(causes[blind[inside]], return_counts=True)
+        main = int(kinds[counts.argmax()])
+        patches.append(
+            BlindPatch(
+                azimuth_deg=float(np.degrees(np.arctan2(y, x))),
+                elevation_deg=float(np.degrees(np.arcsin(z))),
+                radius_deg=float(np.degrees(clearance[middle])),
+                solid_angle_sr=float(len(inside) * width**2),
+                cause=None if main == OUT_OF_REACH else Fate(main),
+                cause_share=float(counts.max() / len(inside)),
+            )
+        )
+    return sorted(patches, key=lambda patch: -patch.solid_angle_sr)
+
+
+def rim_fraction(coverage: Coverage) -> float:
+    """Share of the sphere in seen cells beside a blind one: many are seen in part, and counted as a whole.
+
+    As many at the rim are blind in part and not counted, so that the covered fraction is off by far less.
+    """
+    directions, width = cell_directions(coverage.nside), np.sqrt(cell_solid_angle_sr(coverage.nside))
+    blind, seen = directions[~coverage.covered], directions[coverage.covered]
+    return float((_clearance(seen, blind) < NEIGHBOURS * width).sum() / len(directions))
+
+
+def _patches(directions: NDArray[np.float64], reach: float) -> NDArray[np.int64]:
+    """Number of the patch of each direction; those within `reach` of each other are in one."""
+    if not len(directions):
+        return np.empty(0, dtype=np.int64)
+    pairs = cKDTree(directions).query_pairs(reach, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(directions), len(directions)))
+    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def _clearance(directions: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angle from each direction to the nearest of the others, radians; pi where there are none."""
+    if not len(others) or not len(directions):
+        return np.full(len(directions), np.pi)
+    chord = cKDTree(others).query(directions)[0]
+    return np.asarray(2 * np.arcsin(np.minimum(chord / 2, 1)))

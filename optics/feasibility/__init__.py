@@ -1,0 +1,1 @@
+"""What a rig must satisfy to work, by its numbers alone."""

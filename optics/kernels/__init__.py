@@ -1,0 +1,1 @@
+"""The ground floor: the array backend, compiled kernels, the cache of results, and tables read from files."""

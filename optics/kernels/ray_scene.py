@@ -1,0 +1,45 @@
+"""The one place outside `scenes` that speaks Mitsuba: vertices and faces become something rays can hit."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.kernels.backend import mi
+
+
+def mesh_scene(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Any:
+    """Mitsuba scene of one triangle mesh, so that a hit's `prim_index` is the position in `faces`.
+
+    One mesh, not one per part: `mi.load_dict` would merge several and lose which is which. One kernel may trace any
+    number of such scenes.
+
+    Parameters
+    ----------
+    vertices_m : array, shape (n, 3)
+        Stored in single precision: good to about 1e-7 of the distance from the origin.
+    faces : array, shape (m, 3)
+    """
+    return mi.load_dict({"type": "scene", "beside": _first_scene(), "mesh": _mesh(vertices_m, faces)}, optimize=False)
+
+
+@cache
+def _first_scene() -> Any:
+    """Scene that all others are made beside, so that they share its shader binding table.
+
+    On a graphics card a kernel can trace only scenes of one such table; rays of any other would miss everything, with
+    no more than a warning.
+    """
+    return mi.load_dict({"type": "scene", "mesh": _mesh(np.eye(3), np.array([[0, 1, 2]]))}, optimize=False)
+
+
+def _mesh(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Any:
+    mesh = mi.Mesh("mesh", len(vertices_m), len(faces))
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = np.ascontiguousarray(vertices_m, dtype=np.float32).ravel()
+    parameters["faces"] = np.ascontiguousarray(faces, dtype=np.uint32).ravel()
+    parameters.update()
+    return mesh

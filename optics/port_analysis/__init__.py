@@ -1,0 +1,1 @@
+"""What a port does to a camera: focus, colour fringes and distortion."""

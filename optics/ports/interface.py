@@ -1,0 +1,78 @@
+"""What all ports share: the window between the camera's air and the water, in the camera frame (pinhole at the origin).
+
+`leave` follows rays from the pinhole out into the water; `aim` is its inverse: the direction at the pinhole whose
+refracted ray passes through a given point in the water.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+from optics.kernels.arrays import opaque
+
+AIM_ITERATIONS = 12
+"""Newton steps of `aim`; four to six converge anywhere inside the field of view of a real port."""
+
+AIM_TOLERANCE = 1e-13
+"""Relative step of the last iteration under which the root counts as found."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exit:
+    """Rays behind the port: Dr.Jit arrays.
+
+    `point` (metres) on the outer face, unit `direction` in the water, `inside` whether the ray is within the
+    aperture, `transmitted` whether it was not totally reflected, `transmittance` Fresnel's for both faces together
+    (without the light that is reflected twice inside the window), 0 for rays that do not get out.
+    """
+
+    point: Any
+    direction: Any
+    inside: Any
+    transmitted: Any
+    transmittance: Any
+
+
+class Port(ABC):
+    """What all ports share."""
+
+    n_inside: float
+    n_water: float
+
+    @abstractmethod
+    def parameters(self) -> dict[str, Any]:
+        """Numbers of the port for the kernels, as Dr.Jit scalars and vectors."""
+
+    @staticmethod
+    @abstractmethod
+    def leave(parameters: dict[str, Any], direction: Any) -> Exit:
+        """Kernel: follow unit directions from the pinhole into the water."""
+
+    @staticmethod
+    @abstractmethod
+    def aim(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
+        """Kernel: unit direction at the pinhole towards a point in the water, as seen through the port.
+
+        Returns the direction, whether the root converged, and whether the point is in the water at all.
+        """
+
+
+def check_positive(port: Any, *names: str) -> None:
+    """Raise a `ValueError` for a field that is neither None nor a positive finite number."""
+    for name in names:
+        value = getattr(port, name)
+        if value is not None and not (0 < value < float("inf")):
+            raise ValueError(f"expected {name} > 0, got {value}")
+
+
+def index_parameters(port: Any) -> dict[str, Any]:
+    """Indices for the kernels, with the ratios at both faces: a kernel would divide anew for every ray."""
+    return {
+        "n_inside": opaque(port.n_inside),
+        "n_port": opaque(port.n_port),
+        "n_water": opaque(port.n_water),
+        "ratio_in": opaque(port.n_inside / port.n_port),
+        "ratio_out": opaque(port.n_port / port.n_water),
+    }

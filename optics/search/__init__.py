@@ -1,0 +1,1 @@
+"""Designs that no other beats."""

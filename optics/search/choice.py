@@ -1,0 +1,45 @@
+"""From a front of hundreds to a handful: members that stand far apart and pass a closer look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from optics.kernels.arrays import FloatArray
+from optics.search.objectives import costs, spread_out
+from optics.search.search import Search
+
+LOOKS = 60
+"""Members of the front that are looked at closely, at most; building a mount takes seconds."""
+
+
+def choose(search: Search, count: int, problem_of: Callable[[FloatArray], str]) -> tuple[list[int], dict[int, str]]:
+    """Members of the front that stand far apart and pass a closer look.
+
+    Parameters
+    ----------
+    search : Search
+    count : int
+        How many are wanted at most.
+    problem_of : callable
+        What is wrong with a design, empty when nothing is. It may be slow: only members that are about to be chosen are
+        looked at, `LOOKS` at most.
+
+    Returns
+    -------
+    chosen : list of int
+        Rows of `search.designs`.
+    problems : dict of int to str
+        Members that were thrown out, and why.
+    """
+    problems: dict[int, str] = {}
+    passed: set[int] = set()
+    while True:
+        candidates = np.array([row for row in search.front.tolist() if row not in problems], dtype=np.int64)
+        rows = candidates[spread_out(costs(search.scores[candidates], search.objectives), count)].tolist()
+        news = {row: problem_of(search.designs[row]) for row in rows if row not in passed}
+        passed |= {row for row, problem in news.items() if not problem}
+        problems |= {row: problem for row, problem in news.items() if problem}
+        if not any(news.values()) or len(passed) + len(problems) >= LOOKS:
+            return [row for row in rows if row in passed], problems

@@ -1,0 +1,1 @@
+"""The smallest mirrors for a window of the image and a range of gazes."""

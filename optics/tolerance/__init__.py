@@ -1,0 +1,1 @@
+"""How far a built rig is off, and which tolerance matters most."""

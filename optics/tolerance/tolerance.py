@@ -1,0 +1,268 @@
+"""Tolerances: how far the gaze and the image of a built rig are off, what matters, and what calibration takes away.
+
+Monte Carlo over built rigs and poses, one lane each, and first-order sensitivities beside it. What is off by
+construction stays the same in all poses of a rig; what a servo does differently each time is drawn anew in each pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from optics.coverage.usable_fov import joint_values
+from optics.kernels.arrays import FloatArray
+from optics.tolerance.after_calibration import calibrated_offsets, in_all_poses
+from optics.tolerance.slopes import gaze_slopes, image_slopes
+from optics.tolerance.sources import Source, Tolerances, combined, draw_all, error_sources
+from optics.tolerance.train import DeviantTrain
+from rigs import Rig
+
+POSE_SHARES = (1 / 6, 1 / 2, 5 / 6)
+"""Where in each joint's range the representative poses stand: the middles of its thirds."""
+
+TARGET_ASIDE = 1 / 8
+"""How far from the principal point the target is seen, as a share of the image's width and height: off the axis, where
+the port and the water's index move it, and still within M2."""
+
+PERCENTILES = (50, 90, 95, 99)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Errors:
+    """What is off in each built rig (rows) and pose (columns).
+
+    Attributes
+    ----------
+    gaze_deg : array, shape (samples, poses)
+        Angle between the true and the expected direction of the principal ray behind M2.
+    image_px : array, shape (samples, poses)
+        Distance between where the target appears and where it is expected.
+    """
+
+    gaze_deg: FloatArray
+    image_px: FloatArray
+
+    def percentiles(self) -> dict[str, FloatArray]:
+        """`PERCENTILES` of both errors over all rigs and poses."""
+        return {
+            "gaze_deg": np.percentile(self.gaze_deg, PERCENTILES),
+            "image_px": np.percentile(self.image_px, PERCENTILES),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contribution:
+    """What one tolerance adds to the mean squared error; shares of the total, in both ways of computing them.
+
+    Attributes
+    ----------
+    source : Source
+    gaze_rms_deg, image_rms_px : float
+        First order, over all poses: the error that this tolerance causes alone.
+    gaze_share, image_share : float
+        Of the first-order mean squared error; all tolerances together make 1.
+    gaze_share_frozen, image_share_frozen : float
+        By how much less the Monte Carlo's mean squared error is when this tolerance alone is taken out.
+    """
+
+    source: Source
+    gaze_rms_deg: float
+    image_rms_px: float
+    gaze_share: float
+    image_share: float
+    gaze_share_frozen: float
+    image_share_frozen: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ToleranceStudy:
+    """Result of `tolerance_study`.
+
+    Attributes
+    ----------
+    q_deg : array, shape (poses, 2)
+        Joint values.
+    built : Errors
+        Against the rig as drawn.
+    calibrated : Errors
+        Against the rig as drawn with its two joint offsets fitted to each built rig.
+    offsets_deg : array, shape (samples, 2)
+        The fitted offsets of pan and tilt.
+    ranking : tuple of Contribution
+        By share of the gaze error, the largest first.
+    """
+
+    q_deg: FloatArray
+    built: Errors
+    calibrated: Errors
+    offsets_deg: FloatArray
+    ranking: tuple[Contribution, ...]
+
+
+def representative_poses(rig: Rig) -> FloatArray:
+    """Nine poses (q1, q2), radians, shape (9, 2): the middles of the thirds of both joint ranges."""
+    gaze = rig.require_gaze()
+    q1, q2 = (
+        np.radians(joint.min_deg + np.array(POSE_SHARES) * (joint.max_deg - joint.min_deg))
+        for joint in (gaze.joints.pan, gaze.joints.tilt)
+    )
+    return np.stack(np.meshgrid(q1, q2), axis=-1).reshape(-1, 2)
+
+
+def tolerance_study(
+    rig: Rig,
+    tolerances: Tolerances | None = None,
+    *,
+    samples: int = 10_000,
+    seed: int = 0,
+    poses: ArrayLike | None = None,
+    target_m: float = 3.0,
+) -> ToleranceStudy:
+    """Monte Carlo and first-order analysis of a rig's tolerances.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors.
+    tolerances : Tolerances, optional
+        The nominal ones by default.
+    samples : int
+        Rigs that are built.
+    seed : int
+        The same seed gives the same numbers.
+    poses : array, shape (k, 2), optional
+        Joint values (q1, q2), radians; `representative_poses` by default.
+    target_m : float
+        Distance of each pose's target from M2, on the ray of a pixel `TARGET_ASIDE` of the principal point.
+
+    Raises
+    ------
+    ValueError
+        For a rig without mirrors, joint values beyond their limits, no samples, or tolerances so large that a built
+        rig does not see its target at all.
+    """
+    if samples < 1 or seed < 0:
+        raise ValueError(f"expected samples > 0 and seed >= 0, got {samples} and {seed}")
+    if not (np.isfinite(target_m) and target_m > 0):
+        raise ValueError(f"expected target_m > 0, got {target_m}")
+    q = representative_poses(rig) if poses is None else np.asarray(poses, dtype=np.float64)
+    if q.ndim != 2 or q.shape[1] != 2:
+        raise ValueError(f"expected poses of shape (k, 2), got {q.shape}")
+    joint_values(rig, q1=q[:, 0], q2=q[:, 1])
+    bench = _Bench.of(rig, q, target_m)
+    sources = error_sources(rig, tolerances or Tolerances())
+    draws = draw_all(sources, seed=seed, samples=samples, poses=len(q))
+    built, drawn = bench.observe(combined(draws.values()), samples), bench.observe({}, 1)
+    offsets = calibrated_offsets(bench.train, built[0])
+    # The calibration saw the poses once; it is judged by moving the same rigs there again.
+    again = draw_all(sources, seed=seed, samples=samples, poses=len(q), repetition=1)
+    return ToleranceStudy(
+        q_deg=np.degrees(q),
+        built=_errors(built, drawn),
+        calibrated=_errors(
+            bench.observe(combined(again.values()), samples), bench.observe(in_all_poses(offsets), samples)
+        ),
+        offsets_deg=np.degrees(offsets),
+        ranking=_ranking(bench, sources, draws, samples),
+    )
+
+
+Views = tuple[FloatArray, FloatArray]
+"""Gaze directions, shape (n, k, 3), and images of the targets, shape (n, k, 2), of n built rigs in k poses."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Bench:
+    """A rig in its poses, and a target for each pose (camera frame)."""
+
+    train: DeviantTrain
+    targets_m: FloatArray
+
+    @classmethod
+    def of(cls, rig: Rig, q: FloatArray, target_m: float) -> _Bench:
+        train = DeviantTrain(rig, q)
+        camera = train.camera
+        aside = (camera.cx_px + TARGET_ASIDE * camera.width_px, camera.cy_px + TARGET_ASIDE * camera.height_px)
+        origin, direction = train.view({}, pixel=aside)
+        return cls(train=train, targets_m=origin[0] + target_m * direction[0])
+
+    def observe(self, deviations: Mapping[str, FloatArray], count: int) -> Views:
+        """What `count` built rigs show."""
+        directions = self.train.view(deviations, count)[1]
+        pixels = self.train.image(self.targets_m, deviations, count)
+        lost = int((~np.isfinite(pixels).all(axis=-1)).sum())
+        if lost:
+            raise ValueError(
+                f"expected tolerances under which every built rig has an image of its target, "
+                f"got {lost} of {pixels[..., 0].size} without: make them smaller"
+            )
+        return directions, pixels
+
+    def sensitivities(self, deviations: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+        """Derivatives by each deviation and pose: of the gaze (n, k, 3) and the image (n, k, 2), px."""
+        rig, q = self.train.rig, self.train.q
+        return gaze_slopes(rig, q, deviations), image_slopes(rig, q, self.targets_m, deviations)
+
+
+def _errors(seen: Views, expected: Views) -> Errors:
+    # The arc sine of half the chord keeps small angles, which the arc cosine of a product would lose.
+    chord = np.linalg.norm(seen[0] - expected[0], axis=-1)
+    return Errors(
+        gaze_deg=np.degrees(2 * np.arcsin(np.minimum(chord / 2, 1))),
+        image_px=np.linalg.norm(seen[1] - expected[1], axis=-1),
+    )
+
+
+def _ranking(
+    bench: _Bench, sources: Sequence[Source], draws: Mapping[str, dict[str, FloatArray]], samples: int
+) -> tuple[Contribution, ...]:
+    deviations = sorted({name for source in sources for name in source.sizes})
+    slopes = bench.sensitivities(deviations) if deviations else (np.zeros((0, 1, 3)), np.zeros((0, 1, 2)))
+    # By source: mean squares of gaze (radians) and image (px) over the poses, to first order.
+    squares = np.array(
+        [
+            [
+                sum(
+                    source.standard_deviation(name) ** 2 * (slope[deviations.index(name)] ** 2).sum(axis=-1).mean()
+                    for name in source.sizes
+                )
+                for slope in slopes
+            ]
+            for source in sources
+        ]
+    ).reshape(-1, 2)
+    expected = bench.observe({}, 1)
+    everything = _mean_squares(bench, draws.values(), expected, samples)
+    contributions = []
+    for source, square in zip(sources, squares, strict=True):
+        others = [draw for name, draw in draws.items() if name != source.name]
+        frozen = _share(everything - _mean_squares(bench, others, expected, samples), everything)
+        share = _share(square, squares.sum(axis=0))
+        contributions.append(
+            Contribution(
+                source=source,
+                gaze_rms_deg=float(np.degrees(np.sqrt(square[0]))),
+                image_rms_px=float(np.sqrt(square[1])),
+                gaze_share=float(share[0]),
+                image_share=float(share[1]),
+                gaze_share_frozen=float(frozen[0]),
+                image_share_frozen=float(frozen[1]),
+            )
+        )
+    return tuple(sorted(contributions, key=lambda contribution: (-contribution.gaze_share, contribution.source.name)))
+
+
+def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
+    """Quotient, and nothing of nothing: shifted mirrors alone leave the gaze where it was."""
+    return np.divide(part, whole, out=np.zeros_like(part), where=whole > 0)
+
+
+def _mean_squares(
+    bench: _Bench, draws: Iterable[Mapping[str, FloatArray]], expected: Views, samples: int
+) -> FloatArray:
+    """Mean squared error of gaze (radians) and image (px) over all rigs and poses."""
+    seen = bench.observe(combined(draws), samples)
+    return np.array([((now - then) ** 2).sum(axis=-1).mean() for now, then in zip(seen, expected, strict=True)])

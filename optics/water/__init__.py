@@ -1,0 +1,1 @@
+"""Water and materials: refractive index, absorption, scattering, mirrors and port materials."""

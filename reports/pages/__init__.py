@@ -1,0 +1,1 @@
+"""Pages and tables: results in, HTML and CSV out."""

@@ -1,0 +1,175 @@
+"""A dive on one page: what was asked, how it went in numbers, the figures, and the moments worth looking at."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from dives.metrics.frames import Frames
+from dives.metrics.holding import losses, not_found_causes
+from reports.figures.dive import write_dive_figures
+from reports.pages import page
+from reports.pages.key_frames import save_moments, telling_moments
+from reports.progress import write_text
+from tracking.log import read_log
+
+NEEDED = ("dive.toml", "rig.toml", "log.parquet", "metrics.json")
+OVERLAY = "overlay.mp4"
+NOT_DEFINED = "\N{EN DASH}"
+
+CAPTIONS = (
+    "Error in the crop on both axes, as in figure 13 of the paper; beside it where the target really was. Black: with "
+    "a detection; red: without; boxes: lost by the detector.",
+    "Commands to both servos, as in figure 14; beside them how far the joints were from the command of the same frame.",
+    "What the paper could not give: the true angle between optical axis and target, why it was not found, the mode.",
+)
+
+Metrics = dict[str, Any]
+
+
+def dive_section(folder: Path) -> str:
+    """Section on a dive for a page, as HTML.
+
+    Figures and the pictures of telling moments are put beside the log; they are embedded in the section.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a finished dive.
+
+    Raises
+    ------
+    ValueError
+        When the folder holds no finished dive: with everything that is missing.
+    """
+    dive, table, metrics = _read(folder)
+    frames = Frames.of(table)
+    figures = write_dive_figures(table, folder)
+    return page.section(
+        f"Dive: {dive['name']}",
+        f"<p>{page.text(dive.get('description', ''))}</p>",
+        page.tiles(key_numbers(metrics)),
+        f"<p>{page.text(verdict(metrics, frames))}</p>",
+        *(page.picture(file, caption) for file, caption in zip(figures, CAPTIONS, strict=True)),
+        *_moments(folder, frames),
+        *_losses(frames),
+        page.table(["Not found because", "Frames", "Share of frames"], _causes(metrics, frames), numbers=[1, 2]),
+        page.table(["The dive", ""], _facts(dive)),
+    )
+
+
+def write_dive_report(folder: Path) -> Path:
+    """Write the page of a dive into its folder, `report.html`, and return its path; see `dive_section`."""
+    title = f"{folder.resolve().name}: dive"
+    report = folder / "report.html"
+    write_text(report, page.page(title, [f"<h1>{page.text(title)}</h1>", dive_section(folder)]))
+    return report
+
+
+def key_numbers(metrics: Metrics) -> list[tuple[str, str]]:
+    """Numbers that a reader looks for first, and what they are."""
+    lost, back = metrics["losses"], metrics["losses_reacquired"]
+    return [
+        (_share(metrics["visible_fraction"]), "of the time after acquisition the target is visible"),
+        (_number(metrics["gaze_error_held_rms_deg"], "°"), "RMS gaze error while held, against truth"),
+        (_number(metrics["gaze_error_held_p95_deg"], "°"), "gaze error that 95 % of the held frames stay under"),
+        (f"{back} of {lost}" if lost else "none", "losses recovered" if lost else "losses"),
+        (_number(metrics["reacquisition_time_max_s"], " s"), "longest time to reacquire"),
+        (_number(metrics["acquisition_time_s"], " s"), "to the acquisition, functional check included"),
+        (
+            f"{_share(metrics['frame_precision'])} / {_share(metrics['frame_recall'])}",
+            "precision / recall of the detector over frames",
+        ),
+    ]
+
+
+def verdict(metrics: Metrics, frames: Frames) -> str:
+    """How it went and, where it did not go well, why: in words."""
+    if not metrics["acquired"]:
+        return f"The target was never tracked. {_not_acquired(metrics, frames)}"
+    held = f"The target was held {_share(metrics['time_on_target_fraction'])} of the time from the acquisition on"
+    lost, back = metrics["losses"], metrics["losses_reacquired"]
+    if not lost:
+        return f"{held} and never lost."
+    if lost == 1:
+        story = "once and found again" if back else "once and not found again"
+    else:
+        story = f"{lost} times and found again {'every time' if back == lost else f'{back} times'}"
+    return f"{held}. It was lost {story}. Causes: {_listed(metrics['loss_causes'])}."
+
+
+def _read(folder: Path) -> tuple[dict[str, Any], pa.Table, Metrics]:
+    missing = [name for name in NEEDED if not (folder / name).is_file()]
+    if missing:
+        without = ", without ".join(missing)
+        raise ValueError(f"{folder}: expected the folder of a finished dive, got one without {without}")
+    dive, rig = (tomllib.loads((folder / name).read_text(encoding="utf-8")) for name in ("dive.toml", "rig.toml"))
+    dive["rig"] = rig["name"]
+    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    return dive, read_log(folder), metrics
+
+
+def _moments(folder: Path, frames: Frames) -> list[str]:
+    if not (folder / OVERLAY).is_file():
+        return []
+    shown = save_moments(folder / OVERLAY, telling_moments(frames), folder / "moments")
+    return [page.gallery(page.picture(file, caption) for file, caption in shown)] if shown else []
+
+
+def _losses(frames: Frames) -> list[str]:
+    rows = [
+        [f"{loss.start_s:.1f}", f"{loss.duration_s:.1f}", loss.cause, "yes" if loss.reacquired else "no"]
+        for loss in losses(frames)
+    ]
+    header = ["Lost at (s)", "For (s)", "Cause", "Recovered"]
+    return [page.table(header, rows, numbers=[0, 1])] if rows else []
+
+
+def _not_acquired(metrics: Metrics, frames: Frames) -> str:
+    """Where the way to a track broke off: the target never came into the crop, or it did and was not found."""
+    in_crop = frames.numbers["detector_true_px"] > 0
+    if not in_crop.any():
+        return f"It never came into the crop: {_listed(not_found_causes(frames, frames.looking))}."
+    met = f"The detector met it in {metrics['frames_found']} of the {in_crop.sum()} frames that had it in the crop"
+    missed = not_found_causes(frames, in_crop)
+    return f"{met}; why not in the others: {_listed(missed)}." if missed else f"{met}."
+
+
+def _listed(causes: dict[str, int]) -> str:
+    return ", ".join(f"{cause} ({count})" for cause, count in causes.items())
+
+
+def _causes(metrics: Metrics, frames: Frames) -> list[list[str]]:
+    looking = frames.looking.sum()
+    return [
+        [cause, str(count), f"{count / looking:.1%}"] for cause, count in metrics["not_found_causes_frames"].items()
+    ]
+
+
+def _facts(dive: dict[str, Any]) -> list[list[str]]:
+    keys = {
+        "rig": "Rig",
+        "world": "World",
+        "depth_m": "Depth (m)",
+        "jerlov_type": "Water (Jerlov type)",
+        "variant": "Loop",
+        "frame_rate_hz": "Frames per second",
+        "duration_s": "Duration (s)",
+        "control_latency_ms": "Control latency (ms)",
+        "seed": "Seed",
+    }
+    sun = dive.get("sun", {})
+    facts = [[label, str(dive[key])] for key, label in keys.items() if key in dive]
+    return [*facts, ["Sun's elevation (degrees)", str(sun["elevation_deg"])]] if "elevation_deg" in sun else facts
+
+
+def _share(value: float | None) -> str:
+    return NOT_DEFINED if value is None else f"{value:.1%}"
+
+
+def _number(value: float | None, unit: str) -> str:
+    return NOT_DEFINED if value is None else f"{value:.2f}{unit}"

@@ -1,0 +1,122 @@
+"""Results as CSV and as the rows of a report's tables."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from optics.coverage.blind import OUT_OF_REACH, BlindPatch, blind_causes
+from optics.coverage.convergence import Refinement
+from optics.coverage.coverage import Coverage
+from optics.coverage.outcome import Fate
+from optics.coverage.sphere import cell_directions
+from optics.gaze.kinematics import forward_gaze
+from optics.layout import Layout
+from reports.progress import write_text
+from rigs import Rig
+
+
+def write_poses(coverage: Coverage, rig: Rig, path: Path) -> None:
+    """One row per pose: joint values, gaze, usable solid angle, and the image's pixels by fate."""
+    layout = Layout.from_rig(rig)
+    q1_deg, q2_deg = (grid.ravel() for grid in np.meshgrid(coverage.q1_deg, coverage.q2_deg))
+    gaze = forward_gaze(layout, np.radians(q1_deg), np.radians(q2_deg))
+    header = ["q1_deg", "q2_deg", "azimuth_deg", "elevation_deg", "roll_deg", "usable_solid_angle_sr"]
+    gaze_deg = np.degrees(np.stack([gaze.azimuth, gaze.elevation, gaze.roll], axis=1))
+    angles = np.concatenate([np.stack([q1_deg, q2_deg], axis=1), gaze_deg], axis=1)
+    counts = coverage.pixels.reshape(-1, len(Fate))
+    rows = (
+        [*(f"{value:.4f}" for value in angle), f"{solid_angle:.6g}", *map(str, count)]
+        for angle, solid_angle, count in zip(angles, coverage.solid_angle_sr.ravel(), counts, strict=True)
+    )
+    _write(path, [*header, *(f"{fate.name.lower()}_cells" for fate in Fate)], rows)
+
+
+def write_sphere(coverage: Coverage, path: Path) -> None:
+    """One row per cell of the sphere: how many poses see it, how finely, and what makes it blind."""
+    x, y, z = cell_directions(coverage.nside).T
+    azimuth, elevation = np.degrees(np.arctan2(y, x)), np.degrees(np.arcsin(z))
+    causes = blind_causes(coverage)
+    rows = (
+        [str(k), f"{azimuth[k]:.4f}", f"{elevation[k]:.4f}", str(poses), f"{resolution:.3f}", cause_name(cause)]
+        for k, (poses, resolution, cause) in enumerate(
+            zip(coverage.poses_seeing, coverage.pixels_per_degree, causes, strict=True)
+        )
+    )
+    header = ["healpix_ring", "azimuth_deg", "elevation_deg", "poses", "pixels_per_degree", "blind_because_of"]
+    _write(path, header, rows)
+
+
+def write_blind(patches: Sequence[BlindPatch], path: Path) -> None:
+    """One row per blind patch, the largest first."""
+    header = ["azimuth_deg", "elevation_deg", "radius_deg", "solid_angle_sr", "blind_because_of", "share"]
+    rows = (
+        [
+            *(f"{value:.3f}" for value in (patch.azimuth_deg, patch.elevation_deg, patch.radius_deg)),
+            f"{patch.solid_angle_sr:.6f}",
+            cause_name(OUT_OF_REACH if patch.cause is None else patch.cause),
+            f"{patch.cause_share:.3f}",
+        ]
+        for patch in patches
+    )
+    _write(path, header, rows)
+
+
+def write_convergence(study: Sequence[Refinement], path: Path) -> None:
+    """One row per refinement and quantity: three values, observed order, estimate at a step of zero."""
+    header = ["halved", "quantity", "coarse", "middle", "fine", "order", "estimate"]
+    rows = (
+        [
+            refinement.name,
+            quantity,
+            *(f"{value:.8g}" for value in found.values),
+            *("" if value is None else f"{value:.6g}" for value in (found.order, found.estimate)),
+        ]
+        for refinement in study
+        for quantity, found in (
+            ("covered_fraction", refinement.covered_fraction),
+            ("mean_solid_angle_sr", refinement.mean_solid_angle_sr),
+        )
+    )
+    _write(path, header, rows)
+
+
+def cause_name(cause: int) -> str:
+    """Word of the tables for what makes a direction blind; empty where it is seen."""
+    if cause == OUT_OF_REACH:
+        return "reach"
+    return "" if cause == Fate.SEEN else Fate(cause).name.lower()
+
+
+def rig_facts(rig: Rig) -> list[tuple[str, str]]:
+    """Rows of the table that describes a rig."""
+    camera, port, water = rig.camera, rig.port, rig.water
+    facts = [
+        ("Camera", f"{camera.model}, {camera.width_px} × {camera.height_px} px, f = {camera.fx_px:g} px"),
+        ("Port", "none" if port.shape == "none" else f"{port.shape}, {port.material}, {port.thickness_mm:g} mm thick"),
+        (
+            "Water",
+            f"{water.label}, {water.salinity_ppt:g} ppt, {water.temperature_celsius:g} °C",
+        ),
+    ]
+    if rig.gaze is None:
+        return facts
+    for name, mirror in (("Fold mirror M1", rig.gaze.fold_mirror), ("Gaze mirror M2", rig.gaze.gaze_mirror)):
+        size = f"{mirror.width_mm:g} × {mirror.height_mm:g} × {mirror.thickness_mm:g} mm"
+        facts.append((name, f"{size}, {mirror.distance_mm:g} mm along the axis"))
+    for name, joint in (("Pan q1", rig.gaze.joints.pan), ("Tilt q2", rig.gaze.joints.tilt)):
+        facts.append((name, f"{joint.min_deg:g} to {joint.max_deg:g}°"))
+    servos = rig.gaze.servos
+    return [*facts, ("Servos", f"pan {servos.pan.name}, tilt {servos.tilt.name}")]
+
+
+def _write(path: Path, header: list[str], rows: Iterable[list[str]]) -> None:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    write_text(path, text.getvalue())

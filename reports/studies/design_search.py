@@ -1,0 +1,215 @@
+"""A design search in a folder: the front, some of its members as rig files that can be built, a figure and a summary.
+
+Scored batches and mounts that were looked at are remembered, so that an interrupted search goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.assembly.assembly import build_assembly
+from cad.assembly.meshes import rig_meshes
+from cad.checks.assembly_checks import assembly_problems
+from cad.overlaps import manifold_mm
+from cad.parts.clearance_envelope import gimbal_rooms_mm, with_standing_base
+from optics.kernels.arrays import FloatArray
+from optics.mesh import Role
+from optics.search.choice import choose
+from optics.search.limits import BINDING_MM, binding, bounds_around, first_problem
+from optics.search.objectives import PARAMETERS, objectives_named, rig_with
+from optics.search.search import Recorded, Search, search_designs
+from reports.figures.search import draw_front, front_rows, write_front
+from reports.progress import Announce, Stages, write_text
+from rigs import Rig, load_document, save_document
+
+NAMES = tuple(".".join(parameter) for parameter in PARAMETERS)
+
+Held = Callable[[FloatArray], list[str]]
+"""Names what binds a design."""
+
+ROUNDING_MM = 0.1
+"""As in the checks on solids: twice the tolerance of their triangles."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """What to search for; `count` members of the front become rig files."""
+
+    objectives: tuple[str, ...]
+    designs: int = 10_000
+    seed: int = 0
+    factor: float = 1.5
+    count: int = 12
+
+    def __post_init__(self) -> None:
+        objectives_named(self.objectives)
+        if self.designs < 1 or self.seed < 0 or self.count < 1:
+            raise ValueError(
+                f"expected designs > 0, seed >= 0 and count > 0, got {self.designs}, {self.seed} and {self.count}"
+            )
+
+    def __str__(self) -> str:
+        return f"{','.join(self.objectives)}; {self.designs} designs, seed {self.seed}, factor {self.factor:g}"
+
+
+def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, announce: Announce) -> dict[str, Any]:
+    """Search, and write what was found.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors, physically possible.
+    source : Path
+        Its file, whose comments the new rig files keep.
+    folder : Path
+        New, empty, or that of an earlier search, which goes on.
+    wanted : Wanted
+    announce : callable
+        Takes lines of progress.
+
+    Returns
+    -------
+    dict
+        What `summary.json` holds.
+
+    Raises
+    ------
+    ValueError
+        For a rig without mirrors, or when nothing is possible within the bounds.
+    FileExistsError
+        When the folder holds something else.
+    """
+    bounds_around(rig, wanted.factor)
+    stages = Stages.open(folder, rig, announce, settings=str(wanted))
+
+    def checkpoint(name: str, work: Callable[[], Recorded]) -> Recorded:
+        def run() -> tuple[dict[str, Any], list[Path]]:
+            designs, scores = work()
+            return {"designs": designs.tolist(), "scores": scores.tolist()}, []
+
+        found = stages.run(name, run)
+        return (
+            np.array(found["designs"]).reshape(-1, len(PARAMETERS)),
+            np.array(found["scores"]).reshape(-1, len(wanted.objectives)),
+        )
+
+    def problem_of(design: FloatArray) -> str:
+        name = " x ".join(f"{value:g}" for value in design)
+        return str(stages.run(f"mount of {name} mm", lambda: ({"problem": _problem(rig, design)}, []))["problem"])
+
+    parts = rig_meshes(rig)
+    hull = manifold_mm(next(part for part in parts if part.role is Role.HULL))
+
+    def violated_room(made: Rig) -> str:
+        return next((name for name, room in gimbal_rooms_mm(made, hull).items() if room < -ROUNDING_MM), "")
+
+    search = search_designs(
+        rig,
+        parts,
+        wanted.objectives,
+        designs=wanted.designs,
+        seed=wanted.seed,
+        factor=wanted.factor,
+        buildable=violated_room,
+        checkpoint=checkpoint,
+    )
+
+    def held(design: FloatArray) -> list[str]:
+        rooms = gimbal_rooms_mm(rig_with(rig, design), hull).items()
+        return binding(rig, design, search.low, search.high) + [name for name, room in rooms if room < BINDING_MM]
+
+    def described(row: int) -> dict[str, Any]:
+        return _described(rig, search, row, held)
+
+    chosen, problems = choose(search, wanted.count, problem_of)
+    files = _write_rigs(rig, source, folder / "rigs", search, chosen)
+    announce("front.csv, search.png, summary.json ...")
+    names = {row: f"rigs/{file.name}" for row, file in files.items()}
+    write_front(front_rows(search, lambda design: _base_anchor_mm(rig, design), held, names), folder / "front.csv")
+    draw_front(search, chosen, folder / "search.png")
+    summary = {
+        **_summary(rig, wanted, search, described),
+        "chosen": [{"file": names[row], **described(row)} for row in chosen],
+        "thrown_out": [{**described(row), "problem": problem} for row, problem in problems.items()],
+    }
+    write_text(folder / "summary.json", json.dumps(summary, indent=2))
+    return summary
+
+
+def _with_mount(rig: Rig, design: FloatArray) -> Rig:
+    """The rig of a design, the base's anchor moved along the hull where the design needs that."""
+    return with_standing_base(rig_with(rig, design))
+
+
+def _base_anchor_mm(rig: Rig, design: FloatArray) -> tuple[float, float, float]:
+    return _with_mount(rig, design).require_gaze().mount.base_anchor_mm
+
+
+def _problem(rig: Rig, design: FloatArray) -> str:
+    """First thing wrong with a design, its mount built and moved over the joint range; empty when nothing is."""
+    first = first_problem(rig, design)
+    if first:
+        return first
+    try:
+        made = _with_mount(rig, design)
+        problems = assembly_problems(made, build_assembly(made))
+    except ValueError as error:
+        return str(error)
+    return str(problems[0]) if problems else ""
+
+
+def _write_rigs(rig: Rig, source: Path, folder: Path, search: Search, chosen: Sequence[int]) -> dict[int, Path]:
+    """Rig files of chosen members, copies of the source with their comments; what an earlier search left goes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    files = {row: folder / f"{rig.name}-{number:02d}.toml" for number, row in enumerate(chosen, start=1)}
+    for old in set(folder.glob(f"{rig.name}-*.toml")) - set(files.values()):
+        old.unlink()
+    for row, file in files.items():
+        document = load_document(source)
+        document["name"] = file.stem
+        if rig.file_hull is not None:
+            # A name relative to the source would not be found from here.
+            document["hull"]["file"] = str(rig.file_hull.file)
+        for (section, key), value in zip(PARAMETERS, search.designs[row].tolist(), strict=True):
+            document[section][key] = value
+        document["mount"]["base_anchor_mm"] = list(_base_anchor_mm(rig, search.designs[row]))
+        save_document(document, file)
+    return files
+
+
+def _described(rig: Rig, search: Search, row: int, held: Held) -> dict[str, Any]:
+    """A design's numbers, scores, and what binds it."""
+    design = search.designs[row]
+    scores = [None if np.isnan(value) else float(value) for value in search.scores[row]]
+    return {
+        "design_mm": dict(zip(NAMES, design.tolist(), strict=True)),
+        "base_anchor_mm": list(_base_anchor_mm(rig, design)),
+        "scores": dict(zip((objective.name for objective in search.objectives), scores, strict=True)),
+        "binding": held(design),
+    }
+
+
+def _summary(rig: Rig, wanted: Wanted, search: Search, described: Callable[[int], dict[str, Any]]) -> dict[str, Any]:
+    """What was searched and how much of it is possible; members are added by the caller."""
+    return {
+        "rig": rig.name,
+        "objectives": [
+            {"name": objective.name, "unit": objective.unit, "larger_is_better": objective.larger_is_better}
+            for objective in search.objectives
+        ],
+        "designs": len(search.designs),
+        "seed": wanted.seed,
+        "bounds_mm": {
+            name: [float(low), float(high)] for name, low, high in zip(NAMES, search.low, search.high, strict=True)
+        },
+        "possible": int(np.isfinite(search.scores).all(axis=1).sum()),
+        "rejected": search.rejected,
+        "front": len(search.front),
+        "own": described(0),
+    }

@@ -1,0 +1,86 @@
+"""The export of a mount that was checked: its files, and with them what the checks and the study of loads found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from cad.assembly.assembly import Assembly, build_assembly
+from cad.assembly.tessellation import tessellate
+from cad.checks.assembly_checks import MountChecks, assembly_checks
+from cad.checks.printing.slicer import slicer_path
+from cad.export import export_mount
+from cad.export.printing.plate_slices import plate_findings
+from cad.loads.study import LoadStudy, load_study
+from reports.figures.check import write_checks
+from reports.figures.load import write_loads
+from reports.progress import Announce
+from rigs import Rig, RigError
+
+CHECKS_FOLDER, LOADS_FOLDER = "checks", "loads"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckedMount:
+    """An exported mount.
+
+    Attributes
+    ----------
+    assembly : Assembly
+    checks : MountChecks
+    loads : LoadStudy
+    files : list of Path
+        All of them, sorted, the manifest included.
+    """
+
+    assembly: Assembly
+    checks: MountChecks
+    loads: LoadStudy
+    files: list[Path]
+
+
+def mount_checks(rig: Rig, assembly: Assembly, *, announce: Announce, slicing: bool = True) -> MountChecks:
+    """Make every check of a mount and, when parts could be sliced, slice its print plates too."""
+    checks = assembly_checks(rig, assembly, slicing=slicing, announce=lambda line: announce(f"checks: {line}"))
+    if checks.problems or not slicing or slicer_path() is None:
+        return checks
+    announce("checks: slicer, plates ...")
+    printed = [mesh for part, mesh in zip(assembly.parts, tessellate(assembly), strict=True) if part.printed]
+    return replace(checks, findings=(*checks.findings, *plate_findings(rig, printed)))
+
+
+def export_checked_mount(rig: Rig, folder: Path, *, announce: Announce, slicing: bool = True) -> CheckedMount:
+    """Check a mount, study its loads, and export it with both.
+
+    Parameters
+    ----------
+    rig : Rig
+        A rig with mirrors.
+    folder : Path
+        As for `cad.export.export_mount`; `checks` and `loads` are folders in it.
+    announce : callable
+        Takes lines of progress.
+    slicing : bool
+        Whether parts and plates are sliced where there is a slicer.
+
+    Raises
+    ------
+    RigError
+        When a check fails or a servo is too weak, with every problem; nothing is written then.
+    """
+    assembly = build_assembly(rig)
+    checks = mount_checks(rig, assembly, announce=announce, slicing=slicing)
+    if checks.problems:
+        raise RigError(rig.name, checks.problems)
+    announce("export: loads")
+    loads = load_study(rig, tessellate(assembly))
+    if loads.problems:
+        raise RigError(rig.name, loads.problems)
+
+    def add_reports(partial: Path) -> None:
+        announce("export: figures of checks and loads")
+        write_checks(checks, rig, partial / CHECKS_FOLDER)
+        write_loads(loads, partial / LOADS_FOLDER)
+
+    files = export_mount(rig, folder, announce=announce, add_files=add_reports)
+    return CheckedMount(assembly=assembly, checks=checks, loads=loads, files=files)

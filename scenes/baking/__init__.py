@@ -1,0 +1,1 @@
+"""Light that is found once per world, sun and robot, and kept."""

@@ -1,0 +1,38 @@
+"""What a world changes of the light around what moves in it: a grid of points, and six sides at each.
+
+A robot or a target in a white basin is lit by the walls as well, and one under a ledge misses some of the sky. At each
+point of a grid the irradiance of six planes, along both ways of the world's axes, is gathered, and open water's is
+taken away. `scenes.kernels.ambient_cube` says how it is interpolated.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from optics.kernels.arrays import FloatArray
+from optics.kernels.packing import rows_of
+from scenes.baking.ambient import cached, gathered
+from scenes.kernels.ambient_cube import ROW, SIDES
+from scenes.kernels.grid import grid_axes, grid_numbers, grid_points
+from scenes.light.light import Light
+from scenes.stage.group_mesh import GroupMesh
+
+SPACING_M = 0.5
+MOST_POINTS = 24
+"""Along each axis of the grid."""
+
+
+def ambient_volume(mesh: GroupMesh, light: Light, source: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Grid over a lit mesh and its source volume for `scenes.kernels.ambient_cube`; from the cache when it can be."""
+    axes = grid_axes(mesh, spacing_m=SPACING_M, most=MOST_POINTS)
+    points = grid_points(axes)
+    origins = np.repeat(points, len(SIDES), axis=0)
+    normals = np.tile(SIDES, (len(points), 1))
+
+    def changes() -> FloatArray:
+        return gathered(mesh, origins, normals, light, source) - gathered(None, origins, normals, light)
+
+    values = cached(mesh, light, "light in the water", changes)
+    return {"values": rows_of(values, ROW), **grid_numbers(axes)}

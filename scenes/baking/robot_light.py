@@ -1,0 +1,202 @@
+"""What a robot changes of the light around it: looked at from around, it hides open water, and shines less."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optics.kernels.arrays import FloatArray
+from optics.kernels.backend import Array3f32, Float32, UInt32, dr, mi
+from optics.kernels.packing import vectors
+from scenes.baking.ambient import Surroundings
+from scenes.baking.sample_directions import Cone, Looks, scattered_density, scattered_directions
+from scenes.kernels.shading import channels, molecular_phase, phase
+from scenes.kernels.tracing import Primitive
+from scenes.light.field_table import azimuth_from, field_table, looked_up
+from scenes.light.forward_cone import lengths_over_radius
+from scenes.light.light import Light
+from scenes.stage.group_mesh import GroupMesh
+
+LEAST_RADIUS_M = 1e-3
+
+LOOKS = 128
+"""Directions in which a point looks at the robot, of each kind of `scenes.baking.sample_directions`."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How large a robot is, world frame.
+
+    Attributes
+    ----------
+    middle : array, shape (3,)
+    radius : float
+        Of a ball about the middle that holds it.
+    shadow_radius : float
+        Of a disc as large as the ellipse in its outline seen from above: so wide is its shadow.
+    """
+
+    middle: FloatArray
+    radius: float
+    shadow_radius: float
+
+
+def extent_of(robot: GroupMesh) -> Extent:
+    """Extent of a robot's mesh."""
+    corners = robot.vertices_m[np.unique(robot.faces)]
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    return Extent(
+        middle=middle,
+        radius=float(np.linalg.norm(corners - middle, axis=1).max()),
+        shadow_radius=max(float(np.sqrt(np.prod(np.ptp(corners[:, :2], axis=0)))) / 2, LEAST_RADIUS_M),
+    )
+
+
+class RobotLight:
+    """What a robot changes of the light at points of the water."""
+
+    def __init__(self, robot: GroupMesh, light: Light):
+        self._extent = extent_of(robot)
+        self._gaze_mirror = (robot.mirrors or {}).get(Primitive.M2.name)
+        depth = -float(self._extent.middle[2])
+        self._with, self._without = (Surroundings(mesh, light, depth_m=depth) for mesh in (robot, None))
+        self._scene, self._tables, self._numbers = self._with.scene, self._with.tables, self._with.numbers
+        self._field = field_table(light.field_nodes)
+        means = light.channel_means(depth)
+        self._hidden_shares = light.hidden_shares
+        self._mean = [{name: float(values[k]) for name, values in means.items()} for k in range(3)]
+
+    def open_water(self, eyes: FloatArray, directions: FloatArray) -> FloatArray:
+        """Radiance of open water as the field's table holds it, shape (n, 3), as each eye sees it."""
+        way = vectors(directions)
+        azimuth = azimuth_from(self._numbers["sun_azimuth"], way)
+        found = looked_up(self._numbers, self._field, -vectors(eyes).z, way.z, azimuth)
+        return np.stack([channel.numpy() for channel in found], axis=-1)
+
+    def missing_from_line(self, eyes: FloatArray, directions: FloatArray, distance: float) -> FloatArray:
+        """Light per metre, shape (n, 3), that a point at a distance from each eye does not scatter towards it.
+
+        Whether the robot itself stands before the point does not count: what is looked up there belongs to lines
+        between the nodes, which may pass beside it.
+        """
+        way = vectors(directions)
+        point = vectors(eyes) + way * distance
+        sun = Array3f32(*self._numbers["refracted_sun"])
+        in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=True)
+        from_sun = self._scattered_sun(way, -point.z, distance)
+        from_around = self._missing_around(point, way)
+        result = []
+        # Dark water is seen through dark water: what is scattered on the way comes from the shadow as well.
+        share = self._share_scattered_within(np.array(distance))
+        for mean, s, a in zip(self._mean, from_sun, from_around, strict=True):
+            reaching = mean["scattering"] * float(np.exp(-mean["attenuation"] * distance))
+            gain = float(np.exp(mean["veil"] * float(share) * distance))
+            total = (dr.select(in_shadow, s, 0) + a * reaching) * gain
+            result.append(total.numpy())
+        return np.stack(result, axis=-1)
+
+    def _scattered_sun(self, way: Any, depth: Any, distance: float) -> list[Any]:
+        """The sun's light by channel that points scatter against the way, as it arrives from a distance."""
+        numbers = self._numbers
+        cosine = dr.dot(Array3f32(*numbers["refracted_sun"]), way)
+        particles, molecules = phase(self._tables["phase"], cosine), molecular_phase(numbers, cosine)
+        once = [
+            b * dr.lerp(particles, molecules, m) * dr.exp(-k * depth - c * distance)
+            for b, m, k, c in zip(*(numbers[name] for name in ("b_sun", "molecular", "k_sun", "c")), strict=True)
+        ]
+        return channels(numbers, once)
+
+    def missing_from_plane(self, points: FloatArray) -> FloatArray:
+        """Irradiance, shape (n, 3), that the robot keeps from planes at points that face its middle.
+
+        What the water scatters on the way to a plane comes mostly from the robot's side of it, and is missing as well.
+        """
+        point = vectors(points)
+        cone, looks = self._cone(point), Looks.of(dr.width(point), LOOKS)
+
+        def weights(owner: Any, looking: Any) -> list[Any]:
+            its = cone.of(owner)
+            return [dr.dot(looking, its.axis) / (LOOKS * its.density(looking))] * 3
+
+        missing = self._missing(point, looks, cone.of(looks.place).directions(looks), weights)
+        distance = np.linalg.norm(points - self._extent.middle, axis=1)
+        way = self._share_scattered_within(distance) * distance
+        gained = [
+            channel.numpy() * np.exp(mean["veil"] * way) for channel, mean in zip(missing, self._mean, strict=True)
+        ]
+        return np.stack(gained, axis=-1)
+
+    def _phases(self, looking: Any, way: Any) -> list[Any]:
+        """Phase function by channel of light that comes along the one direction and is seen along the other."""
+        cosine = dr.dot(looking, way)
+        particles, molecules = phase(self._tables["phase"], cosine), molecular_phase(self._numbers, cosine)
+        return [dr.lerp(particles, molecules, mean["molecular"]) for mean in self._mean]
+
+    def _missing_around(self, point: Any, way: Any) -> list[Any]:
+        """Light per metre and scattering coefficient, by channel, that points do not send against the way.
+
+        They look over the cone that holds the robot, and about the way: most of what water sends along a line comes
+        from there. A direction that either might have taken counts by both densities (Veach & Guibas 1995, SIGGRAPH).
+        """
+        cone, looks = self._cone(point), Looks.of(dr.width(point), LOOKS)
+
+        def weights(owner: Any, looking: Any) -> list[Any]:
+            ahead = dr.gather(Array3f32, way, owner)
+            density = LOOKS * (cone.of(owner).density(looking) + scattered_density(dr.dot(looking, ahead)))
+            return [p / density for p in self._phases(looking, ahead)]
+
+        over_cone = self._missing(point, looks, cone.of(looks.place).directions(looks), weights)
+        ahead = scattered_directions(dr.gather(Array3f32, way, looks.place), looks)
+        about_way = self._missing(point, looks, ahead, weights)
+        return [a + b for a, b in zip(over_cone, about_way, strict=True)]
+
+    def _cone(self, origin: Any) -> Cone:
+        """The cone about the ball around the robot, as points see it; from within it all directions."""
+        towards = Array3f32(*(float(x) for x in self._extent.middle)) - origin
+        distance = dr.norm(towards)
+        narrowest = dr.safe_sqrt(1 - dr.square(self._extent.radius / distance))
+        return Cone(axis=towards / distance, lowest=dr.select(distance > self._extent.radius, narrowest, -1))
+
+    def _missing(self, point: Any, looks: Looks, looking: Any, weights: Callable[[Any, Any], list[Any]]) -> list[Any]:
+        """Light that the robot keeps from points, by channel: a weighted sum over their looks.
+
+        Weights are told which points the looks belong to that meet the robot, and their directions. What the gaze
+        mirror shows is left out: it hangs on the joints.
+        """
+        count = dr.width(point)
+        origin = dr.gather(Array3f32, point, looks.place)
+        hit = self._scene.ray_intersect_preliminary(mi.Ray3f(origin, looking), coherent=True)
+        found = dr.compress(hit.is_valid() & ~self._at_gaze_mirror(origin, looking, hit.t))
+        if not dr.width(found):
+            return [dr.zeros(Float32, count)] * 3
+        o, d = dr.gather(Array3f32, origin, found), dr.gather(Array3f32, looking, found)
+        shown, instead = self._with.radiance(o, d), self._without.radiance(o, d)
+        owner = dr.gather(UInt32, looks.place, found)
+        result = []
+        for each, is_there, was_there in zip(weights(owner, d), shown, instead, strict=True):
+            total = dr.zeros(Float32, count)
+            dr.scatter_reduce(dr.ReduceOp.Add, total, each * (was_there - is_there), owner)
+            result.append(total)
+        dr.eval(result)
+        return result
+
+    def _at_gaze_mirror(self, origin: Any, looking: Any, distance: Any) -> Any:
+        """Whether rays that meet the robot at a distance meet the gaze mirror's face on their way there."""
+        if self._gaze_mirror is None:
+            return mi.Bool(False)
+        centre, across, along = (Array3f32(*map(float, self._gaze_mirror[k : k + 3])) for k in (0, 3, 6))
+        normal = dr.cross(across, along)
+        facing = dr.dot(looking, normal)
+        to_plane = dr.dot(centre - origin, normal) / facing
+        met = origin + looking * to_plane - centre
+        half = self._gaze_mirror[9:]
+        inside = (dr.abs(dr.dot(met, across)) <= half[0]) & (dr.abs(dr.dot(met, along)) <= half[1])
+        return (facing < 0) & inside & (to_plane > 0) & (to_plane <= distance)
+
+    def _share_scattered_within(self, distance: FloatArray) -> FloatArray:
+        """Share of the light scattered on ways of these lengths that comes from within the robot's shadow."""
+        nodes = lengths_over_radius()
+        return np.asarray(np.interp(distance / self._extent.shadow_radius, nodes, self._hidden_shares))

@@ -1,0 +1,99 @@
+"""What the robot keeps from the water around it: its shadow in the light that is scattered into a line of sight.
+
+Open water shines by light from everywhere. Near the robot some of that light is kept by hull and mount, which send less
+of their own. The difference is scattered once: from points along lines of sight the robot is looked at, and what it
+shows there instead of open water, and instead of the sun, is scattered into the view,
+
+    D(w, r) = int_0^r exp(-c s) b int p(w, w') (L(w') - F(w')) dw' ds.
+
+Found once, for the robot as it hangs with its joints at zero, for lines that begin at the port, on the fold mirror and
+at the gaze mirror's centre. It is kept as a share of the radiance of open water, by direction in the body frame and
+length.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from optics.kernels.arrays import FloatArray
+from optics.kernels.packing import halves_of
+from scenes.baking.ambient import cached
+from scenes.baking.robot_light import RobotLight
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, node_directions
+from scenes.light.light import Light
+from scenes.stage.group_mesh import GroupMesh
+
+FARTHEST_M = 10.0
+"""Beyond, the robot fills too little of the view to matter."""
+
+LEAST_COSINE = 1e-3
+"""Between a line of sight and the normal of the mirror that it leaves."""
+
+POINTS = 2
+"""On a line of sight from one node to the next."""
+
+
+def water_shade(robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light) -> Any:
+    """Share of open water's radiance that the robot keeps, a row per piece of `scenes.kernels.veiling_light`'s lines.
+
+    Parameters
+    ----------
+    robot : GroupMesh
+        All parts in the world frame, lit (`scenes.baking.ambient`).
+    world_from_body : RigidTransform
+        Where it hangs.
+    begins_m : array, shape (e, ELEVATIONS * AZIMUTHS, 3)
+        Where lines of sight of the table's directions begin, body frame.
+    light : Light
+    """
+    places = (world_from_body.as_matrix(), begins_m)
+    shares = cached(
+        robot,
+        light,
+        "shadow of the robot in the water",
+        lambda: _shares(robot, world_from_body, begins_m, light),
+        places=places,
+    )
+    return halves_of(shares[..., :-1, :], shares[..., 1:, :], ROW)
+
+
+def folded_begins(eye: FloatArray, mirror: FloatArray) -> FloatArray:
+    """Where lines from an eye that a mirror folds begin on it, for the table's directions, shape (nodes, 3).
+
+    Behind a mirror stands the eye's image, and lines from there meet the mirror each at a place of its own; the nearest
+    one of the mirror for those that would miss it. `mirror` is packed as the kernels take it, in the eye's frame.
+    """
+    centre, across, along, half = mirror[:3], mirror[3:6], mirror[6:9], mirror[9:]
+    normal = np.cross(across, along)
+    image = eye - 2 * ((eye - centre) @ normal) * normal
+    directions = node_directions(AZIMUTHS, ELEVATIONS)
+    outwards = np.maximum(directions @ normal, LEAST_COSINE)
+    met = image + directions * (((centre - image) @ normal) / outwards)[:, np.newaxis]
+    inside = [np.clip((met - centre) @ axis, -size, size) for axis, size in zip((across, along), half, strict=True)]
+    return np.asarray(centre + inside[0][:, np.newaxis] * across + inside[1][:, np.newaxis] * along)
+
+
+def _shares(robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light) -> FloatArray:
+    """Shares at the pieces' ends, shape (eyes, elevations, azimuths, PIECES + 1, 3)."""
+    directions = world_from_body.rotation.apply(node_directions(AZIMUTHS, ELEVATIONS))
+    around = RobotLight(robot, light)
+    nodes = lengths_m()
+    result = []
+    for begins in begins_m:
+        eyes = world_from_body.apply(begins)
+        missing = [np.zeros((len(directions), 3))]
+        for near, far in pairwise(nodes):
+            if far > FARTHEST_M:
+                missing.append(missing[-1])
+                continue
+            width = (far - near) / POINTS
+            middles = near + width * (np.arange(POINTS) + 0.5)
+            pieces = [around.missing_from_line(eyes, directions, float(middle)) for middle in middles]
+            missing.append(missing[-1] + np.sum(pieces, axis=0) * width)
+        open_water = around.open_water(eyes, directions)
+        result.append(np.stack(missing, axis=1) / open_water[:, np.newaxis])
+    return np.stack(result).reshape(len(begins_m), ELEVATIONS, AZIMUTHS, PIECES + 1, 3)

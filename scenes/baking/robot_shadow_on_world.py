@@ -1,0 +1,47 @@
+"""What the robot keeps from the world around it: its shadow in the light that comes from everywhere but the sun."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from optics.kernels.arrays import FloatArray
+from optics.kernels.backend import Float32, dr
+from optics.kernels.packing import pairs_of
+from scenes.baking.ambient import cached
+from scenes.baking.robot_light import RobotLight, extent_of
+from scenes.kernels.shadow_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m
+from scenes.kernels.veiling_light import node_directions
+from scenes.light.light import Light
+from scenes.stage.group_mesh import GroupMesh
+
+
+def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light) -> dict[str, Any]:
+    """Table of what the robot keeps from surfaces, as `scenes.kernels.shadow_table` takes it.
+
+    Parameters
+    ----------
+    robot : GroupMesh
+        All parts in the world frame, lit (`scenes.baking.ambient`).
+    world_from_body : RigidTransform
+        Where it hangs.
+    light : Light
+    """
+    extent = extent_of(robot)
+
+    def kept() -> FloatArray:
+        distance = distances_m(extent.radius)
+        offset = node_directions(AZIMUTHS, ELEVATIONS)[:, np.newaxis] * distance[:, np.newaxis]
+        points = extent.middle + offset.reshape(-1, 3)
+        share = RobotLight(robot, light).missing_from_plane(points) / light.ambient_up(-points[:, 2])
+        return share.reshape(-1, DISTANCES, 3) * distance[:, np.newaxis] ** 2
+
+    middle = world_from_body.inv().apply(extent.middle)
+    return {
+        "values": pairs_of(cached(robot, light, "shadow of the robot on the world", kept), ROW),
+        "middle": [dr.opaque(Float32, float(x)) for x in middle],
+        "nearest": [dr.opaque(Float32, extent.radius)],
+        "radius": [dr.opaque(Float32, extent.shadow_radius)],
+    }

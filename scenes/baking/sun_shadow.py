@@ -1,0 +1,93 @@
+"""How hull and mount keep light from each other: which share of the light around reaches each place of the robot.
+
+The shares are found once, for the robot in open water as a stage hangs it, its joints at zero, by the gathering of
+`scenes.baking.ambient`. They hold for the light from above that a hull keeps from what is below it; that they turn
+with the robot, and move with the joints, is an approximation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import trimesh
+from scipy.spatial.transform import RigidTransform
+
+from scenes.baking.ambient import with_ambient
+from scenes.light.light import Light
+from scenes.stage.group_mesh import GroupMesh, face_normals, joined_meshes, moved_mesh
+
+LONGEST_EDGE_M = 0.05
+"""Faces are divided until the light can vary over them so finely."""
+
+DEPTH_M = 5.0
+"""Where the robot is taken to hang; the shares hardly depend on it."""
+
+NORMAL_STEPS = 8
+"""Corners whose faces' normals agree to one part in so many share their light."""
+
+LARGEST_SHARE = 2.0
+"""White parts throw light up, where open water sends less; and a share of very little may be anything."""
+
+
+def with_shade(
+    meshes: Mapping[str, GroupMesh],
+    body_from: Mapping[str, RigidTransform],
+    mirrors: GroupMesh | None,
+    light: Light,
+    *,
+    hung: RigidTransform,
+) -> tuple[dict[str, GroupMesh], GroupMesh]:
+    """Meshes of the rig's groups, each in its own frame, with the share of light that reaches each vertex.
+
+    With them come all of them together as one lit mesh of the world frame.
+
+    Parameters
+    ----------
+    body_from : mapping of RigidTransform
+        Pose of each group in the body frame.
+    mirrors : GroupMesh, optional
+        In the light's way, and throwing some back, body frame (`scenes.kernels.geometry.mirror_plates`).
+    hung : RigidTransform
+        Pose of the body in the world (`at_rest`).
+    """
+    fine = {name: _divided(mesh) for name, mesh in meshes.items()}
+    placed = [moved_mesh(mesh, hung * body_from[name]) for name, mesh in fine.items()]
+    whole = joined_meshes([*placed, *([] if mirrors is None else [moved_mesh(mirrors, hung)])])
+    lit = with_ambient(whole, light)
+    assert lit.ambient is not None
+    result, start = {}, 0
+    for (name, mesh), world in zip(fine.items(), placed, strict=True):
+        count = len(mesh.vertices_m)
+        normals = np.zeros((count, 3))
+        normals[world.faces] = face_normals(world.vertices_m, world.faces)[:, np.newaxis]
+        open_water = light.open_water_irradiance(-world.vertices_m[:, 2], normals)
+        share = lit.ambient[start : start + count] / np.maximum(open_water, 1e-30)
+        result[name] = replace(mesh, shade=np.clip(share, 0, LARGEST_SHARE))
+        start += count
+    return result, lit
+
+
+def at_rest(world_from_body: RigidTransform) -> RigidTransform:
+    """Pose with the same attitude at the depth for which the shares are found."""
+    return RigidTransform.from_components([0.0, 0.0, -DEPTH_M], world_from_body.rotation)
+
+
+def _divided(mesh: GroupMesh) -> GroupMesh:
+    """Mesh with short edges, whose vertices belong to faces of about one normal."""
+    vertices, faces, origin = trimesh.remesh.subdivide_to_size(
+        mesh.vertices_m, mesh.faces, LONGEST_EDGE_M, max_iter=20, return_index=True
+    )
+    normals = np.round(face_normals(vertices, faces) * NORMAL_STEPS).astype(np.int64)
+    keys = np.column_stack([faces.ravel(), np.repeat(normals, 3, axis=0)])
+    corners, corner_of = np.unique(keys, axis=0, return_inverse=True)
+    split = vertices[corners[:, 0]]
+    return GroupMesh(
+        vertices_m=split,
+        faces=corner_of.reshape(-1, 3).astype(np.int32),
+        material=mesh.material[origin],
+        label=mesh.label[origin],
+        instance=mesh.instance[origin],
+        colour=np.ones((len(split), 3), dtype=np.float32),
+    )

@@ -1,0 +1,99 @@
+"""Portraits of a rig: hull and mount seen from outside, in air, by stock Mitsuba's path tracer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from optics.kernels.arrays import check_vector
+from optics.kernels.backend import mi
+from optics.layout import Layout
+from optics.mesh import Group, PartMesh, Role
+from rigs import Rig
+from scenes.light.materials import albedo_table, material_of
+from scenes.light.spectrum import camera_bands
+
+VIEWPOINTS = {"left": (0.8, 3.0, -0.3), "front": (3.4, -1.2, -0.6)}
+"""Where portraits are taken from: from the middle between the mirrors, in body axes, in units of d1 + d2."""
+
+WIDTH_PX, HEIGHT_PX = 720, 560
+FIELD_OF_VIEW_DEG = 40.0
+SAMPLES = 64
+SKY_RADIANCE, SUN_IRRADIANCE = 0.6, 2.0
+SUN_DIRECTION = (-0.5, 0.4, -0.8)
+
+
+def portrait(
+    rig: Rig, parts: Sequence[PartMesh], *, viewpoint: ArrayLike, q1: float = 0.0, q2: float = 0.0
+) -> NDArray[np.uint8]:
+    """Picture of a rig from outside, sRGB, shape (HEIGHT_PX, WIDTH_PX, 3); joint values in radians.
+
+    The camera looks at the middle between the mirrors from `viewpoint`, in body axes and in units of d1 + d2, so that
+    large rigs fill the picture as small ones do.
+    """
+    layout = Layout.from_rig(rig)
+    layout.check_joints(q1, q2)
+    body_from = {Group.FIXED: None, Group.PAN: layout.body_from_pan(q1), Group.TILT: layout.body_from_m2(q1, q2)}
+    centre = (layout.body_from_m1.translation + layout.body_from_gimbal.translation) / 2
+    eye = centre + check_vector("viewpoint", viewpoint) * path_length_m(rig)
+    scene: dict[str, Any] = {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 6},
+        "sky": {"type": "constant", "radiance": SKY_RADIANCE},
+        "sun": {"type": "directional", "direction": list(SUN_DIRECTION), "irradiance": SUN_IRRADIANCE},
+        "sensor": {
+            "type": "perspective",
+            "fov": FIELD_OF_VIEW_DEG,
+            "to_world": mi.ScalarTransform4f().look_at(origin=list(eye), target=list(centre), up=[0, 0, 1]),
+            "film": {"type": "hdrfilm", "width": WIDTH_PX, "height": HEIGHT_PX, "rfilter": {"type": "box"}},
+        },
+    }
+    for part in parts:
+        pose = body_from[part.group]
+        vertices = part.vertices_m if pose is None else pose.apply(part.vertices_m)
+        scene[part.name] = _shape(part, vertices)
+    # Merged shapes would lose their materials.
+    image = mi.render(mi.load_dict(scene, optimize=False), spp=SAMPLES, seed=0)
+    picture = mi.Bitmap(image).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True)
+    return np.array(picture)
+
+
+def write_portraits(rig: Rig, parts: Sequence[PartMesh], folder: Path, *, q1: float, q2: float) -> list[Path]:
+    """Write a PNG from every one of `VIEWPOINTS` into an existing folder."""
+    paths = []
+    for name, viewpoint in VIEWPOINTS.items():
+        path = folder / f"outside_{name}.png"
+        partial = path.with_name(f".{path.stem}.partial.png")
+        mi.Bitmap(portrait(rig, parts, viewpoint=viewpoint, q1=q1, q2=q2)).write(str(partial))
+        partial.replace(path)
+        paths.append(path)
+    return paths
+
+
+def path_length_m(rig: Rig) -> float:
+    """d1 + d2: from the pinhole over M1 to M2, metres; zero for a rig without mirrors."""
+    if rig.gaze is None:
+        return 0.0
+    return (rig.gaze.fold_mirror.distance_mm + rig.gaze.gaze_mirror.distance_mm) / 1000
+
+
+def _shape(part: PartMesh, vertices_m: NDArray[np.float64]) -> Any:
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": _surface(part)})
+    mesh = mi.Mesh(part.name, len(vertices_m), len(part.faces), props=properties)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = vertices_m.astype(np.float32).ravel()
+    parameters["faces"] = part.faces.astype(np.uint32).ravel()
+    parameters.update()
+    return mesh
+
+
+def _surface(part: PartMesh) -> dict[str, Any]:
+    if part.role is Role.MIRROR:
+        return {"type": "conductor", "material": "Al"}
+    colour = camera_bands().weight @ albedo_table()[material_of(part)]
+    return {"type": "diffuse", "reflectance": {"type": "rgb", "value": [float(channel) for channel in colour]}}

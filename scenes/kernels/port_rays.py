@@ -1,0 +1,58 @@
+"""Rays of a frame where they leave the port: which pixels and samples they stand for, and in which order."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.kernels.backend import Float32, UInt32
+from optics.kernels.packing import vectors
+from optics.layout import camera_pose
+from optics.status import Status
+from optics.train import OpticalTrain, pixel_grid
+from rigs import Rig
+from scenes.kernels.tracing import Rays
+
+TILE_PX = 4
+"""A tile's rays are one vector of the processor."""
+
+
+def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> Rays:
+    """Rays on the port's outer face in the body frame, sample by sample of each pixel, in single precision.
+
+    They are computed tile by tile, so that rays of one vector stay close together; `place` says where each belongs.
+    """
+    train = OpticalTrain.from_rig(rig)
+    bare = OpticalTrain(camera=train.camera, port=train.port)
+    tiled = _tiles(rows, columns)
+    centres = pixel_grid(train.camera, columns, rows)[tiled]
+    cell = np.array([train.camera.width_px / columns, train.camera.height_px / rows])
+    pixels = (centres[:, np.newaxis] + _spread(samples) * cell).reshape(-1, 2)
+    rays = bare.trace(pixels)
+    pose = camera_pose(rig.camera)
+    # Radiance falls by the square of the index on its way from the water into the air before the lens.
+    gain = bare.transmittance(pixels) * (train.port.n_inside / train.port.n_water) ** 2
+    return Rays(
+        origin=vectors(pose.apply(rays.origin_m)),
+        direction=vectors(pose.rotation.apply(rays.direction)),
+        gain=Float32(np.where(rays.status == Status.OK, gain, 0).astype(np.float32)),
+        place=UInt32(np.add.outer(tiled * samples, np.arange(samples)).ravel().astype(np.uint32)),
+    )
+
+
+def _tiles(rows: int, columns: int) -> NDArray[np.int64]:
+    """Pixel numbers (row by row), ordered by tiles."""
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    keys = (column % TILE_PX, row % TILE_PX, column // TILE_PX, row // TILE_PX)
+    return np.lexsort(keys)
+
+
+def _spread(count: int) -> NDArray[np.float64]:
+    """`count` points spread evenly over the unit square around zero; one point is its centre.
+
+    The R2 sequence (Roberts 2018, an additive recurrence with the plastic number), shifted so that its mean is zero.
+    """
+    plastic = 1.32471795724474602596
+    steps = np.arange(count)[:, np.newaxis] / np.array([plastic, plastic**2])
+    points = (0.5 + steps) % 1 - 0.5
+    return np.asarray(points - points.mean(axis=0))

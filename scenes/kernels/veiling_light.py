@@ -1,0 +1,188 @@
+"""Kernels of the veil: light scattered into a line of sight by water that does not see what open water sees.
+
+Robot and world keep light from the water around them, and send other light. Along a line of sight both are the integral
+of a source (`scenes.baking.source_volume`, `scenes.baking.robot_shadow_in_water`). A frame has it in a table, by the
+place where lines begin, their direction in the body frame and their length: it is filled once for each state.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from optics.kernels.arrays import FloatArray
+from optics.kernels.backend import PCG32, Array3f32, ArrayXf32, Float32, UInt32, UInt64, dr
+from optics.kernels.packing import Numbers, between, row_of
+from optics.kernels.powers import decay
+from scenes.kernels.grid import beside_grid_m, cell_in
+from scenes.kernels.tracing import move, turn
+from scenes.light.field_table import azimuth_from, looked_up_in_layer
+
+AZIMUTHS, ELEVATIONS = 48, 25
+"""Nodes by direction: azimuths all around, elevations from pole to pole."""
+
+PIECES = 11
+LENGTH_SCALE_M = 1.0
+"""Pieces of a line end evenly in ``r / (r + LENGTH_SCALE_M)``; the last never ends."""
+
+FARTHEST_M = 60.0
+"""Stands for the end of the last piece."""
+
+ROW = 8
+"""Three channels at the beginning of a piece, and at its end."""
+
+SOURCE_AZIMUTHS, SOURCE_ELEVATIONS = 24, 25
+SOURCE_ROW = 4
+
+
+def lengths_m() -> FloatArray:
+    """Ends of the pieces, shape (PIECES + 1,)."""
+    share = np.arange(PIECES) / PIECES
+    return np.append(LENGTH_SCALE_M * share / (1 - share), FARTHEST_M)
+
+
+def node_directions(azimuths: int, elevations: int) -> FloatArray:
+    """Directions of the nodes of a table, shape (elevations * azimuths, 3)."""
+    elevation = np.linspace(-np.pi / 2, np.pi / 2, elevations)[:, np.newaxis]
+    azimuth = np.arange(azimuths) * (2 * np.pi / azimuths)
+    level = np.cos(elevation)
+    ways = np.broadcast_arrays(level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation))
+    return np.stack(ways, axis=-1).reshape(-1, 3)
+
+
+def direction_cell(direction: Any, azimuths: int, elevations: int) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+    """Kernel: first node and share towards the next one, by azimuth and by elevation, of a unit vector."""
+    around = dr.atan2(direction.y, direction.x) * (azimuths / (2 * np.pi))
+    around = dr.select(around < 0, around + azimuths, around)
+    rise = (dr.safe_asin(direction.z) / np.pi + 0.5) * (elevations - 1)
+    column, line = dr.minimum(UInt32(around), azimuths - 1), dr.minimum(UInt32(rise), elevations - 2)
+    return (column, around - Float32(column)), (line, rise - Float32(line))
+
+
+def veil(table: Any, eye: Any, direction: Any, length: Any) -> list[Any]:
+    """Kernel: light by channel that is added along a line of sight, between the nodes of the table.
+
+    `eye` counts the places where lines begin, state by state; `direction` is in the body frame.
+    """
+    reach = length / (length + LENGTH_SCALE_M) * PIECES
+    piece = dr.minimum(UInt32(reach), PIECES - 1)
+    along = reach - Float32(piece)
+    total = [Float32(0)] * 3
+    for row, weight in nodes_around(direction, eye, AZIMUTHS, ELEVATIONS):
+        values = between(table, row * PIECES + piece, along, ROW)
+        total = [dr.fma(v, weight, t) for v, t in zip(values[:3], total, strict=True)]
+    return total
+
+
+def veil_table(
+    light: Numbers, state: Any, geometry: dict[str, Any], field_layer: Any, *, eyes: int, states: int
+) -> Any:
+    """Kernel: table of `veil` for some states; `state` tells the poses of those that lanes belong to."""
+    lane = dr.arange(UInt32, states * eyes * ELEVATIONS * AZIMUTHS * PIECES)
+    node, place = lane // PIECES, lane // (PIECES * AZIMUTHS * ELEVATIONS)
+    direction = turn(state(place // eyes), _node_direction(node, AZIMUTHS, ELEVATIONS))
+    total = [Float32(0)] * ROW
+    if "source" in geometry:
+        from_world = _veil_of_world(light, state, geometry, eyes=eyes, states=states)
+        for row, weight in nodes_around(direction, place, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS):
+            values = row_of(from_world, row * PIECES + lane % PIECES, ROW)
+            total = [dr.fma(v, weight, t) for v, t in zip(values, total, strict=True)]
+    if "water" in geometry:
+        from_sun = azimuth_from(light["sun_azimuth"], direction)
+        open_water = looked_up_in_layer(light, field_layer, light["reference_depth"][0], direction.z, from_sun)
+        kept = row_of(geometry["water"], lane % (eyes * ELEVATIONS * AZIMUTHS * PIECES), ROW)
+        channel = [*open_water, Float32(0)] * 2
+        total = [t - f * k for t, f, k in zip(total, channel, kept, strict=True)]
+    return _table(total, lane)
+
+
+def _veil_of_world(light: Numbers, state: Any, geometry: dict[str, Any], *, eyes: int, states: int) -> Any:
+    """Kernel: table like `veil_table`'s of what the world adds, by direction in the world frame.
+
+    Its directions are those at which the source is known: only between the points of the grid it is interpolated.
+    """
+    lane = dr.arange(UInt32, states * eyes * SOURCE_ELEVATIONS * SOURCE_AZIMUTHS * PIECES)
+    piece, node = lane % PIECES, lane // PIECES
+    place = node // (SOURCE_AZIMUTHS * SOURCE_ELEVATIONS)
+    eye = move(state(place // eyes), dr.gather(Array3f32, geometry["eyes"], place % eyes))
+    begin, end = (LENGTH_SCALE_M * Float32(k) / (PIECES - Float32(k)) for k in (piece, piece + 1))
+    way = dr.select(piece == PIECES - 1, FARTHEST_M, end) - begin
+    attenuation = light["channel_c"]
+    # Where the light of the piece comes from, on average.
+    y = attenuation[1] * way
+    middle = begin + way * dr.select(y > 0.01, dr.rcp(y) - decay(y) / (1 - decay(y)), 0.5)
+    point = eye + _node_direction(node, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS) * middle
+    cells, shares, _ = cell_in(geometry["source"], point)
+    found = [Float32(0)] * 3
+    for corner in np.ndindex(2, 2, 2):
+        weight, first = Float32(1), UInt32(0)
+        for step, cell, share, count in zip(corner, cells, shares, geometry["source"]["count"], strict=True):
+            weight = weight * (share if step else 1 - share)
+            first = first * UInt32(count) + UInt32(cell) + step
+        row = first * (SOURCE_ELEVATIONS * SOURCE_AZIMUTHS) + node % (SOURCE_ELEVATIONS * SOURCE_AZIMUTHS)
+        values = row_of(geometry["source"]["values"], row, SOURCE_ROW)
+        found = [dr.fma(v, weight, f) for v, f in zip(values[:3], found, strict=True)]
+    # Beside its grid a world's light dies off as through the water.
+    beside = beside_grid_m(geometry["source"], point)
+    added = [
+        f * decay(c * (begin + beside)) * (1 - decay(c * way)) / c for f, c in zip(found, attenuation, strict=True)
+    ]
+    # Evaluated once, and not anew in each of the sums.
+    dr.eval(added)
+    before = [dr.block_prefix_reduce(dr.ReduceOp.Add, each, PIECES, exclusive=True) for each in added]
+    after = [b + a for b, a in zip(before, added, strict=True)]
+    return _table([*before, Float32(0), *after, Float32(0)], lane)
+
+
+def _node_direction(node: Any, azimuths: int, elevations: int) -> Any:
+    """Kernel: direction of a node of `node_directions`, which are repeated."""
+    sine, cosine = dr.sincos(Float32(node % azimuths) * (2 * np.pi / azimuths))
+    rise, level = dr.sincos(Float32(node // azimuths % elevations) * (np.pi / (elevations - 1)) - np.pi / 2)
+    return Array3f32(level * cosine, level * sine, rise)
+
+
+def nodes_around(direction: Any, place: Any, azimuths: int, elevations: int) -> list[tuple[Any, Any]]:
+    """Kernel: the four nodes around directions, in the table of a place, and their weights."""
+    (column, across), (line, up) = direction_cell(direction, azimuths, elevations)
+    following = dr.select(column == azimuths - 1, 0, column + 1)
+    return [
+        ((place * elevations + line + step) * azimuths + beside, share * (up if step else 1 - up))
+        for step in (0, 1)
+        for beside, share in ((column, 1 - across), (following, across))
+    ]
+
+
+def _table(columns: list[Any], lane: Any) -> Any:
+    """Kernel: columns as the rows of a table."""
+    table = dr.empty(Float32, dr.width(lane) * len(columns))
+    dr.scatter(table, ArrayXf32(columns), lane)
+    return table
+
+
+def drawn_veil(  # noqa: PLR0917
+    volume: dict[str, Any], light: Numbers, seed: Any, point: Any, direction: Any, length: Any
+) -> list[Any]:
+    """Kernel: estimate of the light that is added along a line, from one point that is drawn on it.
+
+    For averages over many lines. The nodes around the point are drawn by their weights.
+    """
+    random = PCG32(initstate=UInt64(seed))
+    attenuation = light["channel_c"]
+    reached = 1 - decay(attenuation[1] * length)
+    distance = -dr.log(1 - random.next_float32() * reached) / attenuation[1]
+    place = point + direction * distance
+    beside = beside_grid_m(volume, place)
+    cells, shares, _ = cell_in(volume, place)
+    (column, across), (line, up) = direction_cell(direction, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS)
+    node = UInt32(0)
+    for cell, share, count in zip(cells, shares, volume["count"], strict=True):
+        node = node * UInt32(count) + UInt32(cell) + dr.select(random.next_float32() < share, UInt32(1), UInt32(0))
+    line = line + dr.select(random.next_float32() < up, UInt32(1), UInt32(0))
+    column = column + dr.select(random.next_float32() < across, UInt32(1), UInt32(0))
+    row = (node * SOURCE_ELEVATIONS + line) * SOURCE_AZIMUTHS + column % SOURCE_AZIMUTHS
+    values = row_of(volume["values"], row, SOURCE_ROW)
+    return [
+        v * decay((c - attenuation[1]) * distance + c * beside) * reached / attenuation[1]
+        for v, c in zip(values[:3], attenuation, strict=True)
+    ]

@@ -1,0 +1,334 @@
+"""Views of a rig: one pose rendered to files, with the facts that go with it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.assembly.meshes import rig_meshes
+from optics.gaze.kinematics import forward_gaze
+from optics.gaze.stowed_view import parts_in_body
+from optics.layout import Layout, check_stows
+from optics.mesh import PartMesh
+from rigs import Rig
+from scenes.forward_scatter import blurred
+from scenes.image import check_image_path, display_image, write_picture
+from scenes.reference.limits import check_known_to_reference, without_lamps
+from scenes.reference.render import Progress, render_reference
+from scenes.renderer import FastRenderer
+from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
+from scenes.stage.frame import Frame
+from scenes.stage.stage import Stage
+from scenes.stage.state import State
+from scenes.stage.targets import Ball
+from scenes.truth import GroundTruth, ground_truth, write_truth
+from scenes.truth.layers import write_layers
+
+Made = TypeVar("Made")
+
+FEWEST_REFERENCE_SAMPLES = 2
+"""Paths of a pixel whose spread tells the error."""
+
+MOST_FAST_SAMPLES = 1024
+"""All of a frame's samples are in memory at once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shot:
+    """One pose, and how it is rendered.
+
+    Attributes
+    ----------
+    q1_deg, q2_deg : float
+    time_s : float
+        Clock of waves, flicker and snow.
+    stowed : bool
+        With the fold mirror swung out of the view.
+    width_px, height_px : int, optional
+        The camera's own by default.
+    samples : int
+        Per pixel; paths, of the reference.
+    renderer : {"fast", "reference"}
+    seed : int
+        Of the reference's paths and of the sensor's noise.
+    blur : bool
+        With the blur of light scattered by less than a degree (`scenes.forward_scatter`).
+    """
+
+    q1_deg: float = 0.0
+    q2_deg: float = 0.0
+    time_s: float = 0.0
+    stowed: bool = False
+    width_px: int | None = None
+    height_px: int | None = None
+    samples: int = 1
+    renderer: Literal["fast", "reference"] = "fast"
+    seed: int = 0
+    blur: bool = False
+
+    def __post_init__(self) -> None:
+        problems = []
+        if not np.isfinite(self.time_s):
+            problems.append(f"expected a time in seconds, got {self.time_s}")
+        if self.renderer == "fast" and not 1 <= self.samples <= MOST_FAST_SAMPLES:
+            problems.append(f"expected 1 to {MOST_FAST_SAMPLES} samples per pixel, got {self.samples}")
+        if self.renderer == "reference":
+            if self.samples < FEWEST_REFERENCE_SAMPLES:
+                problems.append(f"expected at least 2 samples per pixel for the reference, got {self.samples}")
+            if self.stowed:
+                problems.append("expected a fold mirror in use: the reference renderer knows no stowed one")
+            if self.blur:
+                problems.append("expected no blur: the reference renderer scatters light itself")
+            if self.time_s:
+                problems.append(f"expected no time: nothing moves for the reference renderer, got {self.time_s:g} s")
+        if problems:
+            raise ValueError("; ".join(problems))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Output:
+    """Where a view goes, and as what.
+
+    Attributes
+    ----------
+    path : Path
+        PNG: a picture. EXR: radiance and all that is known about each pixel (`scenes.truth.layers`).
+    sensor : bool
+        The picture is what the rig's image sensor takes of it, not what a diver's white card would show.
+    truth : Path, optional
+        Folder for layers, masks and boxes.
+    """
+
+    path: Path
+    sensor: bool = False
+    truth: Path | None = None
+
+    def __post_init__(self) -> None:
+        check_image_path(self.path, ".png", ".exr")
+        if self.sensor and self.layered:
+            raise ValueError(f"expected a picture (.png) of what the sensor takes, got {self.path.name!r}")
+        if self.truth is not None and self.truth.exists() and not self.truth.is_dir():
+            raise NotADirectoryError(f"{self.truth}: expected a folder, found a file")
+
+    @property
+    def layered(self) -> bool:
+        """Whether the file holds layers, not a picture."""
+        return self.path.suffix.lower() == ".exr"
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether ground truth is in any of the files."""
+        return self.layered or self.truth is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """Facts of a rendered pose.
+
+    Attributes
+    ----------
+    file : str
+    q1_deg, q2_deg : float
+    width_px, height_px : int
+    region_px : dict
+        Pixels of each region (housing, direct, fold, gaze).
+    gaze_deg : dict, optional
+        Azimuth, elevation and image roll of the virtual camera; None for a rig without mirrors.
+    target_px : tuple, optional
+        Centroid of the visible target; None when it is not seen.
+    sun_deg : dict
+        Elevation and azimuth of the sun (from the world's east towards north).
+    exposure : dict, optional
+        Time and gain of the image sensor; None when it was not asked for.
+    truth_files : int
+        Written beside the view.
+    notes : tuple of str
+        What of the scene was left out.
+    time_s : float
+        Of the frame itself.
+    """
+
+    file: str
+    q1_deg: float
+    q2_deg: float
+    width_px: int
+    height_px: int
+    region_px: dict[str, int]
+    gaze_deg: dict[str, float] | None
+    target_px: tuple[float, float] | None
+    sun_deg: dict[str, float]
+    exposure: dict[str, float] | None
+    truth_files: int
+    notes: tuple[str, ...]
+    time_s: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return asdict(self)
+
+
+def render_view(rig: Rig, stage: Stage, shot: Shot, output: Output, *, progress: Progress | None = None) -> View:
+    """Render one pose and write it, with its ground truth where that is wanted.
+
+    Geometry is known for one ray through each pixel's centre: with more samples, and beside the reference's light, a
+    frame of one sample tells it.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with the launches done and to do, by the reference renderer.
+
+    Raises
+    ------
+    ValueError
+        For a bad argument, before anything is computed.
+    """
+    notes = stage.world.notes
+    if shot.renderer == "reference":
+        check_known_to_reference(stage)
+        rig, dark = without_lamps(rig)
+        notes += dark
+    rig, parts = _in_pose(rig, shot)
+
+    def fast(samples: int) -> FastRenderer:
+        return FastRenderer(rig, parts, stage, width_px=shot.width_px, height_px=shot.height_px, samples=samples)
+
+    state = _state(stage, shot)
+    renderer = fast(1 if shot.renderer == "reference" else shot.samples)
+    frame, elapsed = _timed(lambda: renderer.render_states([state])[0])
+    exact = frame
+    if shot.renderer == "reference":
+        light, elapsed = _timed(
+            lambda: render_reference(
+                rig,
+                parts,
+                stage,
+                q1=state.q1,
+                q2=state.q2,
+                width_px=shot.width_px,
+                height_px=shot.height_px,
+                samples=shot.samples,
+                seed=shot.seed,
+                progress=progress,
+            )
+        )
+        frame = replace(exact, radiance=light.radiance.astype(np.float32))
+    elif shot.samples > 1 and output.has_truth:
+        exact = fast(1).render_states([state])[0]
+    if shot.blur:
+        frame = replace(frame, radiance=blurred(replace(exact, radiance=frame.radiance), stage.light, rig))
+    files: list[Path] = []
+    if output.has_truth:
+        seen = replace(exact, radiance=frame.radiance, target_fraction=frame.target_fraction)
+        truth = _truth_of(seen, rig, stage, state, parts=parts, instance_names=renderer.instance_names)
+        files = _write_truth(truth, output)
+    exposure = None
+    if output.sensor:
+        picture, exposure = _sensor_picture(frame, rig, stage, seed=shot.seed)
+        write_picture(picture, output.path)
+    elif not output.layered:
+        write_picture(display_image(frame, stage), output.path)
+    facts = _facts(frame, rig, stage, shot, path=output.path, time_s=elapsed)
+    return replace(facts, exposure=exposure, truth_files=len(files), notes=notes)
+
+
+def view_of(renderer: FastRenderer, *, q1_deg: float, q2_deg: float, path: Path) -> View:
+    """Render one pose with a renderer that is there already, and write it as a picture."""
+    shot = Shot(q1_deg=q1_deg, q2_deg=q2_deg, samples=renderer.samples)
+    frame, elapsed = _timed(lambda: renderer.render_states([_state(renderer.stage, shot)])[0])
+    write_picture(display_image(frame, renderer.stage), path)
+    return _facts(frame, renderer.rig, renderer.stage, shot, path=path, time_s=elapsed)
+
+
+def _in_pose(rig: Rig, shot: Shot) -> tuple[Rig, Sequence[PartMesh]]:
+    """Rig as it is rendered, and the parts around its camera; `ValueError` for a pose that it cannot take."""
+    if shot.stowed:
+        check_stows(rig)
+    if rig.gaze is None:
+        return rig, []
+    layout = Layout.from_rig(rig)
+    q1, q2 = np.radians([shot.q1_deg, shot.q2_deg])
+    layout.check_joints(q1, q2)
+    parts = rig_meshes(rig, stowed=shot.stowed)
+    if not shot.stowed:
+        return rig, parts
+    # What is left of the train is the camera alone, and the gaze mirror is a part like any other.
+    return rig.without_mirrors(), parts_in_body(layout, parts, q1, q2)
+
+
+def _state(stage: Stage, shot: Shot) -> State:
+    """State with all poses said, as ground truth needs it."""
+    return State(
+        q1=float(np.radians(shot.q1_deg)),
+        q2=float(np.radians(shot.q2_deg)),
+        world_from_body=stage.world_from_body,
+        world_from_target=None if stage.target is None else stage.target.world_from_target,
+        time_s=shot.time_s,
+    )
+
+
+def _truth_of(
+    frame: Frame, rig: Rig, stage: Stage, state: State, *, parts: Sequence[PartMesh], instance_names: tuple[str, ...]
+) -> GroundTruth:
+    ball = stage.target.shape if stage.target is not None and isinstance(stage.target.shape, Ball) else None
+    return ground_truth(
+        frame,
+        rig,
+        state,
+        parts=parts,
+        instance_names=instance_names,
+        target_radius_m=None if ball is None else ball.radius_m,
+    )
+
+
+def _write_truth(truth: GroundTruth, output: Output) -> list[Path]:
+    if output.layered:
+        write_layers(truth, output.path)
+    return [] if output.truth is None else write_truth(output.truth, truth)
+
+
+def _sensor_picture(frame: Frame, rig: Rig, stage: Stage, *, seed: int) -> tuple[NDArray[np.uint8], dict[str, float]]:
+    """What the rig's image sensor takes once exposure and white balance have settled, and with which exposure."""
+    height, width = frame.label.shape
+    sensor = ImageSensor.from_rig(rig, width_px=width, height_px=height)
+    card = stage.light.white_radiance(stage.depth_m)
+    settings = settled_settings(frame.radiance, sensor, card_radiance=card)
+    taken = capture(frame.radiance, sensor, settings, frame_generator(seed, 0))
+    return taken.picture, {"time_ms": 1000 * settings.exposure_s, "gain_db": settings.gain_db}
+
+
+def _facts(frame: Frame, rig: Rig, stage: Stage, shot: Shot, *, path: Path, time_s: float) -> View:
+    gaze = None
+    if rig.gaze is not None:
+        gaze = forward_gaze(Layout.from_rig(rig), *np.radians([shot.q1_deg, shot.q2_deg]))
+    sun = stage.light.daylight.sun
+    height, width = frame.label.shape
+    return View(
+        file=path.name,
+        q1_deg=shot.q1_deg,
+        q2_deg=shot.q2_deg,
+        width_px=width,
+        height_px=height,
+        region_px=frame.region_counts(),
+        gaze_deg=None
+        if gaze is None
+        else {name: float(np.degrees(getattr(gaze, name))) for name in ("azimuth", "elevation", "roll")},
+        target_px=frame.target_centroid_px(),
+        sun_deg={"elevation": sun.elevation_deg, "azimuth": sun.azimuth_deg},
+        exposure=None,
+        truth_files=0,
+        notes=stage.world.notes,
+        time_s=time_s,
+    )
+
+
+def _timed(make: Callable[[], Made]) -> tuple[Made, float]:
+    start = time.perf_counter()
+    made = make()
+    return made, time.perf_counter() - start

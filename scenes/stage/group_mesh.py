@@ -1,0 +1,191 @@
+"""Triangles of a scene, group by group, and what they look like: hull and mount, the world, a target, marine snow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from optics.mesh import Group, PartMesh, Role, merge
+from scenes.light.materials import Material, material_of
+from scenes.stage.frame import Label
+from scenes.stage.targets import MeshShape
+from scenes.surfaces.surface import double_area_vectors
+from scenes.worlds import World
+from scenes.worlds.snow import MarineSnow, snow_surface
+
+WORLD, TARGET, SNOW = "world", "target", "snow"
+"""Groups beside those of the rig (`optics.mesh.Group`)."""
+
+LABEL_OF_ROLE = {
+    Role.HULL: Label.HULL,
+    Role.MOUNT: Label.MOUNT,
+    Role.HARDWARE: Label.MOUNT,
+    Role.SERVO: Label.SERVO,
+}
+
+BEFORE_PLATE_M = 2e-4
+"""How far the mirrors lie before their plates, which have a face in the same plane."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroupMesh:
+    """Triangles of one group, and what they look like.
+
+    Attributes
+    ----------
+    vertices_m : array, shape (n, 3)
+    faces : array, shape (m, 3)
+    material, label, instance : arrays, shape (m,)
+    colour : array, shape (n, 3), optional
+        Factors on the materials' reflectance; a group with colours has smooth normals as well.
+    ambient : array, shape (n, 3), optional
+        Irradiance at the vertices by all but the direct sun, by channel, W / (m^2 nm).
+    shade : array, shape (n, 3), optional
+        Instead, for what moves: how much of the light around reaches the vertices past the rest of it, by channel.
+    mirrors : dict of arrays, shape (11,), optional
+        Mirrors among the triangles, packed by name as the kernels take them: they throw light on what is around them.
+    """
+
+    vertices_m: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    material: NDArray[np.int32]
+    label: NDArray[np.int32]
+    instance: NDArray[np.int32]
+    colour: NDArray[np.float32] | None = None
+    ambient: NDArray[np.float64] | None = None
+    shade: NDArray[np.float64] | None = None
+    mirrors: dict[str, NDArray[np.float64]] | None = None
+
+
+def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh], tuple[str, ...]]:
+    """Mesh of every group of parts that has faces, and the parts' names by instance.
+
+    The mirrors' plates are left out: their faces are analytic planes in the renderer.
+    """
+    names = tuple(part.name for part in parts)
+    meshes = {}
+    for group in Group:
+        members = [part for part in parts if part.group == group and part.role != Role.MIRROR]
+        if members:
+            vertices, faces, owner = merge(members)
+            meshes[str(group)] = GroupMesh(
+                vertices_m=vertices,
+                faces=faces,
+                material=np.array([material_of(part) for part in members], dtype=np.int32)[owner],
+                label=np.array([LABEL_OF_ROLE[part.role] for part in members], dtype=np.int32)[owner],
+                instance=np.array([names.index(part.name) for part in members], dtype=np.int32)[owner],
+            )
+    return meshes, names
+
+
+def mirror_plates(
+    parts: Sequence[PartMesh],
+    body_from: Mapping[str, RigidTransform],
+    mirrors: Mapping[str, NDArray[np.float64]],
+) -> GroupMesh | None:
+    """The mirrors' plates in the body frame, in the light's way like any other part, with the mirrors before them."""
+    plates = [
+        replace(part, vertices_m=body_from[str(part.group)].apply(part.vertices_m))
+        for part in parts
+        if part.role == Role.MIRROR
+    ]
+    if not plates:
+        return None
+    vertices, faces, _ = merge(plates)
+    return GroupMesh(
+        vertices_m=vertices,
+        faces=faces,
+        material=np.full(len(faces), Material.MIRROR_BACK, dtype=np.int32),
+        label=np.full(len(faces), Label.MIRROR_BACK, dtype=np.int32),
+        instance=np.full(len(faces), -1, dtype=np.int32),
+        colour=np.ones((len(vertices), 3), dtype=np.float32),
+        mirrors={name: _before_its_plate(mirror) for name, mirror in mirrors.items()},
+    )
+
+
+def _before_its_plate(mirror: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Packed mirror, brought forward a little: the plate has a face in its plane."""
+    normal = np.cross(mirror[3:6], mirror[6:9])
+    return np.concatenate([mirror[:3] + BEFORE_PLATE_M * normal, mirror[3:]])
+
+
+def moved_mesh(mesh: GroupMesh, pose: RigidTransform) -> GroupMesh:
+    """Mesh carried into another frame."""
+    mirrors = mesh.mirrors and {
+        name: np.concatenate([pose.apply(m[:3]), pose.rotation.apply(m[3:9].reshape(2, 3)).ravel(), m[9:]])
+        for name, m in mesh.mirrors.items()
+    }
+    return replace(mesh, vertices_m=pose.apply(mesh.vertices_m), mirrors=mirrors)
+
+
+def joined_meshes(meshes: Sequence[GroupMesh]) -> GroupMesh:
+    """Several coloured meshes of one frame as one, in the given order, with all their mirrors."""
+    starts = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])
+    return GroupMesh(
+        vertices_m=np.concatenate([mesh.vertices_m for mesh in meshes]),
+        faces=np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]).astype(np.int32),
+        material=np.concatenate([mesh.material for mesh in meshes]),
+        label=np.concatenate([mesh.label for mesh in meshes]),
+        instance=np.concatenate([mesh.instance for mesh in meshes]),
+        colour=np.concatenate([mesh.colour for mesh in meshes if mesh.colour is not None]),
+        mirrors={name: mirror for mesh in meshes for name, mirror in (mesh.mirrors or {}).items()} or None,
+    )
+
+
+def world_mesh(world: World, first_instance: int) -> GroupMesh:
+    """Mesh of a world whose instances are counted from `first_instance`."""
+    return GroupMesh(
+        vertices_m=world.vertices_m,
+        faces=world.faces,
+        material=world.material,
+        label=np.full(len(world.faces), Label.WORLD, dtype=np.int32),
+        instance=np.where(world.instance < 0, -1, world.instance + first_instance).astype(np.int32),
+        colour=world.colour,
+    )
+
+
+def target_mesh(shape: MeshShape, instance: int) -> GroupMesh:
+    """Mesh of a target, one instance."""
+    surface = shape.surface
+    return GroupMesh(
+        vertices_m=surface.vertices_m,
+        faces=surface.faces,
+        material=surface.material,
+        label=np.full(len(surface.faces), Label.TARGET, dtype=np.int32),
+        instance=np.full(len(surface.faces), instance, dtype=np.int32),
+        colour=surface.colour,
+    )
+
+
+def snow_mesh(snow: MarineSnow) -> GroupMesh:
+    """Mesh of marine snow, no instance."""
+    surface = snow_surface(snow)
+    return GroupMesh(
+        vertices_m=surface.vertices_m,
+        faces=surface.faces,
+        material=surface.material,
+        label=np.full(len(surface.faces), Label.SNOW, dtype=np.int32),
+        instance=np.full(len(surface.faces), -1, dtype=np.int32),
+        colour=surface.colour,
+    )
+
+
+def face_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Unit normals, counter-clockwise; zero for a face without area."""
+    normals = double_area_vectors(vertices_m, faces)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / np.where(length > 0, length, 1))
+
+
+def vertex_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Normals at vertices, faces weighted by their area; zero for a vertex without faces."""
+    area = double_area_vectors(vertices_m, faces)
+    total = np.stack(
+        [np.bincount(faces.ravel(), np.repeat(column, 3), minlength=len(vertices_m)) for column in area.T], axis=1
+    )
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.asarray(total / np.where(length > 0, length, 1))

@@ -1,0 +1,46 @@
+"""The bill counts every part once and asks for it by its catalogue name."""
+
+from __future__ import annotations
+
+import csv
+
+import pytest
+
+from cad.export.drawings.bill_of_materials import bill_of_materials
+from optics.mesh import Role
+from rigs.materials import MATERIALS
+
+CHORDS = 0.01
+"""Share of a curved part's volume that the triangles of its mesh cut off, at most."""
+
+
+def test_every_part_but_the_hull_is_on_the_bill_once(built):
+    rig, assembly, meshes = built.rig, built.assembly, built.meshes
+    items = bill_of_materials(rig, assembly, meshes)
+    named = [name for item in items for name in item.parts]
+    assert sorted(named) == sorted(part.name for part in assembly.parts if part.role is not Role.HULL)
+    assert all(item.count == len(item.parts) for item in items)
+    assert len({item.name for item in items}) == len(items)
+
+
+def test_prints_weigh_volume_times_density(built):
+    rig, assembly, meshes = built.rig, built.assembly, built.meshes
+    density = MATERIALS[rig.gaze.mount.material].density_kg_per_m3
+    prints = [item for item in bill_of_materials(rig, assembly, meshes) if item.kind == "print"]
+    assert [item.name for item in prints] == [part.name for part in assembly.parts if part.printed]
+    for item in prints:
+        volume_mm3 = assembly.part(item.name).solid.volume
+        assert item.volume_cm3 == pytest.approx(volume_mm3 / 1000, rel=CHORDS)
+        assert item.mass_g == pytest.approx(density * volume_mm3 * 1e-6, rel=CHORDS)
+        assert item.material == rig.gaze.mount.material
+
+
+def test_what_is_bought_has_the_name_to_order_it_by(exported):
+    with (exported.folder / "bom.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    bought = {row["name"]: row for row in rows if row["kind"] == "buy"}
+    servo, mirror = exported.rig.gaze.servos.pan, exported.rig.gaze.gaze_mirror
+    assert bought[f"Servo {servo.name}"]["count"] == "2"
+    assert float(bought[f"Servo {servo.name}"]["mass_g"]) == servo.mass_g
+    assert any(f"{mirror.width_mm:g} x {mirror.height_mm:g} x {mirror.thickness_mm:g} mm" in name for name in bought)
+    assert any("ISO 4762" in name for name in bought)

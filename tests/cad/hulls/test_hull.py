@@ -1,0 +1,97 @@
+"""Hulls: the user's own from a file, and the nominal ones in other sizes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from build123d import Box, Pos, export_step
+
+from cad.assembly.assembly import build_assembly
+from cad.assembly.meshes import mesh_key
+from cad.assembly.tessellation import tessellate
+from cad.checks.assembly_checks import assembly_problems
+from cad.hulls.hull import file_hull
+from rigs import BoxHull, FileHull
+
+
+@pytest.fixture
+def stl(tmp_path):
+    path = tmp_path / "hull.stl"
+    trimesh.creation.box(extents=(0.6, 0.2, 0.1)).export(path)
+    return path
+
+
+def test_an_stl_keeps_its_triangles_and_gets_unit_and_pose(stl):
+    hull = file_hull(FileHull(shape="file", file=stl, unit="m", position_mm=(10, 20, 30), yaw_deg=90))
+    assert isinstance(hull, trimesh.Trimesh)
+    assert hull.bounds == pytest.approx(np.array([[-90, -280, -20], [110, 320, 80]]), abs=1e-3)
+
+
+def test_a_step_is_a_solid_in_its_own_unit(tmp_path):
+    path = tmp_path / "hull.step"
+    export_step(Box(600, 200, 100), path)
+    hull = file_hull(FileHull(shape="file", file=path, unit="mm", position_mm=(0, 0, 5), pitch_deg=90))
+    box = hull.bounding_box()
+    assert tuple(box.size) == pytest.approx((100, 200, 600), abs=1e-5)
+    assert pytest.approx(5, abs=1e-6) == box.center().Z
+
+
+def test_a_step_of_two_solids_and_an_unknown_kind_of_file_are_refused(tmp_path):
+    path = tmp_path / "two.step"
+    export_step(Box(1, 1, 1) + Pos(5, 0, 0) * Box(1, 1, 1), path)
+    with pytest.raises(ValueError, match=r"hull\.file: expected one solid, got 2"):
+        file_hull(FileHull(shape="file", file=path, unit="mm"))
+    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.iges': expected a file that ends in \.step"):
+        file_hull(FileHull(shape="file", file=tmp_path / "hull.iges", unit="mm"))
+
+
+def test_a_step_that_is_none_or_of_a_doubtful_size_is_refused(tmp_path):
+    path = tmp_path / "hull.step"
+    path.write_text("hello", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"hull\.file"):
+        file_hull(FileHull(shape="file", file=path, unit="mm"))
+    export_step(Box(0.65, 0.2, 0.1), path)
+    with pytest.raises(ValueError, match=r"a vehicle of 100 mm to 20 m, got one of 0\.65 mm in the file's own unit"):
+        file_hull(FileHull(shape="file", file=path, unit="mm"))
+
+
+def test_a_rig_on_an_stl_hull_is_built_checked_and_keyed_by_content(aqua2, tmp_path):
+    path = tmp_path / "hull.stl"
+    trimesh.creation.box(extents=(650, 260, 130)).export(path)
+    rig = aqua2.rig.with_gaze(hull=FileHull(shape="file", file=path, unit="mm"))
+    assembly = build_assembly(rig)
+    assert len(tessellate(assembly)[0].faces) == 12
+    assert assembly_problems(rig, assembly, grid_steps=2) == []
+    key = mesh_key(rig)
+    elsewhere = path.rename(tmp_path / "sub.stl")
+    moved = rig.with_gaze(hull=FileHull(shape="file", file=elsewhere, unit="mm"))
+    trimesh.creation.box(extents=(650, 261, 130)).export(elsewhere)
+    assert mesh_key(moved) != key
+
+
+def test_an_open_stl_is_refused_with_its_name(aqua2, tmp_path):
+    surface = trimesh.creation.box(extents=(650, 260, 130))
+    surface.update_faces(np.arange(12) > 0)
+    path = tmp_path / "open.stl"
+    surface.export(path)
+    rig = aqua2.rig.with_gaze(hull=FileHull(shape="file", file=path, unit="mm"))
+    with pytest.raises(ValueError, match=r"hull\.file = 'open\.stl': expected a closed surface, got 1 hole with "):
+        build_assembly(rig)
+
+
+@pytest.mark.parametrize("flippers", [0, 1, 2, 6])
+@pytest.mark.parametrize("radius", [0.0, 40.0])
+def test_boxes_of_other_kinds_are_one_solid(aqua2, flippers, radius):
+    hull = BoxHull(
+        shape="box", length_mm=650, width_mm=450, height_mm=130, edge_radius_mm=radius, flippers_per_side=flippers
+    )
+    part = build_assembly(aqua2.rig.with_gaze(hull=hull)).part("hull")
+    assert pytest.approx(450, abs=1e-5) == part.solid.bounding_box().size.Y
+    assert part.solid.is_valid
+
+
+def test_a_camera_apart_from_its_hull_is_refused(aqua2):
+    camera = aqua2.rig.camera.model_copy(update={"position_mm": (402.0, 60.0, 0.0)})
+    with pytest.raises(ValueError, match=r"hull: expected one solid, got 2; look at hull and camera\.position_mm"):
+        build_assembly(aqua2.rig.model_copy(update={"camera": camera}))

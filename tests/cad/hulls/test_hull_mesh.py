@@ -1,0 +1,256 @@
+"""Hull files that are broken, huge or in the wrong unit: repaired, simplified, or refused with a sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+from cad.hulls import hull_mesh, mesh_simplification
+from cad.hulls.hull_mesh import HULL_MESH_VERSION, hull_notes, posed_hull_mesh, read_hull_mesh
+from cad.hulls.mesh_repair import manifold, winding_numbers
+from cad.hulls.mesh_simplification import simplified, surface_distance
+from rigs import FileHull, Rig
+
+VOLUME = 600 * 200 * 100
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path / "cache"))
+
+
+def box(subdivisions: int = 3) -> trimesh.Trimesh:
+    """Box of 600 x 200 x 100 mm in 768 triangles."""
+    mesh = trimesh.creation.box(extents=(600, 200, 100))
+    for _ in range(subdivisions):
+        mesh = mesh.subdivide()
+    return mesh
+
+
+def written(tmp_path, mesh: trimesh.Trimesh, name: str = "hull.stl", unit: str = "mm") -> FileHull:
+    path = tmp_path / name
+    mesh.export(path)
+    return FileHull(shape="file", file=path, unit=unit)
+
+
+def without(mesh: trimesh.Trimesh, faces) -> trimesh.Trimesh:
+    keep = np.ones(len(mesh.faces), dtype=bool)
+    keep[faces] = False
+    return trimesh.Trimesh(mesh.vertices, mesh.faces[keep], process=False)
+
+
+def is_good(mesh: trimesh.Trimesh, volume: float = VOLUME, rel: float = 1e-6) -> bool:
+    return bool(mesh.is_watertight and mesh.is_winding_consistent and mesh.volume == pytest.approx(volume, rel=rel))
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply"])
+def test_a_good_mesh_is_taken_as_it_is(tmp_path, suffix):
+    read = read_hull_mesh(written(tmp_path, box(), f"hull.{suffix}"))
+    assert read.notes == ()
+    assert is_good(read.surface)
+    assert len(read.surface.faces) == 768
+
+
+def test_an_ascii_stl_in_metres_is_read_too(tmp_path):
+    path = tmp_path / "hull.stl"
+    path.write_text(box(0).apply_scale(0.001).export(file_type="stl_ascii"), encoding="utf-8")
+    assert is_good(read_hull_mesh(FileHull(shape="file", file=path, unit="m")).surface)
+
+
+def test_unit_and_pose_are_applied(tmp_path):
+    hull = written(tmp_path, box(0).apply_scale(1 / 25.4), unit="inch")
+    posed = posed_hull_mesh(hull.model_copy(update={"position_mm": (10.0, 20.0, 30.0), "yaw_deg": 90.0}))
+    assert posed.bounds == pytest.approx(np.array([[-90, -280, -20], [110, 320, 80]]), abs=1e-3)
+
+
+def test_small_holes_are_closed_and_said(tmp_path):
+    """The rims are three triangles' sides; up to a tenth of the diagonal of 640 mm is closed."""
+    mesh = box(5)
+    hull = written(tmp_path, without(mesh, [0, 500, 1000]))
+    read = read_hull_mesh(hull)
+    assert is_good(read.surface)
+    assert read.notes[0].startswith("closed 3 holes, the longest rim ")
+    rig = Rig.load("aqua2").with_gaze(hull=hull)
+    assert hull_notes(rig) == [f"hull.stl: {read.notes[0]}"]
+
+
+def test_triangles_that_face_the_wrong_way_are_turned(tmp_path):
+    mesh = box()
+    mesh.faces[[5, 70, 71]] = mesh.faces[[5, 70, 71], ::-1]
+    read = read_hull_mesh(written(tmp_path, mesh))
+    assert read.notes == ("turned 3 triangles that faced the other way",)
+    assert is_good(read.surface)
+
+
+def test_a_surface_inside_out_is_turned(tmp_path):
+    mesh = box()
+    read = read_hull_mesh(written(tmp_path, trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False)))
+    assert read.notes == ("turned the surface inside out: its normals pointed inwards",)
+    assert is_good(read.surface)
+
+
+def test_triangles_given_twice_and_slivers_are_dropped(tmp_path):
+    mesh = box()
+    doubled = np.vstack([mesh.faces, mesh.faces[:7], [[3, 3, 4]]])
+    read = read_hull_mesh(written(tmp_path, trimesh.Trimesh(mesh.vertices, doubled, process=False)))
+    assert read.notes == ("dropped 7 triangles given twice",)
+    assert is_good(read.surface)
+
+
+def test_a_crack_is_joined(tmp_path):
+    """The upper half of a box lies 0.02 mm above the lower; a crack is up to 1e-4 of the diagonal, 0.06 mm."""
+    mesh = box()
+    upper = mesh.triangles_center[:, 2] > 0
+    soup = mesh.triangles.copy()
+    soup[upper, :, 2] += 0.02
+    faces = np.arange(3 * len(soup)).reshape(-1, 3)
+    read = read_hull_mesh(written(tmp_path, trimesh.Trimesh(soup.reshape(-1, 3), faces, process=False)))
+    assert [note.split(" along ")[0] for note in read.notes] == ["joined cracks"]
+    assert is_good(read.surface, rel=1e-3)  # 0.02 of 100 mm
+
+
+def test_overlapping_shells_are_united_and_cavities_stay(tmp_path):
+    """Two boxes that share 100 x 200 x 100 mm, and a cavity of 50 mm in one of them."""
+    second = box()
+    second.apply_translation((500, 0, 0))
+    cavity = trimesh.creation.box(extents=(50, 50, 50))
+    cavity.invert()
+    read = read_hull_mesh(written(tmp_path, trimesh.util.concatenate([box(), second, cavity])))
+    assert read.notes == ("united 3 shells",)
+    assert is_good(read.surface, 2 * VOLUME - 100 * 200 * 100 - 50**3)
+
+
+def test_a_shell_that_is_inside_out_beside_a_good_one_is_turned(tmp_path):
+    second = box(0)
+    second.apply_scale(0.5)
+    second.apply_translation((400, 0, 0))
+    second.invert()
+    read = read_hull_mesh(written(tmp_path, trimesh.util.concatenate([box(), second])))
+    assert "turned 1 shell with normals that pointed inwards" in read.notes
+    assert is_good(read.surface, VOLUME * (1 + 1 / 8) - 50 * 100 * 50)
+
+
+def test_a_large_mesh_is_simplified_with_a_measured_distance():
+    """An ellipsoid of 327,680 triangles; the surfaces' distance bounds that of their volumes."""
+    mesh = trimesh.creation.icosphere(subdivisions=7, radius=1)
+    mesh.apply_scale((800, 115, 115))
+    simple = simplified(mesh, most=20_000)
+    distance = surface_distance(mesh, simple)
+    assert len(simple.faces) <= 20_000
+    assert simple.is_watertight
+    assert 0 < distance < 2
+    assert abs(simple.volume - mesh.volume) < distance * mesh.area
+
+
+def test_a_huge_mesh_is_thinned_first_and_stays_closed(tmp_path, monkeypatch):
+    """The grid's first step is 1600 mm / 4096; a corner moves by at most its diagonal, 0.68 mm, or twice that."""
+    monkeypatch.setattr(mesh_simplification, "MOST_AT_ONCE", 100_000)
+    mesh = trimesh.creation.icosphere(subdivisions=7, radius=1)
+    mesh.apply_scale((800, 115, 115))
+    vertices, faces = mesh_simplification.thinned(mesh.vertices, mesh.faces)
+    assert len(faces) <= 100_000
+    assert manifold(vertices, faces) is not None
+    read = read_hull_mesh(written(tmp_path, mesh))
+    assert read.surface.is_watertight
+    (note,) = read.notes
+    assert note.startswith("simplified from 327,") and note.endswith(" mm away")
+    assert float(note.split("at most ")[1].split()[0]) < 3
+
+
+def test_the_distance_of_shifted_boxes_is_the_shift():
+    """Long triangles too: the candidates come from a lattice on them."""
+    moved = box(0)
+    moved.apply_translation((0, 0, 3))
+    assert surface_distance(box(0), moved) == pytest.approx(3, abs=1e-9)
+    assert surface_distance(box(0), box(4)) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_outcome_is_cached_by_content(tmp_path, monkeypatch):
+    hull = written(tmp_path, without(box(5), [0]))
+    first = read_hull_mesh(hull)
+    monkeypatch.setattr(hull_mesh, "_made", lambda _: pytest.fail("made again"))
+    again = read_hull_mesh(hull.model_copy(update={"file": hull.file.rename(tmp_path / "other.stl")}))
+    assert (again.notes, again.surface.volume) == (first.notes, first.surface.volume)
+
+
+def test_winding_numbers_of_a_box_are_one_inside_and_zero_outside():
+    points = np.array([[0, 0, 0], [290, -90, 40], [0, 0, 60], [900, 0, 0]])
+    assert winding_numbers(box(), points) == pytest.approx([1, 1, 0, 0], abs=1e-12)
+
+
+def dented_through() -> trimesh.Trimesh:
+    """A box whose top is dented so deeply that it comes out at the bottom."""
+    mesh = box()
+    x, y, z = mesh.vertices.T
+    mesh.vertices[(z > 49) & (abs(x) < 160) & (abs(y) < 60), 2] = -150
+    return mesh
+
+
+def refused_files(tmp_path):
+    mesh = box(0)
+    nan = mesh.vertices.copy()
+    nan[3, 1] = np.nan
+    rim = np.linalg.norm(np.diff(mesh.triangles[0][[0, 1, 2, 0]], axis=0), axis=1).sum()
+    apart = box(0)
+    apart.apply_translation((700, 0, 0))
+    corners = np.array([[0, 0, 0], [600, 0, 0], [0, 200, 0], [0, 0, 100], [0, -200, 0]])
+    fans = trimesh.Trimesh(corners, [[0, 1, 2], [0, 1, 3], [0, 1, 4]], process=False)
+    return {
+        "open": (without(mesh, [0]), f"1 hole with {rim:.0f} mm of open edge in all; up to 64 mm"),
+        "nan": (trimesh.Trimesh(nan, mesh.faces, process=False), "that are not a number or infinite"),
+        "apart": (trimesh.util.concatenate([mesh, apart]), "expected one body, got 2 that do not touch"),
+        "fans": (fans, "1 with more: inner walls"),
+        "flat": (trimesh.Trimesh(mesh.vertices[[0, 1, 1]], [[0, 1, 2]], process=False), "got none that has an area"),
+        "through": (dented_through(), "expected a surface that stays out of itself, got "),
+    }
+
+
+@pytest.mark.parametrize("name", ["open", "nan", "apart", "fans", "flat", "through"])
+def test_what_cannot_be_repaired_is_refused_with_numbers(tmp_path, name):
+    mesh, words = refused_files(tmp_path)[name]
+    with pytest.raises(ValueError) as refusal:
+        read_hull_mesh(written(tmp_path, mesh, f"{name}.stl"))
+    assert str(refusal.value).startswith(f"hull.file = '{name}.stl': expected ")
+    assert words in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("content", [b"", b"solid nothing\nendsolid nothing\n", b"hello", b"\x00" * 200])
+def test_what_is_no_mesh_is_refused(tmp_path, content):
+    path = tmp_path / "hull.stl"
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.stl': expected (a mesh|triangles)"):
+        read_hull_mesh(FileHull(shape="file", file=path, unit="mm"))
+
+
+def test_an_unknown_kind_of_file_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.blend': expected a file that ends in \.step"):
+        read_hull_mesh(FileHull(shape="file", file=tmp_path / "hull.blend", unit="mm"))
+
+
+@pytest.mark.parametrize(
+    ("scale", "unit", "words"),
+    [
+        (0.001, "mm", 'got one of 0.6 mm with unit = "mm"; unit = "m" would make it 600 mm'),
+        (1.0, "m", 'got one of 600 m with unit = "m"; unit = "mm" would make it 600 mm or unit = "inch" would make it'),
+        (1e9, "mm", 'got one of 6e+08 m with unit = "mm"'),
+    ],
+)
+def test_a_wrong_unit_is_suspected(tmp_path, scale, unit, words):
+    hull = written(tmp_path, box(0).apply_scale(scale), unit=unit)
+    with pytest.raises(ValueError, match="expected a vehicle of 100 mm to 20 m") as refusal:
+        read_hull_mesh(hull)
+    assert words in str(refusal.value)
+
+
+def test_kept_hulls_are_what_would_be_read_today(tmp_path, check_recorded, monkeypatch):
+    """An ellipsoid of more triangles than are kept with a hole, and a box that overlaps it."""
+    monkeypatch.setattr(hull_mesh, "simplified", lambda mesh: simplified(mesh, 600))
+    ellipsoid = trimesh.creation.icosphere(subdivisions=4, radius=1)
+    ellipsoid.apply_scale((400, 60, 80))
+    read = read_hull_mesh(written(tmp_path, trimesh.util.concatenate([without(ellipsoid, [5]), box(0)])))
+    assert len(read.notes) == 3
+    corners = np.asarray(read.surface.triangles)
+    shape = np.array([len(corners), read.surface.area, read.surface.volume, *np.abs(corners).sum(axis=(0, 1))])
+    check_recorded("hull mesh", HULL_MESH_VERSION, rel=1e-6, shape=shape, notes=np.array(read.notes))

@@ -1,0 +1,30 @@
+"""Scenes that rays can hit: several in one kernel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from optics.kernels import ray_scene
+from optics.kernels.backend import dr, mi
+from optics.kernels.ray_scene import mesh_scene
+
+CORNERS, FACE = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
+
+
+def test_one_kernel_searches_several_scenes():
+    scenes = [mesh_scene(CORNERS + np.array([0, 0, away]), FACE) for away in (1.0, 2.0, 3.0)]
+    ray = mi.Ray3f(mi.Point3f(0, 0, 0), mi.Vector3f(0, 0, 1))
+    found = [scene.ray_intersect_preliminary(ray).t for scene in scenes]
+    dr.eval(found)
+    assert [distance[0] for distance in found] == pytest.approx([1.0, 2.0, 3.0], rel=1e-6)
+
+
+def test_all_scenes_are_made_beside_the_same_one(monkeypatch):
+    """Which is what makes graphics cards search more than one: without a card, only the making can be looked at."""
+    first, made = ray_scene._first_scene(), []
+    load = mi.load_dict
+    monkeypatch.setattr(mi, "load_dict", lambda description, **options: made.append(description) or load(description))
+    for away in (1.0, 2.0):
+        mesh_scene(CORNERS + np.array([0, 0, away]), FACE)
+    assert [description["beside"] for description in made] == [first] * 2

@@ -1,0 +1,108 @@
+"""A small search into a folder: front, rig files that can be built, summary; interrupted and repeated."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from cad.assembly.assembly import build_assembly
+from cad.checks.assembly_checks import assembly_problems
+from optics.feasibility.feasibility import feasibility_problems
+from optics.search import search
+from optics.search.objectives import design_of
+from optics.search.score import Grid
+from reports.studies import design_search
+from reports.studies.design_search import Wanted, search_into
+from rigs import Rig, preset_path
+
+SMALL = Grid(pan_steps=7, tilt_steps=9, columns=16, rows=12, nside=8)
+
+WANTED = Wanted(objectives=("coverage", "area", "resolution"), designs=100, seed=1, factor=1.15, count=2)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def coarser():
+    """Scores are coarser than users': what is tested here does not depend on it."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(search, "GRID", SMALL)
+        patched.setattr(search, "SLOPE_GRID", SMALL)
+        yield
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, coarser):
+    folder = tmp_path_factory.mktemp("search") / "out"
+    summary = search_into(Rig.load("aqua2"), preset_path("aqua2"), folder, WANTED, announce=lambda line: None)
+    return folder, summary
+
+
+def test_the_folder_holds_the_front(made):
+    folder, summary = made
+    with (folder / "front.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == summary["front"] > 5
+    assert [row["rig"] for row in rows if row["rig"]] == [item["file"] for item in summary["chosen"]]
+    assert json.loads((folder / "summary.json").read_text(encoding="utf-8")) == summary
+    assert (folder / "search.png").stat().st_size > 5000
+    assert not list(folder.rglob("*.partial*"))
+
+
+def test_rig_files_keep_comments_and_can_be_built(made):
+    folder, summary = made
+    item = summary["chosen"][0]
+    file = folder / item["file"]
+    assert "# nominal (d1 of figure 3)" in file.read_text(encoding="utf-8")
+    rig = Rig.load(file)
+    assert rig.name == file.stem
+    np.testing.assert_array_equal(design_of(rig), list(item["design_mm"].values()))
+    assert feasibility_problems(rig) == []
+    assert assembly_problems(rig, build_assembly(rig)) == []
+
+
+def test_a_second_run_computes_nothing_and_changes_nothing(made, monkeypatch):
+    folder, summary = made
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    monkeypatch.setattr(design_search, "build_assembly", None)
+    lines = []
+    again = search_into(Rig.load("aqua2"), preset_path("aqua2"), folder, WANTED, announce=lines.append)
+    assert again == summary
+    assert [line for line in lines[:-1] if not line.endswith("done before")] == []
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_an_interrupted_search_ends_the_same(tmp_path, monkeypatch):
+    def interrupt(rig, design):
+        raise KeyboardInterrupt
+
+    def run(name):
+        lines = []
+        search_into(Rig.load("aqua2"), preset_path("aqua2"), tmp_path / name, WANTED, announce=lines.append)
+        return lines
+
+    monkeypatch.setattr(design_search, "_problem", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run("interrupted")
+    assert not (tmp_path / "interrupted/summary.json").exists()
+    # Building mounts takes seconds and is tested above: here every one is good.
+    monkeypatch.setattr(design_search, "_problem", lambda rig, design: "")
+    assert run("interrupted")[0] == "own design: done before"
+    run("whole")
+    for name in ("front.csv", "summary.json", "search.png"):
+        assert (tmp_path / "interrupted" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
+def test_wrong_wishes_are_sentences(tmp_path):
+    with pytest.raises(ValueError, match="two or more of the objectives"):
+        Wanted(objectives=("coverage",))
+    with pytest.raises(ValueError, match="count > 0"):
+        Wanted(objectives=("coverage", "area"), count=0)
+    for rig, wanted, message in (
+        ("bench", WANTED, "expected a rig with mirrors"),
+        ("aqua2", Wanted(objectives=("coverage", "area"), factor=0.5), "a factor above 1"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            search_into(Rig.load(rig), preset_path(rig), tmp_path / "x", wanted, announce=lambda line: None)
+    assert not (tmp_path / "x").exists()

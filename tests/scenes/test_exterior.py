@@ -1,0 +1,34 @@
+"""Portraits: a person looks at them; the tests see to it that they show the rig and stay the same."""
+
+import numpy as np
+import pytest
+
+from cad.assembly.meshes import rig_meshes
+from rigs import Rig
+from scenes.exterior import HEIGHT_PX, VIEWPOINTS, WIDTH_PX, portrait
+
+
+@pytest.fixture(scope="module")
+def aqua2():
+    rig = Rig.load("aqua2")
+    return rig, rig_meshes(rig)
+
+
+def test_the_gimbal_moves_and_the_hull_stays(aqua2):
+    rig, parts = aqua2
+    view = VIEWPOINTS["left"]
+    rest, same, turned = (portrait(rig, parts, viewpoint=view, q1=q1) for q1 in (0.0, 0.0, 1.0))
+    assert rest.shape == (HEIGHT_PX, WIDTH_PX, 3)
+    np.testing.assert_array_equal(rest, same)
+    differs = (np.abs(rest.astype(int) - turned) > 8).any(axis=2)
+    middle = np.zeros_like(differs)
+    middle[HEIGHT_PX // 4 : 7 * HEIGHT_PX // 8, WIDTH_PX // 4 : 3 * WIDTH_PX // 4] = True
+    # The gimbal is below the middle; away from it little changes (shadows, reflections).
+    assert differs[middle].mean() > 0.05
+    assert differs[~middle].mean() < 0.05
+
+
+def test_a_viewpoint_must_be_a_place(aqua2):
+    rig, parts = aqua2
+    with pytest.raises(ValueError, match="viewpoint to be three finite numbers"):
+        portrait(rig, parts, viewpoint=(1.0, float("nan"), 0.0))

@@ -1,0 +1,85 @@
+"""The behaviour of figure 12: every arrow of the state machine."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tracking.loop.behaviour import BehaviourSettings, BehaviourState, next_state
+from tracking.records import Mode
+
+PAPER = BehaviourSettings(check_s=30.0, confirm_frames=1, predict_frames=30)
+
+
+def run(settings, pictures, *, start=BehaviourState(mode=Mode.SCAN), elapsed_s=100.0):  # noqa: B008
+    """Modes after each picture, given whether it shows the target; 'x': not even its expected place."""
+    states, state = [], start
+    for picture in pictures:
+        state = next_state(state, settings, elapsed_s=elapsed_s, found=picture == "t", expected=picture != "x")
+        states.append(state)
+    return states
+
+
+def modes(states):
+    return "".join(state.mode.value[0] for state in states)
+
+
+def test_the_check_takes_its_time_and_does_not_look():
+    for elapsed_s, mode in ((0.0, Mode.CHECK), (29.97, Mode.CHECK)):
+        (state,) = run(PAPER, "t", start=BehaviourState(), elapsed_s=elapsed_s)
+        assert state.mode is mode
+    assert modes(run(PAPER, ".", start=BehaviourState(), elapsed_s=30.0)) == "s"
+    assert modes(run(PAPER, "t", start=BehaviourState(), elapsed_s=30.0)) == "t"
+    assert modes(run(BehaviourSettings(check_s=0.0), ".", start=BehaviourState(), elapsed_s=0.0)) == "s"
+
+
+def test_the_papers_behaviour():
+    """Tracked from the first detection on; after 30 pictures without it the environment is scanned again."""
+    assert modes(run(PAPER, "..t.t" + "." * 31 + "t")) == "ssttpt"[:2] + "tpt" + "p" * 30 + "s" + "t"
+
+
+def test_a_candidate_must_be_seen_often_enough():
+    """Three pictures; one without it takes one away."""
+    settings = BehaviourSettings(confirm_frames=3)
+    assert modes(run(settings, "tt.tt")) == "sssst"
+    assert [state.hits for state in run(settings, "tt..t")] == [1, 2, 1, 0, 1]
+    assert modes(run(settings, "t.t.t.t.")) == "s" * 8
+
+
+def test_a_target_found_again_while_predicted_needs_no_confirmation():
+    settings = BehaviourSettings(confirm_frames=3, predict_frames=5)
+    assert modes(run(settings, "ttt...t")) == "sstpppt"
+
+
+def test_pictures_that_cannot_show_it_do_not_count_up_to_a_number():
+    settings = BehaviourSettings(predict_frames=2, unseen_frames=3)
+    tracking = BehaviourState(mode=Mode.TRACK)
+    assert modes(run(settings, "xxx...", start=tracking)) == "pppppss"[:6]
+    assert modes(run(settings, "xxxxxx", start=tracking)) == "pppppss"[:6]
+    assert modes(run(settings, "x.x.x.", start=tracking)) == "pppppss"[:6]
+    assert modes(run(PAPER, "x" * 31, start=tracking)) == "p" * 30 + "s"
+
+
+@given(st.text("t.x", max_size=60), st.integers(1, 4), st.integers(0, 5), st.integers(0, 5))
+def test_no_other_arrows(pictures, confirm, predict, unseen):
+    settings = BehaviourSettings(confirm_frames=confirm, predict_frames=predict, unseen_frames=unseen)
+    before = BehaviourState(mode=Mode.SCAN)
+    for picture, state in zip(pictures, run(settings, pictures), strict=True):
+        allowed = {
+            Mode.SCAN: {Mode.SCAN, Mode.TRACK},
+            Mode.TRACK: {Mode.TRACK} if picture == "t" else {Mode.PREDICT, Mode.SCAN},
+            Mode.PREDICT: {Mode.TRACK} if picture == "t" else {Mode.PREDICT, Mode.SCAN},
+        }
+        assert state.mode in allowed[before.mode]
+        assert state.missed <= predict
+        assert state.unseen <= unseen
+        before = state
+
+
+def test_settings_that_cannot_be_are_refused_all_at_once():
+    with pytest.raises(
+        ValueError, match=r"check_s of at least 0 s, got -1.*confirm_frames.*predict_frames.*unseen"
+    ) as said:
+        BehaviourSettings(check_s=-1.0, confirm_frames=0, predict_frames=-1, unseen_frames=-2)
+    assert str(said.value).count(";") == 3

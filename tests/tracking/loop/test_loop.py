@@ -1,0 +1,375 @@
+"""The closed loop without rendering: a drawn ball through the exact train, simulated servos, every variant."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from dives.evaluation.synthetic_camera import DRAWN_BALL, DrawnCamera
+from optics.kernels.arrays import FloatArray
+from optics.layout import Layout
+from rigs import Rig
+from tracking.control.paper_law import GAIN
+from tracking.estimation.gimbal import Gimbal
+from tracking.loop.loop import TrackingLoop
+from tracking.loop.variants import VARIANTS, Variant
+from tracking.mirrors.simulated import SimulatedMirrors
+from tracking.perception import CornerSamples, ExactCorners
+from tracking.protocols import MirrorReport, Shot
+from tracking.records import Mode, Step
+
+RIG = Rig.load("aqua2")
+GIMBAL = Gimbal(Layout.from_rig(RIG))
+RADIUS_M = 0.1
+RATE_HZ = 30.0
+LATENCY_S = 0.02
+
+START_DEG = -69.75
+"""Azimuth of the raster's first strip: a target that waits there is found at once."""
+
+WAIT_S = 1.0
+"""It is found in less: 0.5 s from the strip's lower end up to the horizon, three pictures, and the servos' delays."""
+
+SETTLED_S = 4.0
+"""Before the first picture the mirrors are sent to where the raster begins, from wherever they stood when power came
+on. The functional check tells the driver where they are in a dive; these leave it out, for time."""
+
+Path = Callable[[float], FloatArray]
+"""Target's centre from the centre of M2, body frame, metres, at a time."""
+
+
+@cache
+def camera() -> DrawnCamera:
+    return DrawnCamera(RIG, RADIUS_M)
+
+
+def place(azimuth_deg: float, elevation_deg: float, distance_m: float = 2.0) -> FloatArray:
+    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
+    level = math.cos(elevation)
+    return distance_m * np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
+
+
+def open_spiral(time_s: float, *, turning_deg_per_s: float = 6.0) -> FloatArray:
+    """The paper's: level with the robot first, around it, rising and going away."""
+    moving_s = max(time_s - WAIT_S, 0.0)
+    azimuth = math.radians(START_DEG + turning_deg_per_s * moving_s)
+    radius, height = 1.8 + 0.03 * moving_s, 0.04 * moving_s
+    return np.array([radius * math.cos(azimuth), radius * math.sin(azimuth), height])
+
+
+def without_check(name: str) -> Variant:
+    return replace(VARIANTS[name], behaviour=replace(VARIANTS[name].behaviour, check_s=0.0))
+
+
+class Dive:
+    """A loop on its servos; `errors_deg` is the angle from the true gaze to the target, frame by frame.
+
+    `bias`: what nobody knows to lie between the servos' horns and the joints, radians.
+    """
+
+    def __init__(self, variant: Variant, *, rate_hz: float = RATE_HZ, seed: int = 1, bias: FloatArray | None = None):
+        self.loop = TrackingLoop(camera().rig, variant, detector=DRAWN_BALL)
+        self.mirrors = SimulatedMirrors.from_rig(RIG, seed=seed)
+        self.mirrors.command([math.radians(START_DEG), GIMBAL.lowest[1]], 0.0)
+        self.rate_hz, self.bias = rate_hz, np.zeros(2) if bias is None else bias
+        self.steps: list[Step] = []
+        self.errors_deg: list[float] = []
+
+    def run(self, path: Path, until_s: float, hidden: tuple[float, float] = (0.0, 0.0)) -> Dive:
+        while (time_s := len(self.steps) / self.rate_hz) < until_s:
+            q, target = self.mirrors.true_q(SETTLED_S + time_s) + self.bias, path(time_s)
+            image = camera().picture(q, target)
+            if hidden[0] <= time_s < hidden[1]:
+                image = np.zeros_like(image)
+            step = self.loop.step(Shot(image=image, time_s=time_s), self.mirrors.report(SETTLED_S + time_s))
+            self.mirrors.command(step.q_command, SETTLED_S + time_s + LATENCY_S)
+            gaze = GIMBAL.gaze(q)
+            self.steps.append(step)
+            self.errors_deg.append(math.degrees(math.atan2(np.linalg.norm(np.cross(gaze, target)), gaze @ target)))
+        return self
+
+    def since(self, time_s: float) -> tuple[float, float]:
+        """Share of the pictures with a detection, RMS error in degrees."""
+        first = round(time_s * self.rate_hz)
+        held = np.mean([step.detection.centroid_px is not None for step in self.steps[first:]])
+        return float(held), float(np.sqrt(np.mean(np.square(self.errors_deg[first:]))))
+
+    def modes(self, from_s: float = 0.0) -> str:
+        return "".join(step.mode.value[0] for step in self.steps[round(from_s * self.rate_hz) :])
+
+
+@cache
+def on_the_spiral(name: str) -> Dive:
+    return Dive(without_check(name)).run(open_spiral, WAIT_S + 10.0)
+
+
+def test_the_default_holds_the_open_spiral():
+    """Rationale: the issue's numbers for clear water, 97 % of the time and 1.5 degrees RMS, less light and water.
+
+    A target at 2 m turns 60 degrees around the robot at 6 degrees/s, rising. Expected: never out of view from
+    acquisition on, and no larger an error than the servos' play, 0.25 degrees to each side, which tilt doubles: 0.56
+    degrees RMS. Seen: 0.52, with other seeds of the servos 0.40 to 0.42.
+    """
+    dive = on_the_spiral("default")
+    assert dive.modes(WAIT_S) == "t" * 300
+    held, rms_deg = dive.since(WAIT_S)
+    assert held == 1.0
+    assert rms_deg < math.hypot(0.25, 0.5)
+
+
+def test_the_papers_loop_holds_it_less_well_and_as_printed_not_at_all():
+    """`paper` lags (0.9 degrees RMS); `paper-literal` never corrects what is above or below, and loses it."""
+    held, rms_deg = on_the_spiral("paper").since(WAIT_S)
+    assert held == 1.0
+    assert rms_deg > 1.5 * on_the_spiral("default").since(WAIT_S)[1]
+    held, _ = on_the_spiral("paper-literal").since(WAIT_S)
+    assert held < 0.7
+
+
+def test_the_papers_loop_lags_by_its_gain():
+    """A proportional law on the last command follows a rate w by w T / gain behind.
+
+    The crop shows the error from the virtual camera, 0.226 m behind M2: at 2 m by 2 / 2.226 smaller. 12 degrees/s make
+    12 / 30 / (1/4) 2.226 / 2 = 1.78 degrees. A tenth is for the play of the servos, which pan takes up in one
+    direction, 0.25 degrees, and for the corners of eq. 6.
+    """
+    path = lambda time_s: place(START_DEG + 12.0 * max(time_s - WAIT_S, 0.0), 0.0)  # noqa: E731
+    dive = Dive(without_check("paper")).run(path, WAIT_S + 8.0)
+    expected = 12.0 / RATE_HZ / GAIN * 2.226 / 2.0
+    assert np.median(dive.errors_deg[-150:]) == pytest.approx(expected, abs=0.25 + 0.1 * expected)
+
+
+@pytest.mark.parametrize("bias_deg", [(2.0, 0.0), (-1.0, 1.5)])
+def test_a_constant_error_of_the_joints_cancels(bias_deg):
+    """Direction and command carry the same error: the target is met as well as without it.
+
+    But for the crop, which is cut at the wrong place: 2 degrees of tilt move the corners by some pixels, no more.
+    """
+    dive = Dive(without_check("default"), bias=np.radians(bias_deg)).run(open_spiral, WAIT_S + 6.0)
+    held, rms_deg = dive.since(WAIT_S + 1)
+    assert held == 1.0
+    assert rms_deg < on_the_spiral("default").since(WAIT_S)[1] + 0.3
+
+
+@pytest.mark.parametrize("name", ["default", "paper"])
+def test_a_target_is_held_over_the_zenith(name):
+    """Up ahead, over the zenith and down behind, at 15 degrees/s, where the crop turns upside down."""
+    path = lambda time_s: _over(START_DEG, 15.0 * max(time_s - WAIT_S, 0.0))  # noqa: E731
+    dive = Dive(without_check(name)).run(path, WAIT_S + 10.0)
+    assert dive.modes(WAIT_S) == "t" * 300
+    assert dive.since(WAIT_S)[1] < {"default": 0.7, "paper": 3.5}[name]
+
+
+def _over(azimuth_deg: float, elevation_deg: float) -> FloatArray:
+    return place(azimuth_deg, elevation_deg) if elevation_deg <= 90 else place(azimuth_deg + 180, 180 - elevation_deg)
+
+
+def test_servos_bound_the_speed_of_a_target():
+    """Pan turns the gaze at 60 degrees/s ahead, tilt at 120: 50 and 100 are followed, 75 and 150 are not."""
+    for path, speeds in (
+        (lambda time_s, speed: place(min(START_DEG + speed * max(time_s - WAIT_S, 0.0), 70.0), 0.0), (50.0, 75.0)),
+        (lambda time_s, speed: _over(START_DEG, min(speed * max(time_s - WAIT_S, 0.0), 170.0)), (100.0, 150.0)),
+    ):
+        slow, fast = (
+            Dive(without_check("default")).run(
+                lambda time_s, path=path, speed=speed: path(time_s, speed), WAIT_S + 140.0 / speed
+            )
+            for speed in speeds
+        )
+        # It jumps to its speed within a picture: the first few see it run ahead.
+        assert set(slow.modes(WAIT_S)) == {"t"}
+        assert "p" in fast.modes(WAIT_S)
+
+
+def test_a_hidden_target_is_predicted_and_found_again():
+    """25 pictures without it, while it moves on: the 30 of the prediction are enough.
+
+    The filter knows the rate to 1.19 q^(3/8) (r T)^(1/8) = 6 degrees/s (square root of the steady state's variance, for
+    acceleration q = (20 degrees)^2/s^3 and measurements of r = (0.5 degrees)^2 every T = 1/30 s): within 25 / 30 s the
+    direction is off by 5 degrees, one standard deviation; what the crop sees is 9 to each side. A mirror that stood
+    still would be 5 degrees off as well, at the end: with this seed of the servos the prediction does better, 2.7 (0.9
+    to 4.0 with others).
+    """
+    dive = Dive(without_check("default")).run(open_spiral, 6.0, hidden=(4.0, 4.0 + 25 / RATE_HZ))
+    assert dive.modes(4.0)[:25] == "p" * 25
+    assert dive.modes(4.0 + 26 / RATE_HZ) == "t" * (60 - 26)
+    hidden = dive.steps[120:145]
+    assert all(step.predicted_px is not None and step.error_px is not None for step in hidden)
+    assert max(dive.errors_deg[120:145]) < 6.0 * 25 / RATE_HZ
+
+
+def test_a_lost_target_is_searched_where_it_was_lost():
+    """Hidden for 4 s, while it goes on by 8 degrees: found again within the rings around the place.
+
+    They take 10 s. The raster begins elsewhere and takes 28 s.
+    """
+    path = lambda time_s: open_spiral(time_s, turning_deg_per_s=2.0)  # noqa: E731
+    dive = Dive(without_check("default")).run(path, 15.0, hidden=(3.0, 7.0))
+    modes = dive.modes(3.0)
+    assert modes[:31] == "p" * 30 + "s"
+    assert modes[-30:] == "t" * 30
+    searched = [np.degrees(step.q_command) for step in dive.steps[120:210]]
+    assert np.ptp(searched, axis=0).max() < 60
+
+
+def test_what_is_seen_in_few_pictures_does_not_end_a_search():
+    """A target is lost, and 5 s later something of its colour is seen elsewhere for 7 pictures.
+
+    Expected: the search around the place goes on where it was broken off, and finds the target when that is back after
+    9 s. Begun anew around what was seen in between, 40 degrees away, it would look elsewhere for 10 s.
+    """
+    dive = Dive(without_check("default"))
+    dive.run(lambda _: place(START_DEG, 10.0), 7.0, hidden=(2.0, 7.0))
+    before = dive.loop.snapshot()["search"]
+    gaze = GIMBAL.gaze(dive.mirrors.true_q(SETTLED_S + 7.0))
+    dive.run(lambda _: 2.0 * gaze, 9.0, hidden=(7.0 + 7 / RATE_HZ, 9.0))
+    modes = dive.modes(7.0)
+    assert modes.lstrip("s")[:4] == "tttt"
+    assert modes.rstrip("s").endswith("p" * 30)
+    after = dive.loop.snapshot()["search"]
+    assert after["centre"] == before["centre"]
+    assert before["time_s"] < after["time_s"] < before["time_s"] + 1.0
+    dive.run(lambda _: place(START_DEG, 10.0), 18.0)
+    assert dive.modes(17.0) == "t" * 30
+
+
+def test_the_first_seconds_check_the_joints():
+    variant = replace(VARIANTS["paper"], behaviour=replace(VARIANTS["paper"].behaviour, check_s=3.0))
+    dive = Dive(variant).run(lambda time_s: place(START_DEG, 0.0), 4.0)
+    modes = dive.modes()
+    assert modes[:90] == "c" * 90
+    assert "c" not in modes[90:]
+    commands = np.array([step.q_command for step in dive.steps[:90]])
+    assert np.degrees(commands.min(axis=0)) == pytest.approx([-77.5, -32.5], abs=7)
+    assert np.degrees(commands.max(axis=0)) == pytest.approx([77.5, 122.5], abs=7)
+    assert all(step.predicted_px is None for step in dive.steps[:90])
+
+
+@pytest.mark.parametrize("rate_hz", [10.0, 60.0])
+def test_other_rates(rate_hz):
+    dive = Dive(without_check("default"), rate_hz=rate_hz).run(open_spiral, WAIT_S + 4.0)
+    assert set(dive.modes(WAIT_S)) == {"t"}
+    assert dive.since(WAIT_S)[1] < 0.7
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_a_loop_goes_on_from_a_snapshot_to_the_same_bytes(name):
+    """Through check, scan, track, prediction and search: at every 17th picture a new loop takes over, through JSON."""
+    settings = replace(VARIANTS[name].behaviour, check_s=0.5)
+    variant = replace(VARIANTS[name], behaviour=settings)
+    whole, passed_on = Dive(variant), Dive(variant)
+    path = lambda time_s: open_spiral(time_s - 2.0)  # noqa: E731  # the mirror comes back from the check
+    whole.run(path, 6.0, hidden=(4.0, 6.0))
+    for frame in range(0, 180, 17):
+        state = json.loads(json.dumps(passed_on.loop.snapshot()))
+        passed_on.loop = TrackingLoop(camera().rig, variant, detector=DRAWN_BALL)
+        assert not passed_on.loop.started
+        passed_on.loop.restore(state)
+        assert passed_on.loop.started == (frame > 0)
+        passed_on.run(path, min((frame + 17) / RATE_HZ, 6.0) - 1e-9, hidden=(4.0, 6.0))
+    assert set(whole.modes()) == set("cstp")
+    assert len(whole.steps) == len(passed_on.steps)
+    for ours, theirs in zip(whole.steps, passed_on.steps, strict=True):
+        assert _bytes(ours) == _bytes(theirs)
+    assert whole.loop.snapshot() == passed_on.loop.snapshot()
+
+
+def test_a_snapshot_holds_all_that_the_behaviour_counts():
+    loop = TrackingLoop(RIG, VARIANTS["default"])
+    loop.step(shot(1.0), report(1.0))
+    state = loop.snapshot() | {"mode": "predict", "hits": 1, "missed": 2, "unseen": 3}
+    other = TrackingLoop(RIG, VARIANTS["default"])
+    other.restore(json.loads(json.dumps(state)))
+    assert other.snapshot() == state
+
+
+def _bytes(step: Step) -> tuple[object, ...]:
+    direction = None if step.target_direction is None else step.target_direction.tobytes()
+    arrays = (step.q_believed, step.q_command, step.corners_px, step.crop, step.detection.mask)
+    return (step.time_s, step.mode, step.predicted_px, step.error_px, direction, *(array.tobytes() for array in arrays))
+
+
+def shot(time_s: float, value: int = 0) -> Shot:
+    return Shot(image=np.full((480, 640, 3), value, dtype=np.uint8), time_s=time_s)
+
+
+def report(time_s: float, q: tuple[float, float] = (0.0, 0.0)) -> MirrorReport:
+    return MirrorReport(q=np.array(q), time_s=time_s, measured=False)
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_black_pictures_reports_that_are_not_finite_and_jumps_in_time_are_lived_through(name):
+    loop = TrackingLoop(RIG, without_check(name))
+    nan = (math.nan, math.nan)
+    # Seconds lost here and there; a report that fails; a pose at which the camera does not see M2's face.
+    for time_s, q in ((0.0, (0.0, 0.0)), (0.1, nan), (7.0, (0.2, 0.1)), (7.001, (0.0, 2.3)), (3600.0, nan)):
+        step = loop.step(shot(time_s), report(time_s, q))
+        assert np.isfinite(step.q_command).all()
+        assert np.isfinite(step.q_believed).all()
+        assert step.mode is Mode.SCAN
+        assert step.crop.shape == (240, 320, 3)
+        assert step.detection.spots == ()
+        assert step.error_px is None
+
+
+@pytest.mark.parametrize("name", ["default", "paper"])
+def test_a_target_survives_lost_pictures(name):
+    """Every third picture missing, and once half a second."""
+    dive = Dive(without_check(name)).run(open_spiral, WAIT_S + 1)
+    loop, mirrors, modes = dive.loop, dive.mirrors, []
+    for frame in range(60, 210):
+        if frame % 3 == 0 or 130 <= frame < 145:
+            continue
+        time_s = frame / RATE_HZ
+        image = camera().picture(mirrors.true_q(SETTLED_S + time_s), open_spiral(time_s))
+        step = loop.step(Shot(image=image, time_s=time_s), mirrors.report(SETTLED_S + time_s))
+        mirrors.command(step.q_command, SETTLED_S + time_s + LATENCY_S)
+        modes.append(step.mode)
+    assert set(modes) == {Mode.TRACK}
+
+
+def test_time_must_grow_and_pictures_be_pictures():
+    loop = TrackingLoop(RIG, VARIANTS["default"])
+    loop.step(shot(1.0), report(1.0))
+    for time_s in (1.0, 0.5, math.nan):
+        with pytest.raises(ValueError, match=r"expected a picture later than the last, at 1.0 s, got one at"):
+            loop.step(shot(time_s), report(time_s))
+    with pytest.raises(ValueError, match="expected image of uint8"):
+        loop.step(Shot(image=np.zeros((480, 640)), time_s=2.0), report(2.0))
+
+
+def test_a_picture_that_is_refused_changes_nothing():
+    loop = TrackingLoop(RIG, VARIANTS["default"])
+    loop.step(shot(1.0), report(1.0))
+    before = loop.snapshot()
+    with pytest.raises(ValueError, match="expected image of uint8"):
+        loop.step(Shot(image=np.zeros((480, 640)), time_s=2.0), report(2.0))
+    assert loop.snapshot() == before
+
+
+def test_rigs_without_mirrors_are_refused():
+    with pytest.raises(ValueError, match="expected a rig with mirrors"):
+        TrackingLoop(Rig.load("bench"), VARIANTS["default"])
+
+
+def test_samples_of_ones_own_are_what_eq_6_interpolates():
+    exact = ExactCorners(RIG)
+    q = np.radians([(-70, -30), (70, -30), (-70, 120), (70, 120), (0, 0)])
+    shifted = CornerSamples(q=q, corners_px=exact.corners(q) + 7.0)
+    step = TrackingLoop(RIG, VARIANTS["paper"], samples=shifted).step(shot(0.0), report(0.0))
+    np.testing.assert_allclose(step.corners_px, exact.corners(np.zeros(2)) + 7.0, atol=1e-9)
+
+
+def test_variants_differ_as_they_say():
+    literal, paper, default = VARIANTS["paper-literal"], VARIANTS["paper"], VARIANTS["default"]
+    assert [variant.law for variant in (literal, paper, default)] == ["paper-literal", "paper", "gaze"]
+    assert literal.behaviour == paper.behaviour
+    assert (paper.behaviour.check_s, paper.behaviour.confirm_frames, paper.behaviour.predict_frames) == (30.0, 1, 30)
+    with pytest.raises(ValueError, match=r"target_distance_m above 0, got 0.*control_latency_s"):
+        replace(default, target_distance_m=0.0, control_latency_s=-1.0)

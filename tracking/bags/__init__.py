@@ -1,6 +1,0 @@
-"""Dives as ROS 2 bags, written without ROS: what a robot would have recorded, and the truth beside it."""
-
-from tracking.bags.bag import write_bag
-from tracking.bags.recording import dive_rig
-
-__all__ = ["dive_rig", "write_bag"]

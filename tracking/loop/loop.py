@@ -1,0 +1,277 @@
+"""The loop: a picture and a report of the mirrors in, joint values out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from optics.gaze.motion import JointSpeeds
+from optics.kernels.arrays import FloatArray
+from optics.layout import Layout
+from rigs import ImageSensorSpec, Rig
+from tracking.control.crop_pursuit import CropPursuit
+from tracking.control.crop_scale import crop_scale, level_pose
+from tracking.control.gaze_pursuit import GazePursuit
+from tracking.control.joint_paths import check_path
+from tracking.control.paper_law import error
+from tracking.control.pointing import Pointing
+from tracking.control.pursuit import Pursuit, Sight
+from tracking.control.search import Search
+from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.sight_lines import SightLines
+from tracking.loop.behaviour import BehaviourState, next_state
+from tracking.loop.variants import Variant
+from tracking.perception import (
+    RED_BALL,
+    CornerModel,
+    CornerSamples,
+    Crop,
+    DetectorSettings,
+    ExactCorners,
+    InverseDistanceCorners,
+    detect,
+    weighted_centroid,
+)
+from tracking.protocols import MirrorReport, Shot
+from tracking.records import Mode, Step
+
+SAMPLE_GRID = 7
+"""Poses a joint at which the exact corners are taken when eq. 6 has no samples of its own."""
+
+FIRST_INTERVAL_S = 1 / 30
+"""From picture to picture, until two are known."""
+
+INTERVALS = 5
+"""Whose median is the usual time from picture to picture: two lost ones do not change it."""
+
+
+class TrackingLoop:
+    """Finds the target in each picture and says where to turn the mirror. It draws no random numbers.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors and servos.
+    variant : Variant
+        One of `VARIANTS`, or `dataclasses.replace` of one.
+    detector : DetectorSettings, optional
+        What the target looks like; by default the red ball.
+    samples : CornerSamples, optional
+        For eq. 6; without them, exact corners on a grid of 7 x 7 poses. Exact corners need none.
+
+    Raises
+    ------
+    ValueError
+        For a rig without mirrors or servos, or one whose camera does not see the gaze mirror at a level gaze.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        variant: Variant,
+        *,
+        detector: DetectorSettings | None = None,
+        samples: CornerSamples | None = None,
+    ):
+        speeds = JointSpeeds.from_rig(rig)
+        self._variant = variant
+        self._detector = RED_BALL if detector is None else detector
+        self._gimbal = Gimbal(Layout.from_rig(rig))
+        self._corners = _corner_model(rig, variant, samples, self._gimbal)
+        sight_lines = SightLines(rig, variant.target_distance_m)
+        scale = crop_scale(sight_lines, self._crop_at, level_pose(self._gimbal))
+        if not np.isfinite(scale).all():
+            raise ValueError(f"expected a camera that sees the gaze mirror at a level gaze, got rig {rig.name!r}")
+        crop = self._crop_at(level_pose(self._gimbal))
+        view = scale * [crop.width_px, crop.height_px]
+        self._pursuit: Pursuit
+        if variant.law == "gaze":
+            pointing = Pointing(self._gimbal, speeds, float(view.min()) / 2)
+            latency_s = variant.control_latency_s + _servo_latency_s(rig)
+            self._pursuit = GazePursuit(
+                sight_lines,
+                pointing,
+                scale,
+                variant.direction_noise,
+                latency_s=latency_s,
+                row_time_s=(rig.image_sensor or ImageSensorSpec()).row_time_us * 1e-6,
+            )
+        else:
+            literal = variant.law == "paper-literal"
+            self._pursuit = CropPursuit(self._gimbal, scale, variant.centroid_noise, literal=literal)
+        self._search = Search(self._gimbal, speeds, view)
+        self._check = check_path(self._gimbal, variant.behaviour.check_s) if variant.behaviour.check_s > 0 else None
+        self._state = BehaviourState()
+        self._q_command = self._gimbal.middle
+        self._q_seen = self._gimbal.middle
+        self._seen = 0
+        self._first_s: float | None = None
+        self._last_s = math.nan
+        self._intervals: list[float] = []
+
+    @property
+    def started(self) -> bool:
+        """Whether it has taken a picture."""
+        return self._first_s is not None
+
+    def step(self, shot: Shot, report: MirrorReport) -> Step:
+        """Take one picture, decide where to turn the mirror.
+
+        Pictures may be missing: time may jump, but must grow. A report that is not finite is replaced by the last
+        command. Where no mirror is seen, the crop is black.
+
+        Raises
+        ------
+        ValueError
+            For a time that is not later than the last picture's, or no picture of uint8 colours.
+        """
+        if not math.isfinite(shot.time_s) or shot.time_s <= self._last_s:
+            raise ValueError(f"expected a picture later than the last, at {self._last_s} s, got one at {shot.time_s} s")
+        q = np.array(report.q if np.isfinite(report.q).all() else self._q_command, dtype=np.float64)
+        corners = self._corners.corners(q)
+        crop = Crop.of(corners)
+        picture = crop.take(shot.image)
+        # Nothing is refused from here on: a picture that is leaves no trace.
+        elapsed_s = self._note_time(shot.time_s)
+        detection = detect(picture, self._detector)
+        looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
+        sight = Sight(
+            time_s=shot.time_s,
+            interval_s=self._interval_s,
+            q=q,
+            q_command=self._q_command,
+            crop=crop,
+            spots=detection.spots if looking else (),
+        )
+        look = self._pursuit.look(sight)
+        expected = look.expected_px
+        if look.spots:
+            self._q_seen = q
+            self._seen += 1
+        if looking:
+            detection = replace(detection, spots=look.spots, centroid_px=weighted_centroid(look.spots))
+        before = self._state
+        self._state = next_state(
+            before,
+            self._variant.behaviour,
+            elapsed_s=elapsed_s,
+            found=bool(look.spots),
+            expected=expected is not None and _within(expected, crop),
+        )
+        self._q_command = np.clip(self._decide(before, sight, elapsed_s), self._gimbal.lowest, self._gimbal.highest)
+        target = detection.centroid_px if detection.centroid_px is not None else expected
+        return Step(
+            time_s=shot.time_s,
+            mode=self._state.mode,
+            q_believed=q,
+            q_command=self._q_command,
+            corners_px=corners,
+            crop=picture,
+            detection=detection,
+            predicted_px=expected,
+            error_px=None if target is None else _pair(error(target, crop.width_px, crop.height_px)),
+            target_direction=self._pursuit.direction,
+        )
+
+    def snapshot(self) -> dict[str, Any]:
+        """State as plain numbers, exact through JSON."""
+        return {
+            "mode": str(self._state.mode),
+            "hits": self._state.hits,
+            "missed": self._state.missed,
+            "unseen": self._state.unseen,
+            "q_command": self._q_command.tolist(),
+            "q_seen": self._q_seen.tolist(),
+            "seen": self._seen,
+            "first_s": self._first_s,
+            "last_s": None if math.isnan(self._last_s) else self._last_s,
+            "intervals": list(self._intervals),
+            "pursuit": self._pursuit.snapshot(),
+            "search": self._search.snapshot(),
+        }
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from a snapshot of a loop made with the same arguments, to the same bytes."""
+        self._state = BehaviourState(
+            mode=Mode(snapshot["mode"]), hits=snapshot["hits"], missed=snapshot["missed"], unseen=snapshot["unseen"]
+        )
+        self._q_command = np.array(snapshot["q_command"])
+        self._q_seen = np.array(snapshot["q_seen"])
+        self._seen = snapshot["seen"]
+        self._first_s = snapshot["first_s"]
+        self._last_s = math.nan if snapshot["last_s"] is None else snapshot["last_s"]
+        self._intervals = list(snapshot["intervals"])
+        self._pursuit.restore(snapshot["pursuit"])
+        self._search.restore(snapshot["search"])
+
+    @property
+    def _interval_s(self) -> float:
+        return median(self._intervals) if self._intervals else FIRST_INTERVAL_S
+
+    def _crop_at(self, q: FloatArray) -> Crop:
+        return Crop.of(self._corners.corners(q))
+
+    def _note_time(self, time_s: float) -> float:
+        """Note the time of a picture; seconds since the first."""
+        if self._first_s is None:
+            self._first_s = time_s
+        else:
+            self._intervals = [*self._intervals, time_s - self._last_s][-INTERVALS:]
+        self._last_s = time_s
+        return time_s - self._first_s
+
+    def _decide(self, before: BehaviourState, sight: Sight, elapsed_s: float) -> FloatArray:
+        """Joint values to ask for in the mode that has been found."""
+        mode = self._state.mode
+        if mode is Mode.CHECK and self._check is not None:
+            return self._check.at(elapsed_s)
+        if mode is not Mode.SCAN or self._state.hits > 0:
+            return self._pursuit.follow(sight)
+        if before.mode is not Mode.SCAN:
+            self._search_on(before, sight)
+        self._seen = 0
+        self._pursuit.forget()
+        return self._search.advance(self._intervals[-1] if self._intervals else 0.0)
+
+    def _search_on(self, before: BehaviourState, sight: Sight) -> None:
+        """Begin a search, or take up the one that something else of the target's colour has broken off."""
+        outwards = self._variant.rescan == "outwards"
+        if before.mode is Mode.CHECK or not outwards:
+            self._search.begin(sight.q)
+        elif self._seen > self._variant.behaviour.predict_frames:
+            # Around where it was last seen: predictions of a target that turns or stops lead away from it.
+            self._search.begin(sight.q, self._q_seen)
+        else:
+            # Seen in fewer pictures than it has been missed in since.
+            self._search.resume(sight.q)
+
+
+def _corner_model(rig: Rig, variant: Variant, samples: CornerSamples | None, gimbal: Gimbal) -> CornerModel:
+    exact = ExactCorners(rig)
+    if variant.corners == "exact":
+        return exact
+    if samples is None:
+        axes = [np.linspace(low, high, SAMPLE_GRID) for low, high in zip(gimbal.lowest, gimbal.highest, strict=True)]
+        q = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        corners = exact.corners(q)
+        seen = np.isfinite(corners).all(axis=(1, 2))
+        samples = CornerSamples(q=q[seen], corners_px=corners[seen])
+    return InverseDistanceCorners(samples=samples)
+
+
+def _servo_latency_s(rig: Rig) -> float:
+    """From a command to the slower motor's answer: on average it waits for half a period of the pulses."""
+    gaze = rig.require_gaze()
+    return max(servo.pulse_period_ms / 2 + servo.latency_ms for servo in (gaze.servos.pan, gaze.servos.tilt)) / 1000
+
+
+def _within(point_px: tuple[float, float], crop: Crop) -> bool:
+    return 0 <= point_px[0] < crop.width_px and 0 <= point_px[1] < crop.height_px
+
+
+def _pair(values: FloatArray) -> tuple[float, float]:
+    return float(values[0]), float(values[1])

@@ -1,0 +1,211 @@
+"""The loop over any camera and any mirrors: recorded video with recorded joints, or the real thing."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+from rigs import Rig
+from tracking.loop.loop import TrackingLoop
+from tracking.loop.track_files import TrackFiles
+from tracking.loop.variants import VARIANTS, Variant
+from tracking.perception import DETECTORS, DetectorSettings
+from tracking.protocols import MirrorDriver, Shot
+from tracking.records import Mode
+
+Progress = Callable[[int], None]
+Clock = Callable[[], float]
+
+
+class CountingCamera(Protocol):
+    """A camera that counts what it could not give."""
+
+    skipped: int
+
+    @property
+    def missing(self) -> int:
+        """Pictures that should have been there and were not."""
+
+    def read(self) -> Shot | None:
+        """Next picture; None when there will be no more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tracked:
+    """What happened in a run of the loop.
+
+    Attributes
+    ----------
+    pictures : int
+    detected : int
+        Pictures in which a spot was found.
+    modes : dict of str to int
+        Pictures in each state of figure 12.
+    first_s, last_s : float
+        Times of the first and the last picture.
+    skipped : int
+        Pictures that could not be read.
+    missing : int
+        Pictures that should have been there by the time stamps, and were not.
+    interrupted : bool
+        Whether it was stopped before the camera's end.
+    wall_s : float
+        How long it took; not part of what is written.
+    """
+
+    pictures: int
+    detected: int
+    modes: dict[str, int]
+    first_s: float
+    last_s: float
+    skipped: int
+    missing: int
+    interrupted: bool
+    wall_s: float
+
+    @property
+    def frames_per_s(self) -> float:
+        """Pictures a second, with overlay and log."""
+        return self.pictures / self.wall_s
+
+    def as_dict(self) -> dict[str, Any]:
+        """All but what depends on the machine."""
+        return {name: value for name, value in asdict(self).items() if name != "wall_s"}
+
+
+def track(
+    camera: CountingCamera,
+    mirrors: MirrorDriver,
+    loop: TrackingLoop,
+    folder: Path,
+    *,
+    rig: Rig,
+    about: dict[str, Any],
+    clock: Clock | None = None,
+    progress: Progress,
+    stopped: Callable[[], bool],
+) -> Tracked:
+    """Run the loop until the camera ends or somebody stops it; write log, overlay video and a summary.
+
+    Whatever happens on the way, what there is by then is finished and put in place.
+
+    Parameters
+    ----------
+    camera : CountingCamera
+    mirrors : MirrorDriver
+    loop : TrackingLoop
+    folder : Path
+        New, empty, or of an earlier run.
+    rig : Rig
+        Whose camera's pictures they must be.
+    about : dict
+        What the summary says besides: where pictures and joints came from.
+    clock : callable, optional
+        The camera's clock, seconds: when a command goes out. By default at the time of the picture.
+    progress : callable
+        Takes the number of pictures so far.
+    stopped : callable
+        Whether to stop before the next picture.
+
+    Raises
+    ------
+    ValueError
+        When there is no picture, or one of another size than the rig's.
+    FileExistsError
+        When the folder holds something else.
+    """
+    shot = camera.read()
+    if shot is None:
+        raise ValueError(f"{about['source']}: expected at least one picture, got none that can be read")
+    _check_size(shot, rig, about)
+    files = TrackFiles(folder)
+    modes: Counter[Mode] = Counter()
+    detected, first_s, last_s = 0, shot.time_s, shot.time_s
+    start = time.perf_counter()
+
+    def tracked(*, interrupted: bool) -> Tracked:
+        return Tracked(
+            pictures=modes.total(),
+            detected=detected,
+            modes={str(mode): modes[mode] for mode in Mode},
+            first_s=first_s,
+            last_s=last_s,
+            skipped=camera.skipped,
+            missing=camera.missing,
+            interrupted=interrupted,
+            wall_s=time.perf_counter() - start,
+        )
+
+    result = None
+    try:
+        while shot is not None and not stopped():
+            _check_size(shot, rig, about)
+            step = loop.step(shot, mirrors.report(shot.time_s))
+            mirrors.command(step.q_command, shot.time_s if clock is None else clock())
+            files.write(shot, step)
+            modes[step.mode] += 1
+            detected += bool(step.detection.spots)
+            last_s = shot.time_s
+            progress(modes.total())
+            shot = camera.read()
+        result = tracked(interrupted=shot is not None)
+    finally:
+        files.finish(about | (result or tracked(interrupted=True)).as_dict())
+    return result
+
+
+def variant_named(name: str, *, turning: bool) -> Variant:
+    """The loop of a name; where no mirror is turned, without the functional check, during which it would not look.
+
+    Raises
+    ------
+    ValueError
+        When there is none of that name.
+    """
+    if name not in VARIANTS:
+        raise ValueError(f"variant {name!r}: expected one of {', '.join(VARIANTS)}")
+    variant = VARIANTS[name]
+    return variant if turning else replace(variant, behaviour=replace(variant.behaviour, check_s=0.0))
+
+
+def detector_named(name: str) -> DetectorSettings:
+    """What a target of a name looks like; `ValueError` when there is none of that name."""
+    if name not in DETECTORS:
+        raise ValueError(f"detector {name!r}: expected one of {', '.join(DETECTORS)}")
+    return DETECTORS[name]
+
+
+@contextmanager
+def until_interrupted() -> Iterator[Callable[[], bool]]:
+    """Gives a function that says whether Ctrl-C was pressed; the second time it interrupts as always."""
+    pressed = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed.is_set  # only the main thread hears of signals
+        return
+
+    def note(*_: object) -> None:
+        if pressed.is_set():
+            raise KeyboardInterrupt
+        pressed.set()
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield pressed.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _check_size(shot: Shot, rig: Rig, about: dict[str, Any]) -> None:
+    height, width = shot.image.shape[:2]
+    if (width, height) != (rig.camera.width_px, rig.camera.height_px):
+        raise ValueError(
+            f"{about['source']}: expected pictures of {rig.camera.width_px} x {rig.camera.height_px} px as rig "
+            f"{rig.name!r} has them, got {width} x {height}"
+        )

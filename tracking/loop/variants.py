@@ -1,0 +1,81 @@
+"""The loops that are compared: the paper's as printed, as meant, and the default."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from tracking.estimation.centroid_filter import CentroidNoise
+from tracking.estimation.direction_filter import DirectionNoise
+from tracking.loop.behaviour import BehaviourSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """What a loop is made of.
+
+    Attributes
+    ----------
+    name : str
+    corners : {"interpolated", "exact"}
+        Eq. 6 on samples, or the exact train.
+    law : {"paper-literal", "paper", "gaze"}
+        Eqs. 8 to 15 as printed, as meant, or directions through the train.
+    rescan : {"raster", "outwards"}
+        How a lost target is searched: everywhere at once, or around where it was lost first.
+    behaviour : BehaviourSettings
+    centroid_noise : CentroidNoise
+        Of the paper's filter.
+    direction_noise : DirectionNoise
+        Of the default's filter.
+    target_distance_m : float
+        At which the default assumes the target, from the gaze mirror.
+    control_latency_s : float
+        From the middle of an exposure to the command; the servos' own latency is in the rig file.
+    """
+
+    name: str
+    corners: Literal["interpolated", "exact"]
+    law: Literal["paper-literal", "paper", "gaze"]
+    rescan: Literal["raster", "outwards"]
+    behaviour: BehaviourSettings
+    centroid_noise: CentroidNoise = field(default_factory=CentroidNoise)
+    direction_noise: DirectionNoise = field(default_factory=DirectionNoise)
+    target_distance_m: float = 2.0
+    control_latency_s: float = 0.02
+
+    def __post_init__(self) -> None:
+        problems = []
+        if not (math.isfinite(self.target_distance_m) and self.target_distance_m > 0):
+            problems.append(f"expected target_distance_m above 0, got {self.target_distance_m}")
+        if not (math.isfinite(self.control_latency_s) and self.control_latency_s >= 0):
+            problems.append(f"expected control_latency_s of at least 0, got {self.control_latency_s}")
+        if problems:
+            raise ValueError("; ".join(problems))
+
+
+PAPER_BEHAVIOUR = BehaviourSettings(check_s=30.0, confirm_frames=1, predict_frames=30)
+
+VARIANTS = {
+    variant.name: variant
+    for variant in (
+        Variant(
+            name="paper-literal",
+            corners="interpolated",
+            law="paper-literal",
+            rescan="raster",
+            behaviour=PAPER_BEHAVIOUR,
+        ),
+        Variant(name="paper", corners="interpolated", law="paper", rescan="raster", behaviour=PAPER_BEHAVIOUR),
+        Variant(
+            name="default",
+            corners="exact",
+            law="gaze",
+            rescan="outwards",
+            # The check takes the paper's servos 10.3 s at their speed, half a turn of pan 3 s.
+            behaviour=BehaviourSettings(check_s=12.0, confirm_frames=3, predict_frames=30, unseen_frames=90),
+        ),
+    )
+}
+"""By name: "paper-literal", "paper" (its misprints read as they must be meant) and "default"."""
