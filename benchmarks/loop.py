@@ -16,8 +16,8 @@ from typing import Any
 
 from cad.assembly.meshes import rig_meshes
 from dives import Dive
+from dives.dive import varied
 from dives.runner import ClosedLoop, Moment, run_dive
-from dives.specification import varied
 from rigs import Rig
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS

@@ -14,7 +14,7 @@ from scipy.spatial.transform import RigidTransform
 from cad.assembly.meshes import rig_meshes
 from dives.motions import Legs
 from dives.paths import body_pose, target_places, target_pose
-from dives.specification import Dive
+from dives.specification import DiveSpecification
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh, Role, merge
 from rigs import Rig
@@ -35,7 +35,7 @@ LONGEST_STEP_S = 0.1
 MOST_STEPS = 100_000
 
 
-def dive_problems(dive: Dive) -> list[Problem]:
+def dive_problems(dive: DiveSpecification) -> list[Problem]:
     """Every problem that one value alone does not show."""
     problems: list[Problem] = []
     rig = _rig(dive, problems)
@@ -62,7 +62,7 @@ def dive_problems(dive: Dive) -> list[Problem]:
     return problems
 
 
-def path_problems(dive: Dive, rig: Rig | None, radius_m: float) -> list[Problem]:
+def path_problems(dive: DiveSpecification, rig: Rig | None, radius_m: float) -> list[Problem]:
     """Where target or robot leave the water, and where the target touches or enters the hull.
 
     Parameters
@@ -96,7 +96,7 @@ def path_problems(dive: Dive, rig: Rig | None, radius_m: float) -> list[Problem]
     return problems
 
 
-def instants(dive: Dive) -> FloatArray:
+def instants(dive: DiveSpecification) -> FloatArray:
     """Times at which paths are looked at, s: more often where the target is fast."""
     last = (dive.frames - 1) / dive.frame_rate_hz
     coarse = np.linspace(0, last, 1000)
@@ -157,7 +157,7 @@ def _touches_hull(rig: Rig, bodies: RigidTransform, target_m: FloatArray, radius
     return touches
 
 
-def _rig(dive: Dive, problems: list[Problem]) -> Rig | None:
+def _rig(dive: DiveSpecification, problems: list[Problem]) -> Rig | None:
     """Rig of the dive, when it can be dived with."""
     rig: Rig | None = None
     with _collecting(problems, "rig", dive.rig):

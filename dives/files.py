@@ -12,10 +12,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from cad.export.drawings.manifest import rig_text
+from dives.dive import Dive
 from dives.journal import FOLDER, Journal, put_in_place, write_beside
 from dives.metrics import dive_metrics
 from dives.recorder import OVERLAY, ROWS, VIDEO
-from dives.specification import Dive
 from rigs import Rig
 from tracking.log import LOG, read_log, write_table
 from tracking.video import concatenate

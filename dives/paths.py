@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from dives.motions import Circle, Legs, Spiral, Straight, Sway, TargetPath, Travel
-from dives.specification import Dive
+from dives.specification import DiveSpecification
 from optics.kernels.arrays import FloatArray
 
 SWAY_STREAM = 1
 """Second number of the seed of the sway's phases; frames' noise has the first one and the frame's number."""
 
 
-def target_pose(dive: Dive, time_s: ArrayLike) -> RigidTransform:
+def target_pose(dive: DiveSpecification, time_s: ArrayLike) -> RigidTransform:
     """Pose of the target in the world, x along its path (level), z up: one, or for times of shape (n,) as many."""
     times = np.asarray(time_s, dtype=np.float64)
     points, heading = (each.reshape(*times.shape, 3) for each in target_places(dive, np.atleast_1d(times)))
@@ -28,7 +28,7 @@ def target_pose(dive: Dive, time_s: ArrayLike) -> RigidTransform:
     return RigidTransform.from_components(points - [0.0, 0.0, dive.depth_m], _turned(yaw))
 
 
-def body_pose(dive: Dive, time_s: ArrayLike) -> RigidTransform:
+def body_pose(dive: DiveSpecification, time_s: ArrayLike) -> RigidTransform:
     """Pose of the robot's body in the world: one, or for times of shape (n,) as many."""
     times = np.asarray(time_s, dtype=np.float64)
     place, yaw = np.zeros((*times.shape, 3)), np.zeros(times.shape)
@@ -44,7 +44,7 @@ def body_pose(dive: Dive, time_s: ArrayLike) -> RigidTransform:
     return RigidTransform.from_components(place + heading.apply(sway_m) - [0.0, 0.0, dive.depth_m], pose)
 
 
-def target_places(dive: Dive, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+def target_places(dive: DiveSpecification, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Target's centre from the robot's start, metres, and the direction it moves in, both of shape (n, 3)."""
     path: TargetPath = dive.target.path
     elapsed = np.maximum(times_s - path.wait_s, 0.0)

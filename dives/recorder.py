@@ -9,8 +9,8 @@ from pathlib import Path
 
 import cv2
 
+from dives.dive import Dive
 from dives.journal import Journal, write_beside
-from dives.specification import Dive
 from tracking.log import Row, table_of, write_table
 from tracking.overlay import overlay
 from tracking.protocols import Shot

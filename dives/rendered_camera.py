@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dives.dive import Dive
 from dives.paths import body_pose, target_places, target_pose
-from dives.specification import Dive
 from dives.timed_mirrors import TimedMirrors
 from optics.gaze.kinematics import forward_gaze
 from optics.kernels.arrays import FloatArray

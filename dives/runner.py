@@ -19,11 +19,11 @@ import av
 import numpy as np
 
 from cad.assembly.meshes import rig_meshes
+from dives.dive import Dive
 from dives.files import finish_dive, is_finished
 from dives.journal import Journal
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
-from dives.specification import Dive
 from dives.timed_mirrors import TimedMirrors
 from dives.truth_columns import TruthColumns
 from optics.mesh import PartMesh

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from cad.assembly.meshes import rig_meshes
+from dives.dive import Dive
 from dives.motions import Spiral
-from dives.specification import Dive
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Role, merge

@@ -1,8 +1,8 @@
 """The fast light model as a Mitsuba integrator, `mirrorgaze_water`, for scenes that were not made here.
 
 Rays of the scene's own sensor are followed over mirrors and through glass without any choice by chance; the first
-surface that scatters light ends them. Water between is closed form, as in `scenes.kernels.shading`. `docs/how-to/mitsuba.md`
-says what is left out.
+surface that scatters light ends them. Water between is closed form, as in `scenes.kernels.shading`.
+`docs/how-to/mitsuba.md` says what is left out.
 """
 
 from __future__ import annotations

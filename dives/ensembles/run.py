@@ -10,12 +10,12 @@ from typing import Any
 
 import tomlkit
 
+from dives.dive import Dive, find_dive, parse_dive
 from dives.ensembles.members import Member
 from dives.ensembles.processes import Failure, run_in_processes
 from dives.files import is_finished
 from dives.metrics import dive_metrics
 from dives.runner import identity_of, run_dive
-from dives.specification import Dive, find_dive, parse_dive
 from tracking.log import read_log
 
 Work = Callable[[str, str], None]

@@ -19,13 +19,13 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from cad.assembly.meshes import rig_meshes
+from dives.dive import Dive
 from dives.files import DIVE_FILE, OVERLAY_FILE, VIDEO_FILE, json_text
 from dives.metrics import dive_metrics
 from dives.metrics.detector import DETECTOR_DEFINITIONS
 from dives.paths import body_pose, target_pose
 from dives.recorder import FRAMES
 from dives.rendered_camera import Exposure, dive_stage
-from dives.specification import Dive
 from dives.truth_columns import TruthColumns
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout

@@ -146,24 +146,36 @@ def find_backend() -> Backend:
 
 @cache
 def activate() -> Backend:
-    """Load Dr.Jit and Mitsuba with the backend found, once; later calls return the same backend.
+    """Load Dr.Jit with the backend found, once; later calls return the same backend.
 
     Raises
     ------
     BackendError
-        When there is no backend, or a system library that drjit or mitsuba needs is missing.
+        When there is no backend, or a system library that drjit needs is missing.
     """
     backend = find_backend()
     if backend.llvm_path is not None:
         os.environ[LLVM_VARIABLE] = str(backend.llvm_path)
+    _loaded("drjit")
+    return backend
+
+
+@cache
+def _mitsuba() -> Any:
+    """Mitsuba in the backend's variant; apart from Dr.Jit, since a robot's computer follows rays without Mitsuba."""
+    variant = activate().variant
+    mitsuba = _loaded("mitsuba")
+    mitsuba.set_variant(variant)
+    return mitsuba
+
+
+def _loaded(name: str) -> Any:
     try:
-        mitsuba = importlib.import_module("mitsuba")
+        return importlib.import_module(name)
     except ImportError as error:
         raise BackendError(
-            f"mitsuba cannot be loaded ({error}): run ./run setup, or on Debian: apt-get install libatomic1"
+            f"{name} cannot be loaded ({error}): run ./run setup, or on Debian: apt-get install libatomic1"
         ) from error
-    mitsuba.set_variant(backend.variant)
-    return backend
 
 
 def __getattr__(name: str) -> Any:
@@ -171,8 +183,7 @@ def __getattr__(name: str) -> Any:
         activate()
         return importlib.import_module("drjit")
     if name == "mi":
-        activate()
-        return importlib.import_module("mitsuba")
+        return _mitsuba()
     if name in TYPES:
         module = importlib.import_module(f"drjit.{activate().kind}.ad")
         return getattr(module, TYPES[name])

@@ -2,7 +2,8 @@
 
 These are the conditions of `optics.feasibility.feasibility` that depend on the free numbers, a little on the safe
 side (M2 by the sphere it turns in, plates by their true distance and not by sampled points), so that thousands of
-designs can be thrown out before anything is traced. The designs that are handed out pass `optics.feasibility.feasibility` itself.
+designs can be thrown out before anything is traced. The designs that are handed out pass
+`optics.feasibility.feasibility` itself.
 """
 
 from __future__ import annotations

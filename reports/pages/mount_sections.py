@@ -10,7 +10,9 @@ from cad.loads.study import LoadStudy
 from reports.figures.check import findings_as_dicts, summary_rows
 from reports.figures.load import load_lines, load_summary
 from reports.pages import page
-from reports.studies.mount_export import CHECKS_FOLDER, LOADS_FOLDER
+
+CHECKS_FOLDER, LOADS_FOLDER = "checks", "loads"
+"""Folders of an exported mount that the sections' figures lie in."""
 
 TORQUES = {"off_balance_water": "Weight", "turning": "Turning", "flow": "Flow", "needed": "Needed", "rated": "Rated"}
 

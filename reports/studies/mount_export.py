@@ -14,10 +14,9 @@ from cad.export.printing.plate_slices import plate_findings
 from cad.loads.study import LoadStudy, load_study
 from reports.figures.check import write_checks
 from reports.figures.load import write_loads
+from reports.pages.mount_sections import CHECKS_FOLDER, LOADS_FOLDER
 from reports.progress import Announce
 from rigs import Rig, RigError
-
-CHECKS_FOLDER, LOADS_FOLDER = "checks", "loads"
 
 
 @dataclass(frozen=True, kw_only=True)

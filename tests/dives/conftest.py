@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dives.specification import Dive, parse_dive
+from dives.dive import Dive, parse_dive
 from rigs import load_document, preset_path, save_document
 
 SMALL = 4

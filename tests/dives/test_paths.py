@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dives.dive import Dive
 from dives.motions import Circle, Hover, Spiral, Straight, Sway, Travel, Waypoints
 from dives.paths import body_pose, target_places, target_pose
-from dives.specification import Dive, DiveTarget
+from dives.specification import DiveTarget
 
 DEPTH = 6.0
 

@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 
 from dives import files, journal, recorder, rendered_camera, runner
+from dives.dive import Dive
 from dives.runner import DiveStoppedError, run_dive
-from dives.specification import Dive
 from tracking.log import read_log
 
 pytestmark = pytest.mark.usefixtures("rough_light")
@@ -32,7 +32,7 @@ from scenes.baking import ambient, irradiance_volume as ambient_volume, robot_li
 from scenes.baking import robot_shadow_in_water as water_shade, robot_shadow_on_world as world_shade
 from dives import journal
 from dives.runner import run_dive
-from dives.specification import parse_dive
+from dives.dive import parse_dive
 
 for module in (ambient, ambient_volume, source_volume, water_shade, world_shade):
     module.cached = lambda mesh, light, name, make, places=(): make()

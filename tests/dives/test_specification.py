@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from dives.checks import distance_to_mesh_m, winding_number
-from dives.specification import Dive, DiveError, overridden, parse_dive, preset_names, varied
+from dives.dive import Dive, DiveError, parse_dive, preset_names, varied
+from dives.specification import overridden
 from optics.mesh import Group, PartMesh, Role
 from rigs.problems import Problem
 from tracking.perception import RED_BALL

@@ -54,7 +54,7 @@ def dive(
     """
     from dives import Dive, run_dive
     from dives.bags import write_bag
-    from dives.specification import varied
+    from dives.dive import varied
     from mirrorgaze.loading import load_usable_rig
     from reports.figures.dive import write_dive_figures
     from tracking.log import read_log

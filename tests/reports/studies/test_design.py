@@ -8,7 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
-from dives.specification import varied
+from dives.dive import varied
 from dives.validation import validation_dive
 from optics.coverage.outcome import Fate
 from reports.pages.dive_report import CAPTIONS
