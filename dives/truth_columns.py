@@ -58,9 +58,8 @@ class TruthColumns:
         self._rig, self._shape, self._detector = rig, shape, detector
         self._layout = Layout.from_rig(rig)
         self._camera_from_body = camera_pose(rig.camera).inv()
-        train = OpticalTrain.from_rig(rig)
         # What is left of a train when points are unfolded over its mirrors beforehand, and the same for all poses.
-        self._bare_train = OpticalTrain(camera=train.camera, port=train.port)
+        self._bare_train = OpticalTrain.bare(rig)
         self._m1 = PlaneMirror.from_pose(self._layout.body_from_m1).reflection
         self._corners = ExactCorners(rig)
         servos = rig.require_gaze().servos

@@ -130,6 +130,10 @@ class Layout:
         body_from_pan = self.body_from_gimbal.as_matrix() @ turn
         return body_from_pan, body_from_pan @ tilt
 
+    def camera_from_m2_at(self, q1: FloatArray, q2: FloatArray) -> FloatArray:
+        """Same as `camera_from_m2` as matrices, shape (n, 4, 4), for joint values of shape (n,)."""
+        return np.asarray(self.body_from_camera.inv().as_matrix() @ self.moving_frames(q1, q2)[1])
+
     def camera_from_m2(self, q1: float, q2: float) -> RigidTransform:
         """Pose of the gaze mirror in the camera frame; joint values in radians."""
         return self.body_from_camera.inv() * self.body_from_m2(q1, q2)

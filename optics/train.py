@@ -7,12 +7,13 @@ over M1 the mirrors are gone, and what is left is one port. Both are one compile
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import RigidTransform
 
 from optics.camera import Camera, camera_from_spec
 from optics.kernels.arrays import FloatArray, check_points, opaque, to_columns, to_rows
@@ -45,6 +46,19 @@ class Rays:
     origin_m: FloatArray
     direction: FloatArray
     status: StatusArray
+
+    def __getitem__(self, chosen: Any) -> Rays:
+        """Some of the rays, by mask, indices or slice."""
+        return Rays(origin_m=self.origin_m[chosen], direction=self.direction[chosen], status=self.status[chosen])
+
+    @property
+    def passed(self) -> NDArray[np.bool_]:
+        """Which rays got through the whole train."""
+        return np.asarray(self.status == Status.OK)
+
+    def moved(self, pose: RigidTransform) -> Rays:
+        """The same rays in another frame, in which the camera (or what else they are given in) has this pose."""
+        return replace(self, origin_m=pose.apply(self.origin_m), direction=pose.rotation.apply(self.direction))
 
     @property
     def region(self) -> StatusArray:
@@ -91,11 +105,11 @@ class OpticalTrain:
         ValueError
             Outside the joint limits, and when a fold mirror that is fixed is to be stowed.
         """
-        camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
+        bare = cls.bare(rig)
         if stowed:
             check_stows(rig)
         if rig.gaze is None or stowed:
-            return cls(camera=camera, port=port)
+            return bare
         layout = Layout.from_rig(rig)
         layout.check_joints(q1, q2)
         poses = (layout.camera_from_m1, layout.camera_from_m2(q1, q2))
@@ -103,7 +117,21 @@ class OpticalTrain:
             PlaneMirror.from_pose(pose, width_m=plate.width_mm / 1000, height_m=plate.height_mm / 1000)
             for pose, plate in zip(poses, (rig.gaze.fold_mirror, rig.gaze.gaze_mirror), strict=True)
         )
-        return cls(camera=camera, port=port, mirrors=mirrors)
+        return replace(bare, mirrors=mirrors)
+
+    @classmethod
+    def bare(cls, rig: Rig) -> OpticalTrain:
+        """Camera and port of a rig, without its mirrors."""
+        return cls(camera=camera_from_spec(rig.camera), port=port_from_spec(rig.port, rig.water))
+
+    def without_mirrors(self) -> OpticalTrain:
+        """Camera and port alone."""
+        return replace(self, mirrors=())
+
+    def unbounded(self) -> OpticalTrain:
+        """The same train without the port's rim and the mirrors' edges."""
+        mirrors = tuple(replace(mirror, outline_m=None) for mirror in self.mirrors)
+        return replace(self, port=self.port.without_rim(), mirrors=mirrors)
 
     @property
     def kind(self) -> tuple[Any, ...]:
@@ -124,7 +152,36 @@ class OpticalTrain:
         pixels = check_points("pixels", pixels, 2)
         if not len(pixels):
             return _no_rays()
-        origin, direction, status = compiled_trace(*self.kind)(self.parameters(), *to_columns(pixels))
+        return self._traced(self.parameters(), pixels)
+
+    def trace_poses(self, pixels: ArrayLike, camera_from_m2: ArrayLike) -> Rays:
+        """Follow pixels at many poses of M2 in one kernel.
+
+        Parameters
+        ----------
+        pixels : array, shape (n, 2)
+        camera_from_m2 : array, shape (k, 4, 4)
+            Poses of M2 in place of the train's own (`Layout.camera_from_m2_at`); its outline stays.
+
+        Returns
+        -------
+        Rays
+            Pose by pose, arrays of shape (k * n, ...).
+        """
+        if len(self.mirrors) != LARGEST_MIRROR_COUNT:
+            raise ValueError(f"expected a train of {LARGEST_MIRROR_COUNT} mirrors, got {len(self.mirrors)}")
+        pixels, poses = check_points("pixels", pixels, 2), np.asarray(camera_from_m2, dtype=np.float64)
+        lanes = np.repeat(poses[:, :3], len(pixels), axis=0)
+        if not len(lanes):
+            return _no_rays()
+        x, y, normal, point = (Array3f64(*to_columns(lanes[:, :, column])) for column in range(4))
+        parameters = self.parameters()
+        m1, m2 = parameters["mirrors"]
+        parameters["mirrors"] = [m1, replace(m2, point=point, x=x, y=y, normal=normal)]
+        return self._traced(parameters, np.tile(pixels, (len(poses), 1)))
+
+    def _traced(self, parameters: dict[str, Any], pixels: FloatArray) -> Rays:
+        origin, direction, status = compiled_trace(*self.kind)(parameters, *to_columns(pixels))
         return Rays(origin_m=to_rows(origin), direction=to_rows(direction), status=np.array(status))
 
     def transmittance(self, pixels: ArrayLike) -> FloatArray:

@@ -16,7 +16,7 @@ from scipy.optimize import brentq, nnls
 from scipy.special import j0
 
 from optics.kernels.arrays import FloatArray
-from optics.status import Region, Status
+from optics.status import Region
 from optics.train import OpticalTrain
 from optics.water.scattering import PhaseFunction
 from rigs import Rig
@@ -225,13 +225,12 @@ def gaussian_shares(
 @lru_cache(maxsize=8)
 def pixel_angle(rig: Rig) -> float:
     """Angle in the water between neighbouring pixels of a rig's camera, radians: the median over the picture."""
-    train = OpticalTrain.from_rig(rig)
-    bare = OpticalTrain(camera=train.camera, port=train.port)
+    bare = OpticalTrain.bare(rig)
     u, v = np.meshgrid(*(np.linspace(0.05, 0.95, 10) * size for size in (rig.camera.width_px, rig.camera.height_px)))
     middle = np.stack([u, v], axis=-1).reshape(-1, 2)
     right, left, lower, upper = (
         bare.trace(middle + step) for step in ((0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))
     )
-    open_ = np.all([rays.status == Status.OK for rays in (right, left, lower, upper)], axis=0)
+    open_ = np.all([rays.passed for rays in (right, left, lower, upper)], axis=0)
     solid = np.linalg.norm(np.cross(right.direction - left.direction, lower.direction - upper.direction), axis=1)
     return float(np.sqrt(np.median(solid[open_])))

@@ -6,8 +6,7 @@ centre, its solid angle that of its four corners.
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,8 @@ from optics.kernels.arrays import FloatArray, to_columns
 from optics.kernels.backend import Array3f64, Bool, Float64
 from optics.layout import Layout
 from optics.occlusion import Occluder, first_hit
-from optics.ports.port import NoPort, Port
-from optics.status import Status
-from optics.train import OpticalTrain, pixel_grid
+from optics.ports.port import Port
+from optics.train import OpticalTrain, Rays, pixel_grid
 
 SKIN_M = 1e-4
 """Rays start and end this far from a surface along their way. Float32 at 1 m is good to 1e-7 m, so a ray that leaves
@@ -97,10 +95,8 @@ def pixel_solid_angles(camera: Camera, port: Port, columns: int | None = None, r
     u = np.linspace(-0.5, camera.width_px - 0.5, columns + 1)
     v = np.linspace(-0.5, camera.height_px - 0.5, rows + 1)
     corners = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-    rays = OpticalTrain(camera=camera, port=without_rim(port)).trace(corners)
-    directions = np.where((rays.status == Status.OK)[:, np.newaxis], rays.direction, np.nan).reshape(
-        rows + 1, columns + 1, 3
-    )
+    rays = OpticalTrain(camera=camera, port=port).unbounded().trace(corners)
+    directions = np.where(rays.passed[:, np.newaxis], rays.direction, np.nan).reshape(rows + 1, columns + 1, 3)
     a, b, c, d = directions[:-1, :-1], directions[:-1, 1:], directions[1:, 1:], directions[1:, :-1]
     return np.nan_to_num(_triangle(a, b, c) + _triangle(a, c, d)).ravel()
 
@@ -131,16 +127,13 @@ def folded_field(train: OpticalTrain, layout: Layout, fixed: Occluder, columns: 
         Cells of the image.
     """
     pixels = pixel_grid(train.camera, columns, rows)
-    at_port = dataclasses.replace(train, mirrors=()).trace(pixels)
-    at_m1 = dataclasses.replace(train, mirrors=train.mirrors[:1]).trace(pixels)
+    at_port, at_m1 = train.without_mirrors().trace(pixels), replace(train, mirrors=train.mirrors[:1]).trace(pixels)
     fate = fates_of_status(at_m1.status)
-    cell = np.flatnonzero(at_port.status == Status.OK)
-    turn = layout.body_from_camera.rotation
-    port_m, origin_m = (layout.body_from_camera.apply(rays.origin_m[cell]) for rays in (at_port, at_m1))
-    port_direction, direction = (turn.apply(rays.direction[cell]) for rays in (at_port, at_m1))
+    cell = np.flatnonzero(at_port.passed)
+    at_port, at_m1 = (rays[cell].moved(layout.body_from_camera) for rays in (at_port, at_m1))
     folded = fate[cell] == Fate.SEEN
-    length = np.where(folded, np.linalg.norm(origin_m - port_m, axis=1), np.inf)
-    before = _stops(fixed, port_m, port_direction, length)
+    length = np.where(folded, np.linalg.norm(at_m1.origin_m - at_port.origin_m, axis=1), np.inf)
+    before = _stops(fixed, at_port, length)
     back = fate[cell] == Fate.BACK_OF_MIRROR
     before.distance_m[back], before.fate[back] = 0.0, Fate.BACK_OF_MIRROR
     return FoldedField(
@@ -148,19 +141,14 @@ def folded_field(train: OpticalTrain, layout: Layout, fixed: Occluder, columns: 
         fate=fate,
         cell=cell,
         folded=folded,
-        port_m=port_m,
-        port_direction=port_direction,
+        port_m=at_port.origin_m,
+        port_direction=at_port.direction,
         length_m=length,
-        origin_m=origin_m,
-        direction=direction,
+        origin_m=at_m1.origin_m,
+        direction=at_m1.direction,
         before=before,
-        behind=_stops(fixed, origin_m, direction, np.full(len(cell), np.inf)),
+        behind=_stops(fixed, at_m1, np.full(len(cell), np.inf)),
     )
-
-
-def without_rim(port: Port) -> Port:
-    """The same port with an unbounded aperture."""
-    return port if isinstance(port, NoPort) else dataclasses.replace(port, aperture_radius_m=None)  # type: ignore[type-var]
 
 
 def _triangle(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
@@ -170,14 +158,14 @@ def _triangle(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return np.asarray(2 * np.arctan2(volume, below))
 
 
-def _stops(fixed: Occluder, origin_m: FloatArray, direction: FloatArray, length_m: FloatArray) -> Stops:
+def _stops(fixed: Occluder, rays: Rays, length_m: FloatArray) -> Stops:
     """What of the fixed parts stops rays between two surfaces."""
-    if len(origin_m) == 0:
+    if len(length_m) == 0:
         return Stops(np.empty(0), np.empty(0, dtype=np.uint32))
-    along = Array3f64(*to_columns(direction))
-    start = Array3f64(*to_columns(origin_m)) + along * SKIN_M
+    along = Array3f64(*to_columns(rays.direction))
+    start = Array3f64(*to_columns(rays.origin_m)) + along * SKIN_M
     hit = first_hit(fixed.parameters(), start, along, Float64(length_m) - 2 * SKIN_M, Bool(True))
-    distance = np.broadcast_to(np.array(hit.distance, dtype=np.float64), len(origin_m)) + SKIN_M
-    part = np.broadcast_to(np.array(hit.part), len(origin_m))
+    distance = np.broadcast_to(np.array(hit.distance, dtype=np.float64), len(length_m)) + SKIN_M
+    part = np.broadcast_to(np.array(hit.part), len(length_m))
     stopped = np.isfinite(distance)
     return Stops(distance, np.where(stopped, fates_at_parts(fixed.parts)[part], Fate.SEEN).astype(np.uint32))

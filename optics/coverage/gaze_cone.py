@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optics.coverage.field import without_rim
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
-from optics.status import Status
 from optics.train import OpticalTrain
 
 CONE_GRID = 64
@@ -35,10 +33,9 @@ def gaze_cone(train: OpticalTrain, layout: Layout) -> Cone | None:
     u = np.linspace(-0.5, camera.width_px - 0.5, CONE_GRID)
     v = np.linspace(-0.5, camera.height_px - 0.5, CONE_GRID)
     pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-    rays = OpticalTrain(camera=camera, port=without_rim(train.port)).trace(pixels)
-    seen = rays.status == Status.OK
+    rays = train.without_mirrors().unbounded().trace(pixels)
     origin, direction = (
-        np.where(seen[:, np.newaxis], values, np.nan).reshape(CONE_GRID, CONE_GRID, 3)
+        np.where(rays.passed[:, np.newaxis], values, np.nan).reshape(CONE_GRID, CONE_GRID, 3)
         for values in (rays.origin_m, rays.direction)
     )
     turn, shift = _spacing(direction), _spacing(origin)

@@ -7,10 +7,10 @@ their solids. A user's own hull file is not looked at: its numbers say nothing a
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from optics.camera import camera_from_spec
 from optics.feasibility.envelope import (
     box_distance,
     hull_distance,
@@ -21,10 +21,8 @@ from optics.feasibility.envelope import (
     window_centre,
 )
 from optics.gaze.kinematics import faces_light
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout, camera_pose, fold_mirror_pose
-from optics.mirror import PlaneMirror
-from optics.ports.port import port_from_spec
-from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import BoxHull, FileHull, Joint, ParametricHull, Problem, Rig, Servo, TorpedoHull
 
@@ -65,8 +63,7 @@ def feasibility_problems(rig: Rig) -> list[Problem]:
 
 
 def _blind_camera(rig: Rig) -> Iterator[Problem]:
-    train = OpticalTrain(camera=camera_from_spec(rig.camera), port=port_from_spec(rig.port, rig.water))
-    if not _any_seen(train) and rig.port.shape != "none":
+    if not _any_seen(OpticalTrain.bare(rig)) and rig.port.shape != "none":
         yield Problem(
             place="port.aperture_diameter_mm",
             value=rig.port.aperture_diameter_mm,
@@ -233,20 +230,18 @@ def _unseen_mirrors(rig: Rig) -> Iterator[Problem]:
     """Whether light gets through: rays of the whole view over M1, then over M2 at the corners of the joint ranges."""
     gaze = rig.require_gaze()
     layout = Layout.from_rig(rig)
-    bare = OpticalTrain(camera=camera_from_spec(rig.camera), port=port_from_spec(rig.port, rig.water))
-    if not _any_seen(bare):
+    q = layout.joint_grid(3)
+    train = OpticalTrain.from_rig(rig, q1=q[0, 0], q2=q[0, 1])
+    if not _any_seen(train.without_mirrors()):
         return
-    m1 = PlaneMirror.from_pose(
-        layout.camera_from_m1, width_m=gaze.fold_mirror.width_mm / 1000, height_m=gaze.fold_mirror.height_mm / 1000
-    )
-    if not _any_seen(OpticalTrain(camera=bare.camera, port=bare.port, mirrors=(m1,))):
+    if not _any_seen(replace(train, mirrors=train.mirrors[:1])):
         yield Problem(
             place="fold_mirror.distance_mm",
             value=gaze.fold_mirror.distance_mm,
             expected="M1 in the camera's view; no pixel's ray reaches its face",
         )
         return
-    if not any(_any_seen(OpticalTrain.from_rig(rig, q1=q1, q2=q2)) for q1, q2 in layout.joint_grid(3).tolist()):
+    if not train.trace_poses(_view(train), layout.camera_from_m2_at(*q.T)).passed.any():
         yield Problem(
             place="gaze_mirror.distance_mm",
             value=gaze.gaze_mirror.distance_mm,
@@ -255,8 +250,11 @@ def _unseen_mirrors(rig: Rig) -> Iterator[Problem]:
 
 
 def _any_seen(train: OpticalTrain) -> bool:
-    rays = train.trace(pixel_grid(train.camera, VIEW_COLUMNS, VIEW_ROWS))
-    return bool((rays.status == Status.OK).any())
+    return bool(train.trace(_view(train)).passed.any())
+
+
+def _view(train: OpticalTrain) -> FloatArray:
+    return pixel_grid(train.camera, VIEW_COLUMNS, VIEW_ROWS)
 
 
 def _closest_gaze_mirror(rig: Rig, layout: Layout) -> tuple[float, float, float]:

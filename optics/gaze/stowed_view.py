@@ -12,7 +12,6 @@ from optics.kernels.backend import Array3f64, Float32, dr
 from optics.layout import Layout, camera_pose
 from optics.mesh import Group, PartMesh, Role
 from optics.occlusion import Occluder, blocks
-from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 
@@ -51,12 +50,14 @@ def direct_view_loss(
     """
     train = OpticalTrain.from_rig(rig, q1=q1, q2=q2, stowed=True)
     rays = train.trace(pixel_grid(train.camera, columns, rows))
-    seen = rays.status == Status.OK
-    pose = camera_pose(rig.camera)
-    origin, direction = pose.apply(rays.origin_m[seen]), pose.rotation.apply(rays.direction[seen])
+    rays = rays[rays.passed].moved(camera_pose(rig.camera))
     placed = parts_in_body(Layout.from_rig(rig), parts, q1, q2)
     occluder = Occluder([part for part in placed if part.role is not Role.HULL])
     stopped = blocks(
-        occluder.parameters(), Array3f64(*to_columns(origin)), Array3f64(*to_columns(direction)), Float32(dr.inf), True
+        occluder.parameters(),
+        Array3f64(*to_columns(rays.origin_m)),
+        Array3f64(*to_columns(rays.direction)),
+        Float32(dr.inf),
+        True,
     )
     return float(np.mean(np.array(stopped)))

@@ -18,7 +18,6 @@ from optics.camera import PinholeCamera
 from optics.gaze.kinematics import virtual_camera
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
-from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 
@@ -182,7 +181,7 @@ def _seen_points(rig: Rig, q1: float, q2: float, distances: Sequence[float]) -> 
     train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
     pixels = pixel_grid(train.camera, COLUMNS, ROWS)
     rays = train.trace(pixels)
-    seen = rays.status == Status.OK
+    seen = rays.passed
     if seen.sum() < FEWEST_PIXELS:
         raise ValueError(
             f"expected a pose at which the gaze mirror is in view, got q1 = {np.degrees(q1):g} deg, "

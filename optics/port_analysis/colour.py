@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.camera import camera_from_spec
 from optics.kernels.arrays import FloatArray, check_points
 from optics.ports.port import port_from_spec
-from optics.status import Status
 from optics.train import OpticalTrain
 from optics.water.materials import material_index
 from optics.water.water import water_index
@@ -49,12 +48,12 @@ def lateral_colour(
     if not 0 < object_distance_m < float("inf"):
         raise ValueError(f"expected object_distance_m > 0, got {object_distance_m!r}")
     pixels = check_points("pixels", pixels, 2)
-    camera = camera_from_spec(rig.camera)
-    rays = OpticalTrain(camera=camera, port=port_from_spec(rig.port, rig.water)).trace(pixels)
+    train = OpticalTrain.bare(rig)
+    rays = train.trace(pixels)
     points = rays.origin_m + object_distance_m * rays.direction
-    points[rays.status != Status.OK] = np.nan
+    points[~rays.passed] = np.nan
     ports = [port_from_spec(rig.port, rig.water, wavelength) for wavelength in wavelengths_nm]
-    return np.stack([OpticalTrain(camera=camera, port=port).project(points).pixels - pixels for port in ports])
+    return np.stack([replace(train, port=port).project(points).pixels - pixels for port in ports])
 
 
 def abbe_number(material: PortMaterial) -> float:

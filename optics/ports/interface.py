@@ -7,8 +7,8 @@ refracted ray passes through a given point in the water.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 from optics.kernels.arrays import opaque
 
@@ -44,6 +44,10 @@ class Port(ABC):
     @abstractmethod
     def parameters(self) -> dict[str, Any]:
         """Numbers of the port for the kernels, as Dr.Jit scalars and vectors."""
+
+    def without_rim(self) -> Self:
+        """The same port with an unbounded aperture."""
+        return replace(self, aperture_radius_m=None)  # type: ignore[type-var]
 
     @staticmethod
     @abstractmethod

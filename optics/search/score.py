@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.camera import camera_from_spec
 from optics.coverage.sphere import cell_count, cell_of
 from optics.kernels.arrays import FloatArray, opaque, opaque_vector, to_columns
 from optics.kernels.backend import Array3f64, Bool, Float64, UInt32, dr
@@ -21,7 +20,6 @@ from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.mirror import Hit, MirrorPlane, intersect, reflect_over
 from optics.occlusion import Occluder, blocks
-from optics.ports.port import port_from_spec
 from optics.search.objectives import (
     D1,
     D2,
@@ -33,7 +31,6 @@ from optics.search.objectives import (
     area_cm2,
     swept_volume_l,
 )
-from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 
@@ -102,16 +99,14 @@ class CoarseScorer:
         self.thickness_mm = gaze.gaze_mirror.thickness_mm
         self.layout = layout
         self.occluder = Occluder([part for part in parts if part.role is Role.HULL and part.group is Group.FIXED])
-        camera = camera_from_spec(rig.camera)
-        rays = OpticalTrain(camera=camera, port=port_from_spec(rig.port, rig.water)).trace(
-            pixel_grid(camera, grid.columns * INTERLEAVED, grid.rows * INTERLEAVED)
-        )
-        self.seen = rays.status == Status.OK
+        train = OpticalTrain.bare(rig)
+        pixels = pixel_grid(train.camera, grid.columns * INTERLEAVED, grid.rows * INTERLEAVED)
+        rays = train.trace(pixels).moved(layout.body_from_camera)
+        self.seen = rays.passed
         if not self.seen.any():
             raise ValueError(f"expected a port through which the camera of {rig.name!r} sees the water")
-        self.origin_m = layout.body_from_camera.apply(rays.origin_m)
-        self.direction = layout.body_from_camera.rotation.apply(rays.direction)
-        self.pixels_per_ray = camera.width_px * camera.height_px / grid.rays
+        self.origin_m, self.direction = rays.origin_m, rays.direction
+        self.pixels_per_ray = train.camera.width_px * train.camera.height_px / grid.rays
         q1, q2 = layout.pan.values(grid.pan_steps), layout.tilt.values(grid.tilt_steps)
         _, body_from_m2 = layout.moving_frames(np.tile(q1, len(q2)), np.repeat(q2, len(q1)))
         self.m2_axes = body_from_m2[:, :3, :3]

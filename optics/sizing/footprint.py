@@ -1,4 +1,4 @@
-"""Footprints: where the rays of some pixels meet the planes of M1 and M2, in the mirrors' own axes, for many poses.
+"""Footprints: where rays behind the port meet the planes of M1 and M2, in the mirrors' own axes, for many poses.
 
 The planes are unbounded: a footprint says how large a mirror has to be. Lanes run over designs (d1, d2), poses and
 rays at once, in float64.
@@ -12,30 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.camera import camera_from_spec
 from optics.gaze.kinematics import gaze_mirror_normal
 from optics.kernels.arrays import FloatArray, opaque, opaque_vector, to_columns
 from optics.kernels.backend import Array3f64, Float64, Matrix3f64, UInt32, dr
 from optics.layout import Layout
 from optics.mirror import Hit, MirrorPlane, reflect_over
-from optics.ports.port import port_from_spec
-from optics.train import OpticalTrain
+from optics.train import Rays
 from rigs import Rig
 
 FOLD, GAZE = 0, 1
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bundle:
-    """Rays behind the port, camera frame.
-
-    Attributes
-    ----------
-    origin_m, direction : arrays, shape (n, 3)
-    """
-
-    origin_m: FloatArray
-    direction: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,15 +46,15 @@ class Footprint:
     cosine: FloatArray
 
 
-def fold_footprint(rig: Rig, bundle: Bundle) -> Footprint:
+def fold_footprint(rig: Rig, rays: Rays) -> Footprint:
     """Footprint on M1, arrays of shape (rays,); it is the same for all poses."""
     zero = np.zeros(1)
-    return _footprint(rig, bundle, mirror=FOLD, poses=(zero, zero))
+    return _footprint(rig, rays, mirror=FOLD, poses=(zero, zero))
 
 
-def gaze_footprint(rig: Rig, bundle: Bundle, *, q1: FloatArray, q2: FloatArray) -> Footprint:
+def gaze_footprint(rig: Rig, rays: Rays, *, q1: FloatArray, q2: FloatArray) -> Footprint:
     """Footprint on M2 at joint values (radians, shape (poses,)), arrays of shape (poses, rays)."""
-    return _footprint(rig, bundle, mirror=GAZE, poses=(q1, q2))
+    return _footprint(rig, rays, mirror=GAZE, poses=(q1, q2))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +67,7 @@ class Extents:
 
 def centred_extents(
     rig: Rig,
-    bundle: Bundle,
+    rays: Rays,
     *,
     d1_m: FloatArray,
     d2_m: FloatArray,
@@ -98,10 +83,10 @@ def centred_extents(
     layout = Layout.from_rig(rig)
     halves = []
     for mirror, poses in ((FOLD, (np.zeros(1), np.zeros(1))), (GAZE, (q1, q2))):
-        parameters = _parameters(layout, bundle, *poses) | {"d1": Float64(d1_m), "d2": Float64(d2_m)}
-        hit, spread, _ = _hit_lanes(parameters, (len(d1_m), len(poses[0]), len(bundle.origin_m)), mirror)
+        parameters = _parameters(layout, rays, *poses) | {"d1": Float64(d1_m), "d2": Float64(d2_m)}
+        hit, spread, _ = _hit_lanes(parameters, (len(d1_m), len(poses[0]), len(rays.origin_m)), mirror)
         growth = opaque(margin_m) + opaque(angle_tolerance) * spread
-        lanes = len(poses[0]) * len(bundle.origin_m)
+        lanes = len(poses[0]) * len(rays.origin_m)
         sides = [
             dr.block_reduce(dr.ReduceOp.Max, dr.select(hit.front, dr.abs(side) + growth, dr.inf), lanes)
             for side in hit.local
@@ -110,24 +95,12 @@ def centred_extents(
     return Extents(m1_m=halves[0], m2_m=halves[1])
 
 
-def pixel_bundle(train: OpticalTrain, pixels: FloatArray) -> tuple[Bundle, NDArray[np.int32]]:
-    """Rays of pixels behind the port of a train, and their status there; rays that fail are left out of the bundle."""
-    rays = OpticalTrain(camera=train.camera, port=train.port).trace(pixels)
-    good = rays.status == 0
-    return Bundle(origin_m=rays.origin_m[good], direction=rays.direction[good]), rays.status
-
-
-def bare_train(rig: Rig) -> OpticalTrain:
-    """Camera and port of a rig, without mirrors."""
-    return OpticalTrain(camera=camera_from_spec(rig.camera), port=port_from_spec(rig.port, rig.water))
-
-
-def _footprint(rig: Rig, bundle: Bundle, *, mirror: int, poses: tuple[FloatArray, FloatArray]) -> Footprint:
+def _footprint(rig: Rig, rays: Rays, *, mirror: int, poses: tuple[FloatArray, FloatArray]) -> Footprint:
     gaze = rig.require_gaze()
     layout = Layout.from_rig(rig)
-    parameters = _parameters(layout, bundle, *poses)
+    parameters = _parameters(layout, rays, *poses)
     parameters |= {"d1": opaque(gaze.fold_mirror.distance_mm / 1000), "d2": opaque(gaze.gaze_mirror.distance_mm / 1000)}
-    counts = (1, len(poses[0]), len(bundle.origin_m))
+    counts = (1, len(poses[0]), len(rays.origin_m))
     hit, spread, cosine = _hit_lanes(parameters, counts, mirror)
     dr.eval(hit.local, hit.front, spread, cosine)
     shape = (counts[2],) if mirror == FOLD else counts[1:]
@@ -139,7 +112,7 @@ def _footprint(rig: Rig, bundle: Bundle, *, mirror: int, poses: tuple[FloatArray
     )
 
 
-def _parameters(layout: Layout, bundle: Bundle, q1: FloatArray, q2: FloatArray) -> dict[str, Any]:
+def _parameters(layout: Layout, rays: Rays, q1: FloatArray, q2: FloatArray) -> dict[str, Any]:
     """Inputs of the kernel: rays, and M2's axes by pose, both in the camera frame."""
     pan = layout.pan.angle(q1)
     tilt_axis = np.stack([-np.sin(pan), np.cos(pan), np.zeros_like(pan)], axis=-1)
@@ -151,8 +124,8 @@ def _parameters(layout: Layout, bundle: Bundle, q1: FloatArray, q2: FloatArray) 
     m2 = np.stack([m2_x, np.cross(m2_normal, m2_x), m2_normal], axis=-1)
     down = -layout.camera_from_gimbal.rotation.as_matrix()[:, 2]
     return {
-        "origin": Array3f64(*to_columns(bundle.origin_m)),
-        "direction": Array3f64(*to_columns(bundle.direction)),
+        "origin": Array3f64(*to_columns(rays.origin_m)),
+        "direction": Array3f64(*to_columns(rays.direction)),
         "m1_axes": [opaque_vector(axis) for axis in layout.camera_from_m1.rotation.as_matrix().T],
         "down": opaque_vector(down),
         "m2_axes": Matrix3f64([[Float64(np.ascontiguousarray(m2[:, i, j])) for j in range(3)] for i in range(3)]),

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from optics.feasibility.feasibility import feasibility_problems
 from optics.kernels.arrays import FloatArray
-from optics.sizing.footprint import Bundle, Extents, Footprint, centred_extents, pixel_bundle
+from optics.sizing.footprint import Extents, Footprint, centred_extents
 from optics.sizing.gaze_range import GazeRange, Grid, Interval, pairs
 from optics.sizing.window import Window
-from optics.train import OpticalTrain
+from optics.train import OpticalTrain, Rays
 from rigs import Rig
 
 RAYS_PER_SIDE = 24
@@ -114,12 +114,12 @@ def out_of_reach(grid: Grid, gaze: GazeRange) -> list[Binding]:
     return [Binding(constraint="joint range", message=message)]
 
 
-def cut_by_port(train: OpticalTrain, window: Window, status: NDArray[np.int32]) -> list[Binding]:
-    """How much of a window the port lets through, when its boundary's `status` says that it is not all of it."""
-    if (status == 0).all():
+def cut_by_port(train: OpticalTrain, window: Window, boundary: Rays) -> list[Binding]:
+    """How much of a window the port lets through, when the rays of its boundary say that it is not all of it."""
+    if boundary.passed.all():
         return []
-    _, inner = pixel_bundle(train, window.cells(64, 48))
-    message = f"the port lets {np.mean(inner == 0):.1%} of the window through: look at port.aperture_diameter_mm"
+    inner = train.trace(window.cells(64, 48))
+    message = f"the port lets {np.mean(inner.passed):.1%} of the window through: look at port.aperture_diameter_mm"
     return [Binding(constraint="port aperture", message=message)]
 
 
@@ -150,8 +150,8 @@ def largest_window(rig: Rig, train: OpticalTrain, request: Request, grid: Grid) 
         return 0.0
 
     def fits(factor: float) -> bool:
-        bundle, status = pixel_bundle(train, request.window.scaled(factor).boundary(RAYS_PER_SIDE))
-        return bool((status == 0).all()) and _fits(rig, _centred(rig, request, bundle, grid.q1, grid.q2))
+        rays = train.trace(request.window.scaled(factor).boundary(RAYS_PER_SIDE))
+        return bool(rays.passed.all()) and _fits(rig, _centred(rig, request, rays, grid.q1, grid.q2))
 
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):
@@ -160,17 +160,17 @@ def largest_window(rig: Rig, train: OpticalTrain, request: Request, grid: Grid) 
     return low
 
 
-def longest_range(rig: Rig, request: Request, bundle: Bundle | None, grid: Grid) -> Interval | None:
+def longest_range(rig: Rig, request: Request, rays: Rays | None, grid: Grid) -> Interval | None:
     """Longest run of the grid's second values that fits with the whole window.
 
     A mirror is smallest where light falls on it most steeply, and grows to both sides: the values whose mirrors stay
     below some size are one run around that. The largest such size is found by bisection.
     """
     rows: NDArray[np.bool_] = np.all(grid.reached.reshape(len(grid.second), -1), axis=1)
-    if bundle is None or not rows.any():
+    if rays is None or not rows.any():
         return None
     extents = [
-        _centred(rig, request, bundle, q1, q2) if row else None
+        _centred(rig, request, rays, q1, q2) if row else None
         for row, q1, q2 in zip(rows, *(q.reshape(len(rows), -1) for q in (grid.q1, grid.q2)), strict=True)
     ]
     m2 = np.array([extent.m2_m[0] if extent else (np.inf, np.inf) for extent in extents])
@@ -198,11 +198,11 @@ def longest_range(rig: Rig, request: Request, bundle: Bundle | None, grid: Grid)
     return float(values[0]), float(values[-1])
 
 
-def _centred(rig: Rig, request: Request, bundle: Bundle, q1: FloatArray, q2: FloatArray) -> Extents:
+def _centred(rig: Rig, request: Request, rays: Rays, q1: FloatArray, q2: FloatArray) -> Extents:
     gaze = rig.require_gaze()
     return centred_extents(
         rig,
-        bundle,
+        rays,
         d1_m=np.array([gaze.fold_mirror.distance_mm / 1000]),
         d2_m=np.array([gaze.gaze_mirror.distance_mm / 1000]),
         q1=q1,

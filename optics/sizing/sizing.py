@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.layout import Layout
-from optics.sizing.footprint import Bundle, Footprint, bare_train, fold_footprint, gaze_footprint, pixel_bundle
+from optics.sizing.footprint import Footprint, fold_footprint, gaze_footprint
 from optics.sizing.gaze_range import GazeRange, Grid, Interval, pairs, pose_grid
 from optics.sizing.limits import (
     RAYS_PER_SIDE,
@@ -29,6 +29,7 @@ from optics.sizing.limits import (
 )
 from optics.sizing.outlines import Outlines, outlines_around
 from optics.sizing.window import Window
+from optics.train import OpticalTrain, Rays
 from rigs import Rig
 
 POSE_STEPS = 41
@@ -90,20 +91,21 @@ def size_mirrors(rig: Rig, request: Request) -> Sizing:
         For a rig without mirrors or a window beyond the image.
     """
     layout = Layout.from_rig(rig)
-    train = bare_train(rig)
+    train = OpticalTrain.bare(rig)
     request.window.check_inside(train.camera)
     grid = pose_grid(layout, request.gaze, POSE_STEPS)
-    bundle, status = pixel_bundle(train, request.window.boundary(RAYS_PER_SIDE))
-    bindings = out_of_reach(grid, request.gaze) + cut_by_port(train, request.window, status)
+    rays = train.trace(request.window.boundary(RAYS_PER_SIDE))
+    passed = rays[rays.passed]
+    bindings = out_of_reach(grid, request.gaze) + cut_by_port(train, request.window, rays)
     m1 = m2 = sized = None
-    if grid.reached.any() and len(bundle.origin_m):
-        on_m1 = fold_footprint(rig, bundle)
-        on_m2 = gaze_footprint(rig, bundle, q1=grid.q1[grid.reached], q2=grid.q2[grid.reached])
+    if grid.reached.any() and len(passed.origin_m):
+        on_m1 = fold_footprint(rig, passed)
+        on_m2 = gaze_footprint(rig, passed, q1=grid.q1[grid.reached], q2=grid.q2[grid.reached])
         runaway = grazing(on_m1, on_m2, request.gaze, grid)
         bindings += runaway
         if not runaway:
             m1 = _outlines([on_m1], request)
-            m2 = _outlines([on_m2, *_zoomed(rig, bundle, request.gaze, grid, on_m2)], request)
+            m2 = _outlines([on_m2, *_zoomed(rig, passed, request.gaze, grid, on_m2)], request)
             sized = with_mirrors(rig, m1.rectangle_m, m2.rectangle_m)
             bindings += larger_than_bed(sized) + out_of_room(sized)
     if sized is None:
@@ -113,7 +115,7 @@ def size_mirrors(rig: Rig, request: Request) -> Sizing:
     second_range: Interval | None = request.gaze.second
     if bindings:
         window_factor = largest_window(rig, train, request, grid)
-        second_range = longest_range(rig, request, bundle if (status == 0).all() else None, grid)
+        second_range = longest_range(rig, request, rays if rays.passed.all() else None, grid)
     return Sizing(
         request=request,
         m1=m1,
@@ -133,14 +135,14 @@ def passed_share(rig: Rig, window: Window, gaze: GazeRange) -> float:
     """
     mirrors, layout = rig.require_gaze(), Layout.from_rig(rig)
     grid = pose_grid(layout, gaze, SHARE_STEPS)
-    train = bare_train(rig)
-    bundle, status = pixel_bundle(train, window.cells(*SHARE_CELLS))
-    if not grid.reached.any() or not len(bundle.origin_m):
+    rays = OpticalTrain.bare(rig).trace(window.cells(*SHARE_CELLS))
+    passed = rays[rays.passed]
+    if not grid.reached.any() or not len(passed.origin_m):
         return 0.0
-    passed = _inside(fold_footprint(rig, bundle), mirrors.fold_mirror.width_mm, mirrors.fold_mirror.height_mm)
-    on_m2 = gaze_footprint(rig, bundle, q1=grid.q1[grid.reached], q2=grid.q2[grid.reached])
-    passed = passed & _inside(on_m2, mirrors.gaze_mirror.width_mm, mirrors.gaze_mirror.height_mm)
-    return float(passed.sum() / (len(status) * len(grid.reached)))
+    inside = _inside(fold_footprint(rig, passed), mirrors.fold_mirror.width_mm, mirrors.fold_mirror.height_mm)
+    on_m2 = gaze_footprint(rig, passed, q1=grid.q1[grid.reached], q2=grid.q2[grid.reached])
+    inside = inside & _inside(on_m2, mirrors.gaze_mirror.width_mm, mirrors.gaze_mirror.height_mm)
+    return float(inside.sum() / (len(rays.status) * len(grid.reached)))
 
 
 def _inside(footprint: Footprint, width_mm: float, height_mm: float) -> NDArray[np.bool_]:
@@ -154,7 +156,7 @@ def _outlines(footprints: list[Footprint], request: Request) -> Outlines:
     return outlines_around(points, request.margin_m + request.angle_tolerance * spread)
 
 
-def _zoomed(rig: Rig, bundle: Bundle, gaze: GazeRange, grid: Grid, on_m2: Footprint) -> list[Footprint]:
+def _zoomed(rig: Rig, passed: Rays, gaze: GazeRange, grid: Grid, on_m2: Footprint) -> list[Footprint]:
     """Footprints on ever finer grids around the poses at which M2 has to reach furthest."""
     layout = Layout.from_rig(rig)
     angles = 2 * np.pi * np.arange(ZOOM_DIRECTIONS) / ZOOM_DIRECTIONS
@@ -172,6 +174,6 @@ def _zoomed(rig: Rig, bundle: Bundle, gaze: GazeRange, grid: Grid, on_m2: Footpr
         q1, q2 = gaze.poses(layout, first, second)
         reached = np.isfinite(q1)
         first, second, owners = first[reached], second[reached], owners[:, reached]
-        footprints.append(gaze_footprint(rig, bundle, q1=q1[reached], q2=q2[reached]))
+        footprints.append(gaze_footprint(rig, passed, q1=q1[reached], q2=q2[reached]))
         step_count = (step_count - 1) * (ZOOM_STEPS - 1) / 2 + 1
     return footprints[1:]

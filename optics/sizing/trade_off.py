@@ -17,9 +17,10 @@ from optics.coverage.usable_fov import usable_fov
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
-from optics.sizing.footprint import bare_train, centred_extents, pixel_bundle
+from optics.sizing.footprint import centred_extents
 from optics.sizing.gaze_range import GazeRange, Grid, pose_grid
 from optics.sizing.limits import Request, larger_than_bed, out_of_room, with_mirrors
+from optics.train import OpticalTrain
 from rigs import Rig
 from rigs.gaze import FlatMirror
 
@@ -116,13 +117,13 @@ def trade_off(rig: Rig, request: Request, hull: Sequence[PartMesh], *, d1_mm: Ar
     """
     d1, d2 = (_distances(name, values) for name, values in (("d1_mm", d1_mm), ("d2_mm", d2_mm)))
     grid = pose_grid(Layout.from_rig(rig), request.gaze, SIZING_STEPS)
-    bundle, status = pixel_bundle(bare_train(rig), request.window.boundary(RAYS_PER_SIDE))
-    if not grid.reached.any() or (status != 0).any():
+    rays = OpticalTrain.bare(rig).trace(request.window.boundary(RAYS_PER_SIDE))
+    if not grid.reached.any() or not rays.passed.all():
         raise ValueError("expected a range that the joints reach and a window that the port lets through")
     grid1, grid2 = (values.ravel() / 1000 for values in np.meshgrid(d1, d2))
     extents = centred_extents(
         rig,
-        bundle,
+        rays,
         d1_m=grid1,
         d2_m=grid2,
         q1=grid.q1[grid.reached],

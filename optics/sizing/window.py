@@ -13,7 +13,6 @@ from scipy.optimize import brentq
 from optics.camera import Camera
 from optics.kernels.arrays import FloatArray
 from optics.ports.port import Port
-from optics.status import Status
 from optics.train import OpticalTrain
 
 SMALLEST_HALF_SIDE_PX = 1e-6
@@ -151,7 +150,7 @@ def _largest_half_side(camera: Camera, port: Port, middle: FloatArray, step: Flo
     half_image = float(abs(step @ [camera.width_px, camera.height_px])) / 2
     halves = np.append(np.arange(1.0, half_image), half_image)
     ends = np.concatenate([middle + halves[:, np.newaxis] * step, middle - halves[:, np.newaxis] * step])
-    passed = (OpticalTrain(camera=camera, port=port).trace(ends).status == Status.OK).reshape(2, -1).all(axis=0)
+    passed = np.logical_and(*OpticalTrain(camera=camera, port=port).trace(ends).passed.reshape(2, -1))
     if not passed[0]:
         raise ValueError("expected a port that lets the middle of the image through; look at port.aperture_diameter_mm")
     return float(halves[passed.argmin() - 1] if not passed.all() else halves[-1])

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from optics.kernels.backend import Float32, UInt32
 from optics.kernels.packing import vectors
 from optics.layout import camera_pose
-from optics.status import Status
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
 from scenes.kernels.tracing import Rays
@@ -22,20 +21,18 @@ def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> Rays:
 
     They are computed tile by tile, so that rays of one vector stay close together; `place` says where each belongs.
     """
-    train = OpticalTrain.from_rig(rig)
-    bare = OpticalTrain(camera=train.camera, port=train.port)
+    train = OpticalTrain.bare(rig)
     tiled = _tiles(rows, columns)
     centres = pixel_grid(train.camera, columns, rows)[tiled]
     cell = np.array([train.camera.width_px / columns, train.camera.height_px / rows])
     pixels = (centres[:, np.newaxis] + _spread(samples) * cell).reshape(-1, 2)
-    rays = bare.trace(pixels)
-    pose = camera_pose(rig.camera)
+    rays = train.trace(pixels).moved(camera_pose(rig.camera))
     # Radiance falls by the square of the index on its way from the water into the air before the lens.
-    gain = bare.transmittance(pixels) * (train.port.n_inside / train.port.n_water) ** 2
+    gain = train.transmittance(pixels) * (train.port.n_inside / train.port.n_water) ** 2
     return Rays(
-        origin=vectors(pose.apply(rays.origin_m)),
-        direction=vectors(pose.rotation.apply(rays.direction)),
-        gain=Float32(np.where(rays.status == Status.OK, gain, 0).astype(np.float32)),
+        origin=vectors(rays.origin_m),
+        direction=vectors(rays.direction),
+        gain=Float32(np.where(rays.passed, gain, 0).astype(np.float32)),
         place=UInt32(np.add.outer(tiled * samples, np.arange(samples)).ravel().astype(np.uint32)),
     )
 

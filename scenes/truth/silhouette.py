@@ -39,7 +39,7 @@ def ball_silhouette(
     along = np.einsum("ij,ij->i", offset, rays.direction)
     closest = offset - along[:, np.newaxis] * rays.direction
     meets = np.einsum("ij,ij->i", closest, closest) < radius_m**2
-    return np.asarray((meets & (along > 0) & rays.leaves).reshape(shape))
+    return np.asarray((meets & (along > 0) & rays.passed).reshape(shape))
 
 
 def train_regions(rig: Rig, train: OpticalTrain, shape: tuple[int, int]) -> NDArray[np.uint8]:
@@ -48,5 +48,5 @@ def train_regions(rig: Rig, train: OpticalTrain, shape: tuple[int, int]) -> NDAr
     if train.mirrors:
         found = regions(train.trace(pixel_grid(train.camera, columns, rows)).status)
     else:
-        found = np.where(exit_rays(rig, rows, columns).leaves, Region.DIRECT, Region.HOUSING)
+        found = np.where(exit_rays(rig, rows, columns).passed, Region.DIRECT, Region.HOUSING)
     return found.astype(np.uint8).reshape(shape)

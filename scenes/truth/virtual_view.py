@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.kernels.arrays import FloatArray, opaque_vector
+from optics.kernels.arrays import opaque_vector
 from optics.kernels.backend import Array3f32, Array3f64, Float32, Float64, UInt32, dr
 from optics.kernels.freezing import frozen
 from optics.mirror import MirrorPlane, unfold
-from optics.status import Region, Status
-from optics.train import OpticalTrain, pixel_grid
+from optics.status import Region
+from optics.train import OpticalTrain, Rays, pixel_grid
 from rigs import Rig
 from scenes.stage.frame import FloatImage, Frame
 
@@ -63,34 +63,11 @@ class VirtualView:
     further_reflection: NDArray[np.bool_]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExitRays:
-    """Rays of a frame's pixel centres on the port's outer face, camera frame.
-
-    Attributes
-    ----------
-    origin_m, direction : arrays, shape (n, 3)
-    leaves : array, shape (n,)
-        Whether the ray gets out of the housing.
-    """
-
-    origin_m: FloatArray
-    direction: FloatArray
-    leaves: NDArray[np.bool_]
-
-
 @lru_cache(maxsize=4)
-def exit_rays(rig: Rig, rows: int, columns: int) -> ExitRays:
+def exit_rays(rig: Rig, rows: int, columns: int) -> Rays:
     """Exact rays behind the port; they depend neither on the joints nor on the pose, so they are kept."""
-    train = bare_train(rig)
-    rays = train.trace(pixel_grid(train.camera, columns, rows))
-    return ExitRays(origin_m=rays.origin_m, direction=rays.direction, leaves=rays.status == Status.OK)
-
-
-def bare_train(rig: Rig) -> OpticalTrain:
-    """Camera and port without the mirrors."""
-    train = OpticalTrain.from_rig(rig)
-    return OpticalTrain(camera=train.camera, port=train.port)
+    train = OpticalTrain.bare(rig)
+    return train.trace(pixel_grid(train.camera, columns, rows))
 
 
 def virtual_view(frame: Frame, rig: Rig, train: OpticalTrain, camera_from_world: RigidTransform) -> VirtualView:

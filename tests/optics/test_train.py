@@ -328,3 +328,26 @@ def test_a_rig_without_mirrors_is_a_camera_behind_a_port():
     train = OpticalTrain.from_rig(Rig.load("bench"))
     assert train.mirrors == ()
     assert (train.trace([[train.camera.cx_px, train.camera.cy_px]]).status == Status.OK).all()
+
+
+def test_many_poses_in_one_kernel_are_one_pose_at_a_time():
+    """Poses x pixels, pose by pose, at the outline as without it; both make M2's axes with rounding of their own."""
+    rig = Rig.load("aqua2")
+    layout, bounded = Layout.from_rig(rig), OpticalTrain.from_rig(rig)
+    q1, q2 = np.radians([[-60.0, 0.0, 45.0], [-20.0, 30.0, 100.0]])
+    pixels = pixel_grid(bounded.camera, 16, 12)
+    for unbounded in (False, True):
+        train = bounded.unbounded() if unbounded else bounded
+        found = train.trace_poses(pixels, layout.camera_from_m2_at(q1, q2))
+        for k, (a, b) in enumerate(zip(q1, q2, strict=True)):
+            alone = OpticalTrain.from_rig(rig, q1=a, q2=b)
+            alone = (alone.unbounded() if unbounded else alone).trace(pixels)
+            some = found[k * len(pixels) : (k + 1) * len(pixels)]
+            np.testing.assert_array_equal(some.status, alone.status)
+            np.testing.assert_allclose(some.origin_m, alone.origin_m, atol=1e-14)
+            np.testing.assert_allclose(some.direction, alone.direction, atol=1e-14)
+
+
+def test_many_poses_need_a_gaze_mirror():
+    with pytest.raises(ValueError, match="expected a train of 2 mirrors, got 0"):
+        OpticalTrain.bare(Rig.load("aqua2")).trace_poses([[0, 0]], np.eye(4)[np.newaxis])

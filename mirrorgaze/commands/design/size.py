@@ -111,10 +111,10 @@ def _window(rig: Rig, text: str) -> Window:
     """Window from the words of the command line."""
     import math
 
-    from optics.sizing.footprint import bare_train
     from optics.sizing.window import Window, centred_window, field_of_view_window, fraction_window
+    from optics.train import OpticalTrain
 
-    train = bare_train(rig)
+    train = OpticalTrain.bare(rig)
     try:
         if "," in text:
             left, top, right, bottom = (float(part) for part in text.split(","))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from optics.layout import Layout
-from optics.sizing.footprint import bare_train, centred_extents, fold_footprint, gaze_footprint, pixel_bundle
+from optics.sizing.footprint import centred_extents, fold_footprint, gaze_footprint
 from optics.sizing.gaze_range import GazeRange, pairs, pose_grid
 from optics.sizing.window import Window, fraction_window
 from optics.train import OpticalTrain
@@ -39,8 +39,8 @@ def test_a_cone_on_m1_has_the_near_and_far_edge_of_the_closed_form(degrees):
     sideways at d1 t.
     """
     tangent, d1 = np.tan(np.radians(degrees)), BARE.gaze.fold_mirror.distance_mm / 1000
-    bundle, _ = pixel_bundle(bare_train(BARE), edge_middles(tangent))
-    footprint = fold_footprint(BARE, bundle)
+    rays = OpticalTrain.bare(BARE).trace(edge_middles(tangent))
+    footprint = fold_footprint(BARE, rays)
     far, near = np.sqrt(2) * d1 * tangent / (1 - tangent), np.sqrt(2) * d1 * tangent / (1 + tangent)
     expected = [[d1 * tangent, 0], [-d1 * tangent, 0], [0, -far], [0, near]]
     np.testing.assert_allclose(footprint.points_m, expected, atol=ROUNDING_M)
@@ -48,17 +48,17 @@ def test_a_cone_on_m1_has_the_near_and_far_edge_of_the_closed_form(degrees):
 
 
 def test_beyond_45_degrees_m1_is_not_met():
-    bundle, _ = pixel_bundle(bare_train(BARE), np.array([[319.5, 239.5 + 501], [319.5, 239.5 + 499]]))
-    np.testing.assert_array_equal(fold_footprint(BARE, bundle).struck, [False, True])
+    rays = OpticalTrain.bare(BARE).trace(np.array([[319.5, 239.5 + 501], [319.5, 239.5 + 499]]))
+    np.testing.assert_array_equal(fold_footprint(BARE, rays).struck, [False, True])
 
 
 @pytest.mark.parametrize("tilt_deg", [-32.5, -10.0, 0.0, 45.0, 100.0])
 def test_a_narrow_cone_on_m2_grows_as_the_cosine_of_incidence(tilt_deg):
     """Far from the pinhole by L = d1 + d2, a narrow cone is L t wide and L t / cos(i) high, i = 45 deg - tilt."""
     tangent = 1e-7
-    bundle, _ = pixel_bundle(bare_train(BARE), edge_middles(tangent))
+    rays = OpticalTrain.bare(BARE).trace(edge_middles(tangent))
     pose = {"q1": np.zeros(1), "q2": np.radians([tilt_deg])}
-    footprint = gaze_footprint(BARE, bundle, **pose)
+    footprint = gaze_footprint(BARE, rays, **pose)
     length = (BARE.gaze.fold_mirror.distance_mm + BARE.gaze.gaze_mirror.distance_mm) / 1000
     cosine = np.cos(np.radians(45 - tilt_deg))
     half = np.abs(footprint.points_m[0]).max(axis=0)
@@ -74,8 +74,8 @@ def test_a_wide_cone_on_m2_at_its_limit_has_the_edges_of_the_closed_form(tangent
     In the plane of incidence a ray at the angle a from the axis lands L sin(a) / cos(i + a) from the centre (law of
     sines): it grows without bound as a comes to 12.5 deg, whose tangent is 0.2217.
     """
-    bundle, _ = pixel_bundle(bare_train(BARE), edge_middles(tangent))
-    footprint = gaze_footprint(BARE, bundle, q1=np.zeros(1), q2=np.radians([-32.5]))
+    rays = OpticalTrain.bare(BARE).trace(edge_middles(tangent))
+    footprint = gaze_footprint(BARE, rays, q1=np.zeros(1), q2=np.radians([-32.5]))
     length = (BARE.gaze.fold_mirror.distance_mm + BARE.gaze.gaze_mirror.distance_mm) / 1000
     angle, incidence = np.arctan(tangent), np.radians(77.5)
     if angle + incidence > np.pi / 2:
@@ -89,18 +89,17 @@ def test_a_wide_cone_on_m2_at_its_limit_has_the_edges_of_the_closed_form(tangent
 
 def test_footprints_are_where_the_train_says_pose_by_pose():
     """Unbounded mirrors through the flat port of aqua2, and the points in the mirrors' own axes."""
-    bundle, _ = pixel_bundle(bare_train(AQUA2), fraction_window(bare_train(AQUA2).camera, 0.1).boundary(3))
+    rays = OpticalTrain.bare(AQUA2).trace(fraction_window(OpticalTrain.bare(AQUA2).camera, 0.1).boundary(3))
     layout = Layout.from_rig(AQUA2)
     rng = np.random.default_rng(5)
     q1, q2 = np.radians(rng.uniform([[-77], [-20]], [[77], [110]], (2, 12)))
-    footprint = gaze_footprint(AQUA2, bundle, q1=q1, q2=q2)
-    sides = {"width_mm": 1e4, "height_mm": 1e4}
-    large = AQUA2.with_gaze(fold_mirror=sides, gaze_mirror=sides)
-    pixels = fraction_window(bare_train(AQUA2).camera, 0.1).boundary(3)
+    footprint = gaze_footprint(AQUA2, rays, q1=q1, q2=q2)
+    train = OpticalTrain.from_rig(AQUA2).unbounded()
+    pixels = fraction_window(OpticalTrain.bare(AQUA2).camera, 0.1).boundary(3)
+    traced = train.trace_poses(pixels, layout.camera_from_m2_at(q1, q2))
+    assert footprint.struck.all() and traced.passed.all()
     for k, (a, b) in enumerate(zip(q1, q2, strict=True)):
-        rays = OpticalTrain.from_rig(large, q1=a, q2=b).trace(pixels)
-        local = layout.camera_from_m2(a, b).inv().apply(rays.origin_m)
-        assert footprint.struck[k].all() and (rays.status == 0).all()
+        local = layout.camera_from_m2(a, b).inv().apply(traced.origin_m.reshape(12, -1, 3)[k])
         # 1 / cos of 77 degrees and lengths of 0.2 m: some ten roundings.
         np.testing.assert_allclose(np.column_stack([footprint.points_m[k], np.zeros(12)]), local, atol=1e-13)
 
@@ -110,10 +109,10 @@ def test_extents_of_a_design_are_those_of_its_footprint():
     layout = Layout.from_rig(AQUA2)
     gaze = GazeRange(first=(-0.8, 0.8), second=(-0.3, 0.5), in_joints=False)
     grid = pose_grid(layout, gaze, 5)
-    bundle, _ = pixel_bundle(bare_train(AQUA2), fraction_window(bare_train(AQUA2).camera, 0.2).boundary(4))
+    rays = OpticalTrain.bare(AQUA2).trace(fraction_window(OpticalTrain.bare(AQUA2).camera, 0.2).boundary(4))
     d1, d2 = np.array([0.08, 0.095, 0.2]), np.array([0.3, 0.125, 0.1])
     extents = centred_extents(
-        AQUA2, bundle, d1_m=d1, d2_m=d2, q1=grid.q1, q2=grid.q2, margin_m=0.002, angle_tolerance=0.01
+        AQUA2, rays, d1_m=d1, d2_m=d2, q1=grid.q1, q2=grid.q2, margin_m=0.002, angle_tolerance=0.01
     )
     for k in range(3):
         rig = AQUA2.with_gaze(
@@ -121,8 +120,8 @@ def test_extents_of_a_design_are_those_of_its_footprint():
             gaze_mirror={"distance_mm": 1000 * d2[k]},
         )
         for found, footprint in (
-            (extents.m1_m[k], fold_footprint(rig, bundle)),
-            (extents.m2_m[k], gaze_footprint(rig, bundle, q1=grid.q1, q2=grid.q2)),
+            (extents.m1_m[k], fold_footprint(rig, rays)),
+            (extents.m2_m[k], gaze_footprint(rig, rays, q1=grid.q1, q2=grid.q2)),
         ):
             grown = np.abs(footprint.points_m) + (0.002 + 0.01 * footprint.spread_m)[..., np.newaxis]
             np.testing.assert_allclose(found, grown.reshape(-1, 2).max(axis=0), atol=ROUNDING_M)
@@ -134,10 +133,10 @@ def test_behind_a_centred_dome_mirrors_are_those_without_a_port_and_grow_with_th
     bare = domed.model_copy(update={"port": NoPortSpec(shape="none")})
     found = []
     for rig, factor in ((domed, 1.0), (bare, 1.0), (domed, 2.0)):
-        bundle, _ = pixel_bundle(bare_train(rig), fraction_window(bare_train(rig).camera, 0.1).boundary(4))
+        rays = OpticalTrain.bare(rig).trace(fraction_window(OpticalTrain.bare(rig).camera, 0.1).boundary(4))
         extents = centred_extents(
             rig,
-            bundle,
+            rays,
             d1_m=np.array([0.13 * factor]),
             d2_m=np.array([0.2 * factor]),
             q1=np.array([0.0, 0.7]),
@@ -151,10 +150,10 @@ def test_behind_a_centred_dome_mirrors_are_those_without_a_port_and_grow_with_th
 
 
 def test_extents_are_infinite_where_no_mirror_does():
-    bundle, _ = pixel_bundle(bare_train(BARE), edge_middles(0.3))
+    rays = OpticalTrain.bare(BARE).trace(edge_middles(0.3))
     extents = centred_extents(
         BARE,
-        bundle,
+        rays,
         d1_m=np.array([0.1]),
         d2_m=np.array([0.1]),
         q1=np.zeros(2),
@@ -168,10 +167,10 @@ def test_extents_are_infinite_where_no_mirror_does():
 
 def test_the_windows_boundary_bounds_its_inside():
     """Behind a flat port lines become curves: the inside still lands within what the boundary holds."""
-    train = bare_train(AQUA2)
+    train = OpticalTrain.bare(AQUA2)
     window = Window(left_px=100, top_px=50, right_px=500, bottom_px=350)
-    edge, _ = pixel_bundle(train, window.boundary(24))
-    inside, _ = pixel_bundle(train, window.cells(40, 30))
+    edge = train.trace(window.boundary(24))
+    inside = train.trace(window.cells(40, 30))
     on_edge, within = fold_footprint(AQUA2, edge).points_m, fold_footprint(AQUA2, inside).points_m
     assert (within.max(axis=0) < on_edge.max(axis=0)).all()
     assert (within.min(axis=0) > on_edge.min(axis=0)).all()

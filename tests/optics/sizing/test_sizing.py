@@ -14,7 +14,7 @@ from optics.gaze.kinematics import inverse_gaze
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
 from optics.ports.port import port_from_spec
-from optics.sizing.footprint import gaze_footprint, pixel_bundle
+from optics.sizing.footprint import gaze_footprint
 from optics.sizing.gaze_range import GazeRange
 from optics.sizing.limits import Request, larger_than_bed, with_mirrors
 from optics.sizing.sizing import passed_share, size_mirrors
@@ -60,13 +60,13 @@ def poses(count):
 
 def statuses(m1_m, m2_m, q1, q2, window):
     """Trace every tenth pixel of the window and all of its corners over mirrors with outlines in metres."""
-    layout, bare = Layout.from_rig(AQUA2), OpticalTrain.from_rig(AQUA2)
+    layout, bare = Layout.from_rig(AQUA2), OpticalTrain.bare(AQUA2)
     mirrors = tuple(
         dataclasses.replace(PlaneMirror.from_pose(pose), outline_m=outline)
         for pose, outline in ((layout.camera_from_m1, m1_m), (layout.camera_from_m2(q1, q2), m2_m))
     )
     pixels = np.concatenate([window.boundary(7), window.cells(13, 10)])
-    return OpticalTrain(camera=bare.camera, port=bare.port, mirrors=mirrors).trace(pixels).status
+    return dataclasses.replace(bare, mirrors=mirrors).trace(pixels).status
 
 
 @pytest.mark.parametrize("kind", ["rectangle", "free rectangle", "octagon", "convex"])
@@ -101,7 +101,7 @@ def test_the_furthest_pose_is_found_between_those_of_the_first_grid():
     joints = GazeRange(first=(-1.2, 0.97), second=(-0.2, 0.3), in_joints=True)
     request = Request(window=image_part(0.2), gaze=joints, margin_m=0.0, angle_tolerance=0.0)
     width = size_mirrors(AQUA2, request).m2.rectangle_m[0]
-    corners, _ = pixel_bundle(OpticalTrain.from_rig(AQUA2), request.window.boundary(1))
+    corners = OpticalTrain.bare(AQUA2).trace(request.window.boundary(1))
     pans = np.linspace(-1.2, 0.97, 20001)
     widest = max(
         2 * np.abs(gaze_footprint(AQUA2, corners, q1=pans, q2=np.full(len(pans), tilt)).points_m[..., 0]).max()
@@ -124,7 +124,7 @@ def test_margins_keep_the_window_when_mounts_are_off():
     tolerance = np.radians(0.25)
     request = Request(window=image_part(0.2), gaze=RANGE, margin_m=2e-5, angle_tolerance=tolerance)
     sizing = size_mirrors(AQUA2, request)
-    layout, bare, rng = Layout.from_rig(AQUA2), OpticalTrain.from_rig(AQUA2), np.random.default_rng(2)
+    layout, bare, rng = Layout.from_rig(AQUA2), OpticalTrain.bare(AQUA2), np.random.default_rng(2)
     pixels = request.window.boundary(7)
 
     def off():
@@ -138,7 +138,7 @@ def test_margins_keep_the_window_when_mounts_are_off():
             dataclasses.replace(PlaneMirror.from_pose(turned * pose * off()), outline_m=outlines.corners_m("octagon"))
             for pose, outlines in ((layout.camera_from_m1, sizing.m1), (layout.camera_from_m2(q1, q2), sizing.m2))
         )
-        assert (OpticalTrain(camera=bare.camera, port=bare.port, mirrors=mirrors).trace(pixels).status == 0).all()
+        assert (dataclasses.replace(bare, mirrors=mirrors).trace(pixels).status == 0).all()
 
 
 def test_the_share_that_mirrors_pass_is_what_the_train_counts(exact):
