@@ -24,7 +24,7 @@ from mirrorgaze.commands.dives import (
     track,
 )
 from mirrorgaze.commands.images import compare, render
-from mirrorgaze.commands.maintenance import doctor
+from mirrorgaze.commands.maintenance import cache, doctor
 from mirrorgaze.commands.mount import export, loads
 from mirrorgaze.commands.optics import gaze, port, virtual_camera, water
 from mirrorgaze.commands.rig_files import check, presets, schema
@@ -49,7 +49,7 @@ COMMANDS = {
         bag.bag,
     ),
     "Calibration": (calibrate.calibrate, calibrate_study.calibrate_study),
-    "Maintenance": (doctor.doctor,),
+    "Maintenance": (doctor.doctor, cache.cache),
 }
 """Every command, under the headings and in the order in which `mirrorgaze --help` shows them."""
 

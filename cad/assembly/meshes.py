@@ -5,17 +5,16 @@ The modelling kernel takes seconds to import; it is imported only when the cache
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic.main import IncEx
 
-from optics.kernels.cache import cache_folder, load_arrays, result_key, save_arrays
+from optics.kernels.cache import load_or_make, result_key
 from optics.layout import check_stows
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
@@ -64,13 +63,8 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
     colour = rig.require_gaze().mount.colour
     if stowed:
         check_stows(rig)
-    path = cache_folder() / f"rig-meshes-{mesh_key(rig, stowed=stowed)}.npz"
-    try:
-        meshes = load_meshes(path)
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
-        # Absent or damaged: either way it is made again.
-        meshes = _build(rig, stowed=stowed)
-        save_meshes(path, meshes)
+    key = mesh_key(rig, stowed=stowed)
+    meshes = load_or_make("rig meshes", key, lambda: _build(rig, stowed=stowed), pack=_packed, unpack=_unpacked)
     return [replace(mesh, colour=colour) if mesh.role is Role.MOUNT else mesh for mesh in meshes]
 
 
@@ -80,19 +74,18 @@ def mesh_key(rig: Rig, *, stowed: bool = False) -> str:
     return result_key("rig meshes", MESH_VERSION, numbers, _hull_key(rig), stowed, version("build123d"))
 
 
-def save_meshes(path: Path, meshes: Sequence[PartMesh]) -> None:
-    """Write meshes as arrays."""
+def _packed(meshes: Sequence[PartMesh]) -> dict[str, NDArray[Any]]:
+    """Meshes as named arrays."""
     labels = np.array([(mesh.name, mesh.group.value, mesh.role.value) for mesh in meshes])
-    arrays: dict[str, Any] = {"labels": labels}
+    arrays: dict[str, NDArray[Any]] = {"labels": labels}
     for position, mesh in enumerate(meshes):
         arrays[f"vertices_m_{position}"] = mesh.vertices_m
         arrays[f"faces_{position}"] = mesh.faces
-    save_arrays(path, arrays)
+    return arrays
 
 
-def load_meshes(path: Path) -> list[PartMesh]:
-    """Read what `save_meshes` wrote."""
-    stored = load_arrays(path)
+def _unpacked(stored: Mapping[str, NDArray[Any]]) -> list[PartMesh]:
+    """Meshes from what `_packed` gives."""
     return [
         PartMesh(
             name=str(name),

@@ -6,10 +6,11 @@ file.
 
 from __future__ import annotations
 
-import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -19,7 +20,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from cad.hulls.mesh_repair import check_that_it_stays_out_of_itself, repaired, welded
 from cad.hulls.mesh_simplification import simplified, surface_distance, thinned
 from optics.kernels.arrays import FloatArray
-from optics.kernels.cache import cache_folder, load_arrays, result_key, save_arrays
+from optics.kernels.cache import load_or_make, result_key
 from rigs import FileHull, Rig
 from rigs.files import STEP_SUFFIXES
 
@@ -88,14 +89,7 @@ def read_hull_mesh(hull: FileHull) -> HullMesh:
     if hull.file.suffix.lower() not in MESH_SUFFIXES:
         known = ", ".join((*STEP_SUFFIXES, *MESH_SUFFIXES))
         raise ValueError(f"hull.file = {hull.file.name!r}: expected a file that ends in {known}")
-    path = cache_folder() / f"hull-mesh-{hull_mesh_key(hull)}.npz"
-    try:
-        return _load(path)
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
-        # Absent or damaged: either way it is made again.
-        made = _made(hull)
-    _save(path, made)
-    return made
+    return load_or_make("hull mesh", hull_mesh_key(hull), lambda: _made(hull), pack=_packed, unpack=_unpacked)
 
 
 def hull_mesh_key(hull: FileHull) -> str:
@@ -184,14 +178,13 @@ def _binary_stl(file: Path) -> NDArray[np.float32] | None:
     return np.array(np.memmap(file, dtype=record, mode="r", offset=STL_HEADER + 4, shape=(count,))["corners"])
 
 
-def _save(path: Path, mesh: HullMesh) -> None:
+def _packed(mesh: HullMesh) -> dict[str, NDArray[Any]]:
     faces = np.asarray(mesh.surface.faces, dtype=np.int32)
     notes = np.array(mesh.notes, dtype=str)
-    save_arrays(path, {"vertices": np.asarray(mesh.surface.vertices), "faces": faces, "notes": notes})
+    return {"vertices": np.asarray(mesh.surface.vertices), "faces": faces, "notes": notes}
 
 
-def _load(path: Path) -> HullMesh:
-    stored = load_arrays(path)
+def _unpacked(stored: Mapping[str, NDArray[Any]]) -> HullMesh:
     surface = trimesh.Trimesh(stored["vertices"], stored["faces"], process=False)
     return HullMesh(surface=surface, notes=tuple(str(note) for note in stored["notes"]))
 

@@ -2,32 +2,34 @@
 
 A key is of the kind of a result, of its version, and of all its inputs. No source file is in it: a version is a number
 beside the code that makes the result, raised when that code gives another result for the same inputs.
+
+The cache costs and saves time, never a result: what cannot be read is made again, and what cannot be kept is not kept.
 """
 
 from __future__ import annotations
 
+import functools
 import hashlib
+import io
+import logging
 import os
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+import time
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_BYTES = 2 * 2**30
-"""What was not used for longest is removed when there is more."""
+from optics.kernels.cache_contents import entry_path, evict, limit_bytes
+from rigs.atomic_files import atomic_file
 
+LOG = logging.getLogger(__name__)
 
-def cache_folder() -> Path:
-    """Where things are kept: $MIRRORGAZE_CACHE, or `mirrorgaze` in the user's cache folder."""
-    own = os.environ.get("MIRRORGAZE_CACHE")
-    if own:
-        return Path(own)
-    shared = os.environ.get("XDG_CACHE_HOME")
-    return (Path(shared) if shared else Path.home() / ".cache") / "mirrorgaze"
+Arrays = Mapping[str, NDArray[Any]]
+Result = TypeVar("Result")
 
 
 def result_key(kind: str, version: int, *inputs: Any) -> str:
@@ -54,40 +56,68 @@ def result_key(kind: str, version: int, *inputs: Any) -> str:
     return digest.hexdigest()
 
 
-def save_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write arrays beside their place, then rename: a reader never sees half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, suffix=".partial") as folder:
-        partial = Path(folder) / path.name
-        np.savez(partial, allow_pickle=False, **arrays)
-        partial.replace(path)
-    remove_oldest(path.parent, MOST_BYTES)
+def load_or_make(
+    kind: str,
+    key: str,
+    make: Callable[[], Result],
+    *,
+    pack: Callable[[Result], Arrays],
+    unpack: Callable[[dict[str, NDArray[Any]]], Result],
+) -> Result:
+    """Result from the cache, or made and kept.
+
+    Parameters
+    ----------
+    kind : str
+        What the result is: a folder of the cache.
+    key : str
+        As `result_key` gives it.
+    make : callable
+        Computes the result; what it raises is raised.
+    pack, unpack : callable
+        From the result to named arrays, and back.
+    """
+    path, limit = entry_path(kind, key), limit_bytes()
+    try:
+        return unpack(_load(path))
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except Exception as error:
+        # A file fails in as many ways as it can be damaged: those of zip, of NumPy, of `unpack`, of the disk.
+        _warn(f"{path}: cannot be read and is made again ({type(error).__name__}: {error})")
+    made = make()
+    try:
+        _save(path, pack(made))
+        evict(limit)
+    except OSError as error:
+        _warn(f"{path.parent}: results cannot be kept for the next time ({error.strerror or error})")
+    return made
 
 
-def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Read what `save_arrays` wrote, and note that it was used."""
-    # NumPy leaves a file that it opened itself and could not read unclosed.
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+def _load(path: Path) -> dict[str, NDArray[Any]]:
+    content = path.read_bytes()
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        # NumPy reads no further than an array's header says, and then nothing has been compared with the checksum.
+        if archive.testzip() is not None:
+            raise zipfile.BadZipFile("wrong checksum")
+    with np.load(io.BytesIO(content), allow_pickle=False) as stored:
         arrays = {name: stored[name] for name in stored.files}
-    # A cache that may only be read is still one.
+    # The time of the last use; that of the last change stays. A cache that may only be read is still one.
     with suppress(OSError):
-        os.utime(path)
+        os.utime(path, ns=(time.time_ns(), path.stat().st_mtime_ns))
     return arrays
 
 
-def remove_oldest(folder: Path, most_bytes: int) -> None:
-    """Remove the stored arrays of a folder that were not used for longest, until no more than so much is left."""
-    kept = 0
-    found = []
-    for path in folder.glob("*.npz"):
-        # Another process may be quicker.
-        with suppress(OSError):
-            facts = path.stat()
-            found.append((facts.st_mtime, facts.st_size, path))
-    for _, size, path in sorted(found, reverse=True):
-        kept += size
-        if kept > most_bytes:
-            path.unlink(missing_ok=True)
+def _save(path: Path, arrays: Arrays) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_file(path) as partial:
+        np.savez(partial, allow_pickle=False, **arrays)
+
+
+@functools.cache
+def _warn(sentence: str) -> None:
+    """Say so, once in a program's life."""
+    LOG.warning(sentence)
 
 
 def _parts(value: Any) -> Iterator[bytes]:

@@ -9,9 +9,7 @@ any averaging: where nothing is in the way there is no noise.
 
 from __future__ import annotations
 
-import contextlib
 import logging
-import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -20,7 +18,7 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
-from optics.kernels.cache import cache_folder, load_arrays, result_key, save_arrays
+from optics.kernels.cache import load_or_make, result_key
 from optics.kernels.packing import Packing
 from scenes.baking.sample_directions import spiral_azimuth
 from scenes.kernels.geometry import geometry_of
@@ -70,14 +68,13 @@ def cached(
 
     `places` are whatever else it comes from. The log tells what is not there yet: it takes seconds to a minute.
     """
-    path = cache_folder() / f"{name.replace(' ', '-')}-{light_key(name, mesh, light, places)}.npz"
-    # Absent or damaged: either way it is made again.
-    with contextlib.suppress(OSError, KeyError, ValueError, zipfile.BadZipFile):
-        return load_arrays(path)[name]
-    LOG.info("finding the %s; it is kept for the next time", name)
-    made = make()
-    save_arrays(path, {name: made})
-    return made
+
+    def found() -> FloatArray:
+        LOG.info("finding the %s; it is kept for the next time", name)
+        return make()
+
+    key = light_key(name, mesh, light, places)
+    return load_or_make(name, key, found, pack=lambda made: {"values": made}, unpack=lambda stored: stored["values"])
 
 
 def light_key(name: str, mesh: GroupMesh, light: Light, places: Sequence[FloatArray] = ()) -> str:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from cad.checks.printing.orientation import print_pose
 from cad.finding import Finding, Sense
 from optics.kernels.arrays import FloatArray
-from optics.kernels.cache import cache_folder, result_key
+from optics.kernels.cache import load_or_make, result_key
 from optics.mesh import PartMesh
 from rigs import Mount, Problem
 from rigs.materials import MATERIALS
@@ -123,28 +125,7 @@ def slice_stl(program: str, stl: bytes, mount: Mount) -> Slice:
     """
     settings = _settings(mount)
     key = result_key("slice", SLICE_VERSION, _version(program), settings, stl)
-    stored = cache_folder() / "slices" / f"{key}.json"
-    try:
-        numbers = json.loads(stored.read_text())
-        return Slice(**{**numbers, "warnings": tuple(numbers["warnings"])})
-    except (OSError, ValueError, TypeError, KeyError):
-        # Absent or damaged: either way it is sliced again.
-        pass
-    with tempfile.TemporaryDirectory() as scratch:
-        part, code = Path(scratch) / "part.stl", Path(scratch) / "part.gcode"
-        part.write_bytes(stl)
-        arguments = [program, "--export-gcode", *settings, "--output", str(code), str(part)]
-        done = subprocess.run(arguments, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
-        said = done.stdout + done.stderr
-        if done.returncode != 0 or not code.exists():
-            raise OSError(f"{PROGRAM} gave up: {said.strip().splitlines()[-1] if said.strip() else done.returncode}")
-        found = read_slice(said, code.read_text(errors="replace"))
-    stored.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=stored.parent, suffix=".partial") as folder:
-        partial = Path(folder) / stored.name
-        partial.write_text(json.dumps(asdict(found)))
-        partial.replace(stored)
-    return found
+    return load_or_make("slice", key, lambda: _sliced(program, stl, settings), pack=_packed, unpack=_unpacked)
 
 
 def read_slice(said: str, gcode: str) -> Slice:
@@ -165,6 +146,29 @@ def read_slice(said: str, gcode: str) -> Slice:
         support_layers=gcode.count(";TYPE:Support material\n"),
         warnings=_warnings(said),
     )
+
+
+def _sliced(program: str, stl: bytes, settings: Sequence[str]) -> Slice:
+    with tempfile.TemporaryDirectory() as scratch:
+        part, code = Path(scratch) / "part.stl", Path(scratch) / "part.gcode"
+        part.write_bytes(stl)
+        arguments = [program, "--export-gcode", *settings, "--output", str(code), str(part)]
+        done = subprocess.run(arguments, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+        said = done.stdout + done.stderr
+        if done.returncode != 0 or not code.exists():
+            raise OSError(f"{PROGRAM} gave up: {said.strip().splitlines()[-1] if said.strip() else done.returncode}")
+        return read_slice(said, code.read_text(errors="replace"))
+
+
+def _packed(found: Slice) -> dict[str, NDArray[Any]]:
+    numbers = np.array([found.time_s, found.mass_g, found.support_layers])
+    return {"numbers": numbers, "warnings": np.array(found.warnings, dtype=str)}
+
+
+def _unpacked(stored: Mapping[str, NDArray[Any]]) -> Slice:
+    time_s, mass_g, layers = stored["numbers"].tolist()
+    warnings = tuple(str(warning) for warning in stored["warnings"])
+    return Slice(time_s=time_s, mass_g=mass_g, support_layers=int(layers), warnings=warnings)
 
 
 def _settings(mount: Mount) -> list[str]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
-from optics.kernels.cache import cache_folder, load_arrays, result_key, save_arrays
+from optics.kernels.cache import load_or_make, result_key
 from optics.water.inherent_optics import InherentOptics
 from optics.water.radiative_transfer.column import WINDOW_STREAMS, Column, fourier, multiple_radiance, solve_columns
 from optics.water.radiative_transfer.delta_scaling import DEGREES
@@ -113,14 +112,14 @@ def radiance_field(
     phase = optics.phase_function(optics.phase.angle_rad)
     numbers = (optics.wavelength_nm, optics.absorption, optics.scattering, optics.n_water, phase)
     key = result_key("radiance field", RADIANCE_VERSION, *numbers, float(sun_cosine_air), sun, sky, float(deepest_m))
-    path = cache_folder() / f"radiance-field-{key}.npz"
-    try:
-        return RadianceField(**load_arrays(path))
-    except (OSError, TypeError, ValueError, zipfile.BadZipFile):
-        # Absent or damaged: either way it is made again.
-        field = _solved(optics, sun_cosine_air, sun, sky, deepest_m)
-    save_arrays(path, vars(field))
-    return field
+    kept: RadianceField = load_or_make(
+        "radiance field",
+        key,
+        lambda: _solved(optics, sun_cosine_air, sun, sky, deepest_m),
+        pack=vars,
+        unpack=lambda stored: RadianceField(**stored),
+    )
+    return kept
 
 
 def _solved(

@@ -1,4 +1,4 @@
-"""The cache: what is in its key, that a hit is exact and light, and that damage is repaired."""
+"""The cache: what is in its key, and that a hit is exact and light."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from cad.assembly import meshes as module
-from cad.assembly.meshes import MESH_VERSION, load_meshes, mesh_key, rig_meshes, save_meshes
+from cad.assembly.meshes import MESH_VERSION, mesh_key, rig_meshes
 from cad.assembly.tessellation import tessellate
 from cad.hulls.hull import hull_shape
 from optics.layout import Layout
@@ -26,11 +26,18 @@ def cache(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_meshes_survive_the_cache_exactly(aqua2, tmp_path):
-    path = tmp_path / "deep" / "meshes.npz"
-    save_meshes(path, aqua2.meshes)
-    assert [entry.name for entry in path.parent.iterdir()] == ["meshes.npz"]
-    for before, after in zip(aqua2.meshes, load_meshes(path), strict=True):
+@pytest.fixture
+def kept(aqua2, cache):
+    """aqua2's meshes, in the cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "_build", lambda rig, stowed: aqua2.meshes)
+        rig_meshes(aqua2.rig)
+    return aqua2
+
+
+def test_meshes_survive_the_cache_exactly(kept, monkeypatch):
+    monkeypatch.setattr(module, "_build", lambda rig, stowed: pytest.fail("built again"))
+    for before, after in zip(kept.meshes, rig_meshes(kept.rig), strict=True):
         assert (before.name, before.group, before.role) == (after.name, after.group, after.role)
         assert after.vertices_m.dtype == np.float64
         assert after.faces.dtype == np.int32
@@ -38,8 +45,7 @@ def test_meshes_survive_the_cache_exactly(aqua2, tmp_path):
         np.testing.assert_array_equal(before.faces, after.faces)
 
 
-def test_a_hit_does_not_import_the_modelling_kernel(aqua2, cache):
-    save_meshes(cache / f"rig-meshes-{mesh_key(aqua2.rig)}.npz", aqua2.meshes)
+def test_a_hit_does_not_import_the_modelling_kernel(kept):
     code = (
         "import sys; from cad.assembly.meshes import rig_meshes; from rigs import Rig;"
         "print(len(rig_meshes(Rig.load('aqua2'))), 'build123d' in sys.modules, 'trimesh' in sys.modules)"
@@ -47,15 +53,7 @@ def test_a_hit_does_not_import_the_modelling_kernel(aqua2, cache):
     found = subprocess.run(
         [sys.executable, "-c", code], env=dict(os.environ), capture_output=True, text=True, check=True
     )
-    assert found.stdout.split() == [str(len(aqua2.meshes)), "False", "False"]
-
-
-def test_a_damaged_file_is_made_again(aqua2, cache, monkeypatch):
-    monkeypatch.setattr(module, "_build", lambda rig, stowed: aqua2.meshes)
-    path = cache / f"rig-meshes-{mesh_key(aqua2.rig)}.npz"
-    path.write_bytes(b"PK\x03\x04 not an archive")
-    assert len(rig_meshes(aqua2.rig)) == len(aqua2.meshes)
-    assert len(load_meshes(path)) == len(aqua2.meshes)
+    assert found.stdout.split() == [str(len(kept.meshes)), "False", "False"]
 
 
 def test_the_key_is_of_shapes_only(aqua2):

@@ -1,33 +1,141 @@
-"""The folder of things that take long to compute."""
+"""Keys of results, and results from the cache whatever state it is in."""
 
+from __future__ import annotations
+
+import logging
 import os
+import time
+from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from optics.kernels.cache import cache_folder, load_arrays, remove_oldest, result_key, save_arrays
+from optics.kernels import cache
+from optics.kernels.cache import load_or_make, result_key
+from optics.kernels.cache_contents import entry_path
+
+NUMBERS = np.arange(8.0)
+KEY = "0" * 64
 
 
-def test_the_cache_is_where_the_environment_says(monkeypatch, tmp_path):
-    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path / "own"))
-    assert cache_folder() == tmp_path / "own"
-    monkeypatch.delenv("MIRRORGAZE_CACHE")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / "mirrorgaze"
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / ".cache" / "mirrorgaze"
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path / "cache"))
+    cache._warn.cache_clear()
+    return tmp_path / "cache"
 
 
-def test_what_was_not_used_for_longest_goes_first(tmp_path):
-    for age, name in enumerate(("newest", "middle", "oldest")):
-        save_arrays(tmp_path / f"{name}.npz", {"x": np.zeros(1000)})
-        os.utime(tmp_path / f"{name}.npz", (1e9 - age, 1e9 - age))
-    (tmp_path / "other.json").write_text("not an array")
-    load_arrays(tmp_path / "oldest.npz")
-    size = (tmp_path / "oldest.npz").stat().st_size
-    remove_oldest(tmp_path, 2 * size)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["newest.npz", "oldest.npz", "other.json"]
+def found(make=lambda: NUMBERS, key=KEY):
+    return load_or_make("thing", key, make, pack=lambda made: {"x": made}, unpack=lambda stored: stored["x"])
+
+
+def never():
+    raise AssertionError("made again")
+
+
+def test_what_is_kept_is_not_made_again(folder):
+    assert found() is NUMBERS
+    np.testing.assert_array_equal(found(never), NUMBERS)
+    assert [path.relative_to(folder) for path in folder.rglob("*.*")] == [Path("thing") / f"{KEY}.npz"]
+    assert found(lambda: NUMBERS + 1, key="1" * 64)[0] == 1
+
+
+def test_what_is_found_was_used_now_and_made_then():
+    found()
+    os.utime(entry_path("thing", KEY), (1e9, 1e9))
+    before = time.time()
+    found(never)
+    facts = entry_path("thing", KEY).stat()
+    assert facts.st_atime >= before - 1
+    assert facts.st_mtime == 1e9
+
+
+def test_every_damaged_bit_is_a_miss_or_harmless(monkeypatch):
+    """One bit of each byte at a time, and some lengths: the numbers are always the true ones."""
+    monkeypatch.setattr(os, "fsync", lambda descriptor: None)
+    found()
+    path = entry_path("thing", KEY)
+    whole = path.read_bytes()
+    flipped = [whole[:k] + bytes([whole[k] ^ (1 << k % 8)]) + whole[k + 1 :] for k in range(len(whole))]
+    made = []
+    for damaged in [*flipped, *(whole[:k] for k in range(0, len(whole), 7))]:
+        path.write_bytes(damaged)
+        np.testing.assert_array_equal(found(lambda: made.append(0) or NUMBERS), NUMBERS)
+    assert len(made) > len(whole) / 2
+    assert path.read_bytes() == whole
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 not an archive", b"\x93NUMPY"])
+def test_what_cannot_be_read_is_told_once_and_replaced(content, caplog):
+    path = entry_path("thing", KEY)
+    path.parent.mkdir(parents=True)
+    for _ in range(2):
+        path.write_bytes(content)
+        np.testing.assert_array_equal(found(), NUMBERS)
+        np.testing.assert_array_equal(found(never), NUMBERS)
+    (record,) = caplog.records
+    assert record.levelno == logging.WARNING
+    assert record.getMessage().startswith(f"{path}: cannot be read and is made again (")
+
+
+def test_what_was_kept_in_another_form_is_made_again():
+    found()
+    arrays = {"pack": lambda made: {"y": made}, "unpack": lambda stored: stored["y"]}
+    for make in (lambda: NUMBERS, never):
+        np.testing.assert_array_equal(load_or_make("thing", KEY, make, **arrays), NUMBERS)
+
+
+@pytest.mark.parametrize("at", ["cache", "cache/thing", f"cache/thing/{KEY}.npz"])
+def test_a_folder_that_cannot_be_written_costs_no_result(at, tmp_path, caplog):
+    """Something else is in the way, which holds for the administrator too."""
+    place = tmp_path / at
+    place.parent.mkdir(parents=True, exist_ok=True)
+    if place.suffix:
+        place.mkdir()
+    else:
+        place.write_text("a file")
+    for _ in range(2):
+        np.testing.assert_array_equal(found(), NUMBERS)
+    assert any("results cannot be kept for the next time" in line.getMessage() for line in caplog.records)
+    assert len(caplog.records) <= 2
+
+
+def test_a_full_disk_costs_no_result(folder, monkeypatch, caplog):
+    def full(*_arguments, **_settings):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    np.testing.assert_array_equal(found(), NUMBERS)
+    assert [path for path in folder.rglob("*") if path.is_file()] == []
+    assert "No space left on device" in caplog.text
+
+
+def test_what_making_raises_is_raised():
+    with pytest.raises(OSError, match="gave up"):
+        found(lambda: (_ for _ in ()).throw(OSError("gave up")))
+
+
+def test_a_small_limit_keeps_what_was_used_last(monkeypatch):
+    found()
+    size = entry_path("thing", KEY).stat().st_size
+    monkeypatch.setenv("MIRRORGAZE_CACHE_LIMIT_GB", str(1.5e-9 * size))
+    os.utime(entry_path("thing", KEY), (1e9, 1e9))
+    found(key="1" * 64)
+    assert not entry_path("thing", KEY).exists()
+    np.testing.assert_array_equal(found(never, key="1" * 64), NUMBERS)
+
+
+def _found_many(count):
+    return sum(float(found(key=f"{k:064x}").sum()) for k in range(count))
+
+
+def test_programs_that_keep_the_same_at_once_do_not_meet():
+    with get_context("spawn").Pool(2) as pool:
+        assert pool.map(_found_many, [40, 40], chunksize=1) == [40 * NUMBERS.sum()] * 2
+    assert {path.suffix for path in entry_path("thing", KEY).parent.iterdir()} == {".npz"}
+    for k in range(40):
+        np.testing.assert_array_equal(found(never, key=f"{k:064x}"), NUMBERS)
 
 
 def test_a_key_is_of_the_kind_the_version_and_all_inputs(tmp_path):

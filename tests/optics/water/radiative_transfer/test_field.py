@@ -161,11 +161,11 @@ def test_the_same_comes_from_the_cache(field, optics, here, monkeypatch):
 
 
 def test_a_damaged_file_is_made_again(field, optics, here):
-    (path,) = here.glob("radiance-*.npz")
+    (path,) = here.glob("radiance-field/*.npz")
     path.write_bytes(path.read_bytes()[:1000])
     again = radiance_field(optics, sun_cosine_air=0.8, sun_irradiance=SUN, sky_radiance=even_sky)
     np.testing.assert_array_equal(again.multiple, field.multiple)
-    assert [left.name for left in here.iterdir()] == [path.name]
+    assert [left.name for left in path.parent.iterdir()] == [path.name]
 
 
 def test_bad_arguments_are_told_all_at_once(optics, here):
