@@ -153,8 +153,9 @@ def test_a_new_rig_with_random_numbers_is_made_or_its_key_is_named(tmp_path_fact
     assert [str(problem) for problem in problems if not is_rig_key(problem.place)] == []
 
 
-def changed(**sections: dict) -> Rig:
-    return Rig.load("aqua2").with_gaze(**sections)
+def changed(camera: dict | None = None, **tables: dict) -> Rig:
+    rig = Rig.load("aqua2")
+    return rig.model_copy(update={"camera": rig.camera.model_copy(update=camera)}).with_gaze(**tables)
 
 
 def servo(**numbers: object):

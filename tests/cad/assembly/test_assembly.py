@@ -49,6 +49,10 @@ def distance_to_line(point, origin, direction):
     return np.linalg.norm(np.cross(np.asarray(point) - origin, direction / np.linalg.norm(direction)))
 
 
+def with_camera(rig, **changes):
+    return rig.model_copy(update={"camera": rig.camera.model_copy(update=changes)})
+
+
 def replaced(rig, section, **changes):
     return rig.with_gaze(**{section: changes})
 
@@ -251,7 +255,7 @@ def test_thin_and_thick_walls_leave_the_fits_open(aqua2, wall_mm):
 
 def test_a_turned_camera_is_refused_by_key(aqua2):
     with pytest.raises(ValueError, match=r"camera\.yaw_deg = 10: expected 0"):
-        build_assembly(replaced(aqua2.rig, "camera", yaw_deg=10.0))
+        build_assembly(with_camera(aqua2.rig, yaw_deg=10.0))
 
 
 def test_a_rig_without_mirrors_has_no_assembly():

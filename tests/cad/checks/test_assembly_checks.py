@@ -13,6 +13,10 @@ from cad.checks.clearance import admissible
 from rigs import NoPortSpec
 
 
+def with_camera(rig, **changes):
+    return rig.model_copy(update={"camera": rig.camera.model_copy(update=changes)})
+
+
 def replaced(rig, section, **changes):
     return rig.with_gaze(**{section: changes})
 
@@ -64,7 +68,7 @@ def test_a_collision_within_the_joint_range_only_is_found(aqua2):
 
 
 def test_a_camera_behind_the_hulls_front_is_found(aqua2):
-    rig = replaced(aqua2.rig, "camera", position_mm=(280.0, 60.0, 0.0))
+    rig = with_camera(aqua2.rig, position_mm=(280.0, 60.0, 0.0))
     rig = replaced(rig, "fold_mirror", distance_mm=117.0)
     problems = assembly_problems(rig, build_assembly(rig), grid_steps=2)
     assert [p.place for p in problems] == ["camera.position_mm"]
@@ -82,7 +86,7 @@ def test_a_bare_camera_inside_the_hull_is_found_and_one_in_front_of_it_is_not(aq
     rig = aqua2.rig.model_copy(update={"port": NoPortSpec(shape="none")})
     problems = assembly_problems(rig, build_assembly(rig), grid_steps=2)
     assert [p.place for p in problems] == ["camera.position_mm"]
-    outside = replaced(rig, "camera", position_mm=(326.0, 60.0, 0.0))
+    outside = with_camera(rig, position_mm=(326.0, 60.0, 0.0))
     assert assembly_problems(outside, build_assembly(outside), grid_steps=2) == []
 
 
