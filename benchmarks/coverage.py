@@ -17,7 +17,7 @@ from scipy.spatial.transform import RigidTransform
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from cad.assembly.meshes import rig_meshes
-from optics.coverage.coverage import coverage, stepped_joints
+from optics.coverage.coverage import compute_coverage, stepped_joints
 from optics.coverage.field import SKIN_M
 from optics.coverage.outcome import Fate
 from optics.kernels.arrays import FloatArray, to_columns
@@ -76,7 +76,7 @@ def _occlusion(rig: Rig, parts: Sequence[PartMesh]) -> dict[str, Any]:
 def _chains(rig: Rig, parts: Sequence[PartMesh]) -> dict[str, Any]:
     layout = Layout.from_rig(rig)
     grid = _joint_values(rig, POSES_PER_JOINT)
-    our_time, found = _best(lambda: coverage(rig, parts, q1=grid[0], q2=grid[1], columns=COLUMNS, rows=ROWS))
+    our_time, found = _best(lambda: compute_coverage(rig, parts, q1=grid[0], q2=grid[1], columns=COLUMNS, rows=ROWS))
     peers = _peer_occluders(parts)
     poses = _pose_list(rig, PEER_POSES_PER_JOINT)
 
@@ -118,7 +118,7 @@ def _full_coverage(parts: Sequence[PartMesh]) -> dict[str, float]:
     rig = Rig.load(RIG)
     q1, q2 = stepped_joints(rig, STEP_DEG)
     start, processor = time.perf_counter(), time.process_time()
-    coverage(rig, parts, q1=q1, q2=q2, columns=COLUMNS, rows=ROWS)
+    compute_coverage(rig, parts, q1=q1, q2=q2, columns=COLUMNS, rows=ROWS)
     return {
         "time_s": time.perf_counter() - start,
         "processor_s": time.process_time() - processor,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cad.assembly.meshes import rig_meshes
-from optics.coverage.coverage import coverage
+from optics.coverage.coverage import compute_coverage
 from optics.layout import Layout
 from optics.mesh import Group, Role
 from optics.search.objectives import OBJECTIVES, design_of, rig_with
@@ -38,7 +38,7 @@ def run() -> list[dict[str, Any]]:
         built = rig_with(rig, design)
         plate = plate_part("m1", built.gaze.fold_mirror, Layout.from_rig(built).body_from_m1, Group.FIXED)
         size = {"columns": grid.columns, "rows": grid.rows, "nside": grid.nside}
-        return coverage(built, [*hull, plate], q1=q1, q2=q2, **size).covered_fraction
+        return compute_coverage(built, [*hull, plate], q1=q1, q2=q2, **size).covered_fraction
 
     alone(designs[0])
     start = time.perf_counter()

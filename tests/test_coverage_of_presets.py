@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cad.assembly.meshes import rig_meshes
-from optics.coverage.coverage import coverage
+from optics.coverage.coverage import compute_coverage
 from optics.coverage.outcome import BLOCKERS, Fate
 from optics.layout import Layout
 from optics.mesh import Role
@@ -27,7 +27,7 @@ def test_presets_see_most_of_the_sphere_past_their_mount(name: str) -> None:
     parts = rig_meshes(rig)
     q1 = layout.pan.values(32)
     q2 = np.radians(np.sort([0.0, 45.0, *np.linspace(layout.tilt.min_deg, layout.tilt.max_deg, 30)]))
-    bare, built = (coverage(rig, kept, q1=q1, q2=q2, nside=16) for kept in ([], parts))
+    bare, built = (compute_coverage(rig, kept, q1=q1, q2=q2, nside=16) for kept in ([], parts))
     horizontal, zenith = (int(np.abs(np.degrees(q2) - angle).argmin()) for angle in (0.0, 45.0))
     middle = len(q1) // 2
     assert (built.pixels[..., Fate.SEEN] <= bare.pixels[..., Fate.SEEN]).all()
@@ -48,11 +48,11 @@ def test_each_part_takes_its_share() -> None:
         (Role.SERVO, [Fate.SERVO]),
         (Role.MIRROR, [Fate.MIRROR_PLATE]),
     ):
-        alone = coverage(rig, [part for part in parts if part.role is role], **grid).pixels
+        alone = compute_coverage(rig, [part for part in parts if part.role is role], **grid).pixels
         assert alone[..., list(BLOCKERS)].sum() == alone[..., fates].sum()
         fate = fates[0]
         lost[fate] = alone[..., fate].sum()
-    together = coverage(rig, parts, **grid).pixels
+    together = compute_coverage(rig, parts, **grid).pixels
     # The first part in the way takes the blame, so that together each takes at most what it takes alone.
     assert 0 < together[..., Fate.HULL].sum() <= lost[Fate.HULL]
     assert 0 < together[..., Fate.MIRROR_PLATE].sum() <= lost[Fate.MIRROR_PLATE]

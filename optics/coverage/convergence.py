@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optics.coverage.coverage import coverage, stepped_joints
+from optics.coverage.coverage import compute_coverage, stepped_joints
 from optics.coverage.sphere import check_nside
 from optics.mesh import PartMesh
 from rigs import Rig
@@ -130,7 +130,7 @@ def _refine(
     sizes, covered, solid_angles = [], [], []
     for step_deg, columns, rows, nside in levels:
         q1, q2 = stepped_joints(rig, step_deg)
-        found = coverage(rig, parts, q1=q1, q2=q2, columns=columns, rows=rows, nside=nside)
+        found = compute_coverage(rig, parts, q1=q1, q2=q2, columns=columns, rows=rows, nside=nside)
         sizes.append(f"{columns} × {rows} pixels, {len(q1)} × {len(q2)} poses, nside {nside}")
         covered.append(found.covered_fraction)
         solid_angles.append(found.mean_solid_angle_sr)

@@ -106,7 +106,7 @@ class Coverage:
         return float((weights * self.covered).sum() / weights.sum())
 
 
-def coverage(
+def compute_coverage(
     rig: Rig,
     parts: Sequence[PartMesh],
     *,

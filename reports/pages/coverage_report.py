@@ -18,7 +18,7 @@ import numpy as np
 from cad.assembly.meshes import rig_meshes
 from optics.coverage.blind import OUT_OF_REACH, BlindPatch, blind_causes, blind_patches, rim_fraction
 from optics.coverage.convergence import Extrapolation, Refinement, convergence
-from optics.coverage.coverage import Coverage, coverage, stepped_joints
+from optics.coverage.coverage import Coverage, compute_coverage, stepped_joints
 from optics.coverage.dwell import dwell
 from optics.coverage.outcome import Fate
 from optics.coverage.sphere import cell_count
@@ -97,7 +97,7 @@ def coverage_report(rig: Rig, folder: Path, *, step_deg: float, announce: Announ
 def _coverage(rig: Rig, folder: Path, step_deg: float, announce: Announce) -> tuple[Result, list[Path]]:
     parts = rig_meshes(rig)
     q1, q2 = stepped_joints(rig, step_deg)
-    result = coverage(
+    result = compute_coverage(
         rig,
         parts,
         q1=q1,

@@ -19,7 +19,7 @@ import numpy as np
 from cad.assembly.meshes import rig_meshes
 from dives import Dive, run_dive
 from dives.validation import validation_dive
-from optics.coverage.coverage import coverage
+from optics.coverage.coverage import compute_coverage
 from optics.coverage.outcome import Fate
 from optics.gaze.kinematics import inverse_gaze
 from optics.layout import Layout
@@ -172,7 +172,7 @@ def _views(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
 def _maps(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
     layout = Layout.from_rig(rig)
     q1, q2 = (joint.values(GRID_POSES) for joint in (layout.pan, layout.tilt))
-    result = coverage(rig, rig_meshes(rig), q1=q1, q2=q2, columns=IMAGE_CELLS[0], rows=IMAGE_CELLS[1])
+    result = compute_coverage(rig, rig_meshes(rig), q1=q1, q2=q2, columns=IMAGE_CELLS[0], rows=IMAGE_CELLS[1])
     target = folder / "coverage"
     target.mkdir(parents=True, exist_ok=True)
     files = [target / name for name in ("usable_fov.png", "coverage.png", "poses.csv", "sphere.csv")]

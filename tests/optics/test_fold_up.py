@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from optics.coverage.coverage import coverage
+from optics.coverage.coverage import compute_coverage
 from optics.coverage.outcome import Fate
 from optics.coverage.sphere import cell_count, cell_directions, cells_of
 from optics.feasibility.feasibility import feasibility_problems
@@ -138,8 +138,8 @@ def test_coverage_is_mirrored():
     """Over reversed joint values each fate of each pose is the same, and the sphere is turned with the mount."""
     q1, q2 = np.radians([-60.0, 10.0, 50.0]), np.radians([-20.0, 30.0, 100.0])
     small = {"columns": 16, "rows": 12, "nside": 8}
-    down = coverage(DOWN, [slab(turned=False)], q1=q1, q2=q2, **small)
-    up = coverage(UP, [slab(turned=True)], q1=-q1, q2=-q2, **small)
+    down = compute_coverage(DOWN, [slab(turned=False)], q1=q1, q2=q2, **small)
+    up = compute_coverage(UP, [slab(turned=True)], q1=-q1, q2=-q2, **small)
     assert down.pixels[..., Fate.HULL].any()
     np.testing.assert_array_equal(up.pixels, down.pixels)
     np.testing.assert_allclose(up.solid_angle_sr, down.solid_angle_sr, rtol=0, atol=1e-12)

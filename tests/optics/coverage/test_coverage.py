@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from plain_boxes import bowl_part, box_part
 
 from optics.coverage import poses, sphere_views
-from optics.coverage.coverage import Coverage, coverage, stepped_joints
+from optics.coverage.coverage import Coverage, compute_coverage, stepped_joints
 from optics.coverage.field import pixels_per_degree
 from optics.coverage.gaze_cone import gaze_cone
 from optics.coverage.outcome import Fate
@@ -34,7 +34,7 @@ def joint_grid(rig: Rig, count: int) -> dict[str, NDArray[np.float64]]:
 def shadow(rig: Rig, part: PartMesh, count: int = 31, **options: object) -> tuple[Coverage, Coverage]:
     """Coverage without and with a part."""
     grid = joint_grid(rig, count)
-    return tuple(coverage(rig, parts, **grid, **options) for parts in ([], [part]))  # type: ignore[arg-type,return-value]
+    return tuple(compute_coverage(rig, parts, **grid, **options) for parts in ([], [part]))  # type: ignore[arg-type,return-value]
 
 
 def test_a_cell_is_seen_where_its_centre_projects_to_a_pixel(rig: Rig) -> None:
@@ -44,7 +44,7 @@ def test_a_cell_is_seen_where_its_centre_projects_to_a_pixel(rig: Rig) -> None:
     in the camera's frame. A thousand kilometres away, the camera's place turns a direction by less than 1e-6 rad.
     """
     q1, q2 = np.radians([-40.0, -39.0, 0.0, 33.0]), np.radians([-20.0, -19.0, 70.0])
-    found = coverage(rig, [], q1=q1, q2=q2, nside=32)
+    found = compute_coverage(rig, [], q1=q1, q2=q2, nside=32)
     layout = Layout.from_rig(rig)
     centres = layout.body_from_camera.inv().rotation.apply(cell_directions(32))
     seeing, best = (np.zeros(cell_count(32)) for _ in range(2))
@@ -77,7 +77,7 @@ def test_other_ports_and_lenses_see_what_they_project(name: str) -> None:
     preset, changes = OTHERS[name]
     numbers = Rig.load(preset).model_dump()
     rig = Rig.model_validate(numbers | {section: numbers[section] | change for section, change in changes.items()})
-    found = coverage(rig, [], q1=[0.3], q2=[0.1], nside=128)
+    found = compute_coverage(rig, [], q1=[0.3], q2=[0.1], nside=128)
     centres = Layout.from_rig(rig).body_from_camera.inv().rotation.apply(cell_directions(128))
     image = OpticalTrain.from_rig(rig, q1=0.3, q2=0.1).project(1e6 * centres)
     np.testing.assert_array_equal(found.covered, image.status == Status.OK)
@@ -102,7 +102,7 @@ def test_the_area_seen_has_no_bias(rig: Rig, nside: int) -> None:
     rig = narrow(rig)
     q = np.random.default_rng(5).uniform(size=(2, 20))
     q1, q2 = np.radians(-70 + 140 * q[0]), np.radians(-10 + 45 * q[1])
-    found = coverage(rig, [], q1=q1, q2=q2, nside=nside, columns=4, rows=4)
+    found = compute_coverage(rig, [], q1=q1, q2=q2, nside=nside, columns=4, rows=4)
     half_u, half_v = 320 / 3000, 240 / 3000
     exact = 4 * np.arctan(half_u * half_v / np.sqrt(1 + half_u**2 + half_v**2))
     # Every cell of the image is seen, so that its solid angle is the same pyramid's.
@@ -131,7 +131,7 @@ def test_the_gaze_s_cone_holds_all_that_is_seen(rig: Rig) -> None:
 def test_mirrors_that_the_image_misses_show_nothing(rig: Rig) -> None:
     # A lens turned so far aside in its image that no pixel reaches M2.
     camera = rig.camera.model_copy(update={"cx_px": 9000.0})
-    found = coverage(rig.model_copy(update={"camera": camera}), [], q1=[0.0], q2=[0.0], nside=8)
+    found = compute_coverage(rig.model_copy(update={"camera": camera}), [], q1=[0.0], q2=[0.0], nside=8)
     assert found.covered_fraction == 0
     assert (found.pixels_per_degree == 0).all()
 
@@ -179,8 +179,8 @@ def test_what_turns_with_the_pan_takes_the_same_at_every_pan(rig: Rig) -> None:
     # All that lies behind the yoke; seen over the zenith at 80 degrees of tilt, not seen at a horizontal gaze.
     wall = bowl_part(1000.0, -0.5, axis=0, group=Group.PAN, role=Role.MOUNT)
     q1 = np.radians([-77.5, -30.0, 0.0, 10.0, 77.5])
-    bare = coverage(rig, [], q1=q1, q2=np.radians([0.0, 80.0]))
-    turned = coverage(rig, [wall], q1=q1, q2=np.radians([0.0, 80.0]))
+    bare = compute_coverage(rig, [], q1=q1, q2=np.radians([0.0, 80.0]))
+    turned = compute_coverage(rig, [wall], q1=q1, q2=np.radians([0.0, 80.0]))
     np.testing.assert_array_equal(turned.pixels[0], bare.pixels[0])
     np.testing.assert_array_equal(turned.pixels[1, :, Fate.MOUNT], bare.pixels[1, :, Fate.SEEN])
     assert turned.pixels[1, :, Fate.SEEN].sum() == 0
@@ -188,7 +188,7 @@ def test_what_turns_with_the_pan_takes_the_same_at_every_pan(rig: Rig) -> None:
 
 def test_bare_mirrors_cover_left_and_right_alike(rig: Rig) -> None:
     # Camera, mirrors and limits of this rig are symmetric to the plane y = y of the camera.
-    found = coverage(rig, [], **joint_grid(rig, 21), nside=16)
+    found = compute_coverage(rig, [], **joint_grid(rig, 21), nside=16)
     np.testing.assert_array_equal(found.pixels, found.pixels[:, ::-1])
     np.testing.assert_allclose(found.solid_angle_sr, found.solid_angle_sr[:, ::-1], rtol=1e-12)
     other_side = cells_of(cell_directions(16) * [1, -1, 1], 16)
@@ -198,7 +198,7 @@ def test_bare_mirrors_cover_left_and_right_alike(rig: Rig) -> None:
 
 
 def test_fractions_are_those_of_the_hemispheres(rig: Rig) -> None:
-    found = coverage(rig, [], **joint_grid(rig, 11), nside=8)
+    found = compute_coverage(rig, [], **joint_grid(rig, 11), nside=8)
     assert found.covered_fraction == pytest.approx((found.upper_fraction + found.lower_fraction) / 2)
     assert found.blind_fraction == pytest.approx(1 - found.covered_fraction)
     assert (found.pixels.sum(axis=-1) == 64 * 48).all()
@@ -211,11 +211,11 @@ def test_fractions_are_those_of_the_hemispheres(rig: Rig) -> None:
 def test_mean_solid_angle_is_that_of_the_ranges(rig: Rig) -> None:
     # Steps that differ must not weigh alike: a value in the middle of nothing changes no integral much.
     grid = joint_grid(rig, 9)
-    found = coverage(rig, [], **grid)
+    found = compute_coverage(rig, [], **grid)
     expected = np.trapezoid(np.trapezoid(found.solid_angle_sr, grid["q1"], axis=1), grid["q2"])
     expected /= np.ptp(grid["q1"]) * np.ptp(grid["q2"])
     assert found.mean_solid_angle_sr == pytest.approx(expected, rel=1e-12)
-    single = coverage(rig, [], q1=[0.0], q2=[0.0])
+    single = compute_coverage(rig, [], q1=[0.0], q2=[0.0])
     assert single.mean_solid_angle_sr == pytest.approx(single.solid_angle_sr[0, 0])
 
 
@@ -240,7 +240,7 @@ def test_covered_fraction_converges_with_the_poses(rig: Rig) -> None:
     under 0.006. Cells of the image do not matter: no ray of theirs decides a cell of the sphere.
     """
     fractions = [
-        coverage(rig, [], **joint_grid(rig, count), columns=4, rows=4, nside=32).covered_fraction
+        compute_coverage(rig, [], **joint_grid(rig, count), columns=4, rows=4, nside=32).covered_fraction
         for count in (11, 21, 41, 81, 161)
     ]
     gains = np.diff(fractions)
@@ -249,7 +249,7 @@ def test_covered_fraction_converges_with_the_poses(rig: Rig) -> None:
     assert (np.diff(gains) < 0).all()
     assert gains[-1] < 0.006
     coarse, fine = (
-        coverage(rig, [], **joint_grid(rig, 11), columns=k, rows=k, nside=32).poses_by_fate for k in (4, 48)
+        compute_coverage(rig, [], **joint_grid(rig, 11), columns=k, rows=k, nside=32).poses_by_fate for k in (4, 48)
     )
     np.testing.assert_array_equal(coarse, fine)
 
@@ -257,11 +257,11 @@ def test_covered_fraction_converges_with_the_poses(rig: Rig) -> None:
 def test_launches_add_up(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     grid = joint_grid(rig, 7)
     part = box_part([-0.2, -0.2, -0.2], [-0.1, 0.2, 0.2], group=Group.PAN, role=Role.MOUNT)
-    whole = coverage(rig, [part], **grid, nside=8)
+    whole = compute_coverage(rig, [part], **grid, nside=8)
     monkeypatch.setattr(poses, "LANES_PER_LAUNCH", 20_000)
     monkeypatch.setattr(sphere_views, "LANES_PER_LAUNCH", 1_000)
     steps: list[tuple[int, int]] = []
-    pieces = coverage(rig, [part], **grid, nside=8, progress=lambda done, total: steps.append((done, total)))
+    pieces = compute_coverage(rig, [part], **grid, nside=8, progress=lambda done, total: steps.append((done, total)))
     assert len(steps) > 2
     assert steps[-1] == (49, 49)
     np.testing.assert_array_equal(pieces.pixels, whole.pixels)
@@ -277,9 +277,9 @@ def test_wrong_grids_are_refused(rig: Rig) -> None:
         ([0.0], [0.0, 3.0], r"q2 \(tilt\) between -32\.5 and 122\.5 deg, got 171\.887"),
     ]:
         with pytest.raises(ValueError, match=message):
-            coverage(rig, [], q1=q1, q2=q2)
+            compute_coverage(rig, [], q1=q1, q2=q2)
     for nside in (0, 12, 2048):
         with pytest.raises(ValueError, match=f"nside to be a power of two from 1 to 1024, got {nside}"):
-            coverage(rig, [], q1=[0.0], q2=[0.0], nside=nside)
+            compute_coverage(rig, [], q1=[0.0], q2=[0.0], nside=nside)
     with pytest.raises(ValueError, match="columns > 0, got 0"):
-        coverage(rig, [], q1=[0.0], q2=[0.0], columns=0)
+        compute_coverage(rig, [], q1=[0.0], q2=[0.0], columns=0)

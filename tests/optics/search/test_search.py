@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from plain_boxes import box_part
 
-from optics.coverage.coverage import Coverage, coverage
+from optics.coverage.coverage import Coverage, compute_coverage
 from optics.feasibility.envelope import hull_half_size
 from optics.feasibility.feasibility import feasibility_problems
 from optics.kernels.arrays import FloatArray
@@ -122,7 +122,7 @@ def test_coarse_scores_are_those_of_coverage(rig: Rig) -> None:
         built = rig_with(rig, design)
         plate = plate_part("m1", built.gaze.fold_mirror, Layout.from_rig(built).body_from_m1, Group.FIXED)
         q1, q2 = joints.pan.values(steps[0]), joints.tilt.values(steps[1])
-        return coverage(built, [boxed(rig), plate], q1=q1, q2=q2, **options)
+        return compute_coverage(built, [boxed(rig), plate], q1=q1, q2=q2, **options)
 
     weight = [np.where(np.arange(count) % (count - 1), 1.0, 0.5) for count in (41, 21)]
     weights = np.outer(*weight) / np.outer(*weight).sum()
