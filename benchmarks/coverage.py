@@ -19,7 +19,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 from cad.assembly.meshes import rig_meshes
 from optics.coverage.coverage import compute_coverage, stepped_joints
 from optics.coverage.field import SKIN_M
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.kernels.arrays import FloatArray, to_columns
 from optics.kernels.backend import Array3f64, Bool
 from optics.layout import Layout
@@ -92,7 +92,7 @@ def _chains(rig: Rig, parts: Sequence[PartMesh]) -> dict[str, Any]:
         "M chains/s",
         f"{POSES_PER_JOINT}^2 poses in {our_time:.2f} s, {100 * found.covered_fraction:.1f} % of the sphere covered; "
         f"peer: our trace pose by pose, then trimesh + embreex behind M2 only; "
-        f"{100 * found.pixels[..., Fate.SEEN].sum() / found.pixels.sum():.1f} % of the chains reach the water",
+        f"{100 * found.pixels[..., Outcome.SEEN].sum() / found.pixels.sum():.1f} % of the chains reach the water",
     )
 
 

@@ -6,8 +6,8 @@ is off the ray, two numbers. At the root that `project` found, r = 0, and the im
     dd/dp = -(dr/dd)^-1 dr/dp,        d(u, v)/dp = d(u, v)/dd dd/dp + d(u, v)/dp at fixed d
 
 with each factor by reverse automatic differentiation (Dr.Jit, float64) of the *traced* ray. Differentiating the last
-Newton step of `aim` would give the same first derivative, but `aim` works in the plane of refraction, which is not
-defined for a point on the port's axis nor for a centred dome; a traced ray is smooth there.
+Newton step of the port's `project` would give the same first derivative, but that works in the plane of refraction,
+which is not defined for a point on the port's axis nor for a centred dome; a traced ray is smooth there.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def parameter_names(rig: Rig) -> tuple[str, ...]:
 
 
 def _behind_the_lens(rig: Rig) -> tuple[str, ...]:
-    """Parameters on which the way of a given ray from the pinhole depends."""
+    """Parameters on which the path of a given ray from the pinhole depends."""
     port = {"flat": FLAT_PORT, "dome": (*DOME_PORT, "n_port", "n_water"), "none": ()}[rig.port.shape]
     return (*port, *(MIRRORS if rig.gaze is not None else ()))
 
@@ -179,7 +179,7 @@ def ray_jacobian(
     inputs = [leaves[name] for name in names]
     dr.enable_grad(*inputs)
     numbers = _numbers(rig, camera.parameters(), port, leaves)
-    _, outgoing, transmitted = _leave(port, numbers, Array3f64(*to_columns(in_air)))
+    _, outgoing, transmitted = _trace(port, numbers, Array3f64(*to_columns(in_air)))
     # As wide as the rays, and dependent on every leaf, whatever the rig.
     outgoing = outgoing + 0 * sum(inputs, Float64(0))
     values = _gradients(list(outgoing), inputs)
@@ -237,7 +237,7 @@ def _differentiate(rig: Rig, leaves: dict[str, Any], names: tuple[str, ...]) -> 
     image = _point(leaves)
     for mirror in reversed(numbers["mirrors"]):
         image = unfold(mirror, image)
-    root, converged, in_water = port.aim(numbers["port"], image)
+    root, converged, in_water = port.project(numbers["port"], image)
     u, v, valid = model.pixel(numbers["camera"], distorted, root)
     # The root is a number from here on, not the end of twelve Newton steps.
     dr.eval(root, u, v, converged, in_water, valid)
@@ -264,16 +264,16 @@ def _differentiate(rig: Rig, leaves: dict[str, Any], names: tuple[str, ...]) -> 
 
 def _miss(port: Any, numbers: dict[str, Any], direction: Any, point: Any) -> tuple[Any, Any]:
     """Two components of the part of the point that is off the ray which leaves the pinhole along `direction`."""
-    origin, outgoing, _ = _leave(port, numbers, direction)
+    origin, outgoing, _ = _trace(port, numbers, direction)
     offset = point - origin
     offset = offset - outgoing * dr.dot(offset, outgoing)
     first, second = _across(dr.detach(outgoing))
     return dr.dot(offset, first), dr.dot(offset, second)
 
 
-def _leave(port: Any, numbers: dict[str, Any], direction: Any) -> tuple[Any, Any, Any]:
+def _trace(port: Any, numbers: dict[str, Any], direction: Any) -> tuple[Any, Any, Any]:
     """Point on the last surface, direction behind it, and whether the port lets the ray out."""
-    exit_ = port.leave(numbers["port"], direction)
+    exit_ = port.trace(numbers["port"], direction)
     last = [exit_, *reflect_over(numbers["mirrors"], exit_.point, exit_.direction)][-1]
     return last.point, last.direction, exit_.transmitted
 

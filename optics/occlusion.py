@@ -20,11 +20,11 @@ from optics.kernels.ray_scene import mesh_scene
 from optics.mesh import Group, PartMesh, Role, merge
 
 ROLES = tuple(Role)
-"""Order of the roles in `Hit.role`."""
+"""Order of the roles in `FirstHit.role`."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hit:
+class FirstHit:
     """First hits: Dr.Jit arrays. `distance` is infinite, and `part` and `role` have no meaning, where nothing is hit.
 
     `part` counts the occluder's parts, `role` is a position in `ROLES`.
@@ -81,14 +81,14 @@ def blocks(parameters: dict[str, Any], origin: Any, direction: Any, maximum_dist
     return parameters["scene"].ray_test(_ray(origin, direction, maximum_distance), active=active)
 
 
-def first_hit(parameters: dict[str, Any], origin: Any, direction: Any, maximum_distance: Any, active: Any) -> Hit:
+def first_hit(parameters: dict[str, Any], origin: Any, direction: Any, maximum_distance: Any, active: Any) -> FirstHit:
     """Kernel: what is hit first within the distance."""
     if not parameters:
-        return Hit(distance=Float32(dr.inf), part=UInt32(0), role=UInt32(0))
+        return FirstHit(distance=Float32(dr.inf), part=UInt32(0), role=UInt32(0))
     ray = _ray(origin, direction, maximum_distance)
     found = parameters["scene"].ray_intersect_preliminary(ray, coherent=True, active=active)
     hit = found.is_valid()
-    return Hit(
+    return FirstHit(
         distance=dr.select(hit, found.t, dr.inf),
         part=dr.gather(UInt32, parameters["part_of_face"], found.prim_index, hit),
         role=dr.gather(UInt32, parameters["role_of_face"], found.prim_index, hit),

@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """Fate of one ray or of one projected point."""
+    """Outcome of one ray or of one projected point."""
 
     OK = 0
     INVALID_INPUT = 1

@@ -248,7 +248,7 @@ def compiled_transmittance(camera: type[Camera], distorted: bool, port: type[Por
     def transmittance(parameters: dict[str, Any], u: Any, v: Any) -> Any:
         direction, valid = camera.direction(parameters["camera"], distorted, u, v)
         # Multiplied by one per ray: without a port the transmittance would be one number for all.
-        return port.leave(parameters["port"], direction).transmittance * dr.select(valid & dr.isfinite(u + v), 1.0, 0.0)
+        return port.trace(parameters["port"], direction).transmittance * dr.select(valid & dr.isfinite(u + v), 1.0, 0.0)
 
     return transmittance
 
@@ -264,7 +264,7 @@ def compiled_project(
         image = points
         for mirror in reversed(parameters["mirrors"]):
             image = unfold(mirror, image)
-        direction, converged, in_water = port.aim(parameters["port"], image)
+        direction, converged, in_water = port.project(parameters["port"], image)
         u, v, valid = camera.pixel(parameters["camera"], distorted, direction)
         finite = dr.isfinite(dr.sum(points))
         has_pixel = finite & in_water & converged & valid
@@ -291,7 +291,7 @@ def follow(port: type[Port], parameters: dict[str, Any], direction: Any, status:
 
     Returns the point and direction at the last surface passed, and the status.
     """
-    exit_ = port.leave(parameters["port"], direction)
+    exit_ = port.trace(parameters["port"], direction)
     status = _where_ok(status, ~exit_.transmitted, Status.TOTAL_REFLECTION)
     status = _where_ok(status, ~exit_.inside, Status.MISSED_PORT)
     point, outgoing = exit_.point, exit_.direction

@@ -7,7 +7,7 @@ import pytest
 
 from cad.assembly.meshes import rig_meshes
 from optics.coverage.coverage import compute_coverage
-from optics.coverage.outcome import BLOCKERS, Fate
+from optics.coverage.outcome import BLOCKERS, Outcome
 from optics.layout import Layout
 from optics.mesh import Role
 from rigs import Rig
@@ -30,9 +30,9 @@ def test_presets_see_most_of_the_sphere_past_their_mount(name: str) -> None:
     bare, built = (compute_coverage(rig, kept, q1=q1, q2=q2, nside=16) for kept in ([], parts))
     horizontal, zenith = (int(np.abs(np.degrees(q2) - angle).argmin()) for angle in (0.0, 45.0))
     middle = len(q1) // 2
-    assert (built.pixels[..., Fate.SEEN] <= bare.pixels[..., Fate.SEEN]).all()
+    assert (built.pixels[..., Outcome.SEEN] <= bare.pixels[..., Outcome.SEEN]).all()
     assert built.solid_angle_sr[horizontal, middle] > 0.9 * bare.solid_angle_sr[horizontal, middle]
-    assert built.pixels[zenith, middle, Fate.MIRROR_PLATE] > 0
+    assert built.pixels[zenith, middle, Outcome.MIRROR_PLATE] > 0
     assert (built.poses_seeing <= bare.poses_seeing).all()
     assert 0.8 < built.covered_fraction < bare.covered_fraction
 
@@ -42,17 +42,17 @@ def test_each_part_takes_its_share() -> None:
     parts = rig_meshes(rig)
     grid = {"q1": np.radians(np.linspace(-77, 77, 16)), "q2": np.radians(np.linspace(-32, 122, 16))}
     lost = {}
-    for role, fates in (
-        (Role.HULL, [Fate.HULL]),
-        (Role.MOUNT, [Fate.FOLD_BRACKET, Fate.MOUNT]),
-        (Role.SERVO, [Fate.SERVO]),
-        (Role.MIRROR, [Fate.MIRROR_PLATE]),
+    for role, outcomes in (
+        (Role.HULL, [Outcome.HULL]),
+        (Role.MOUNT, [Outcome.FOLD_BRACKET, Outcome.MOUNT]),
+        (Role.SERVO, [Outcome.SERVO]),
+        (Role.MIRROR, [Outcome.MIRROR_PLATE]),
     ):
         alone = compute_coverage(rig, [part for part in parts if part.role is role], **grid).pixels
-        assert alone[..., list(BLOCKERS)].sum() == alone[..., fates].sum()
-        fate = fates[0]
-        lost[fate] = alone[..., fate].sum()
+        assert alone[..., list(BLOCKERS)].sum() == alone[..., outcomes].sum()
+        outcome = outcomes[0]
+        lost[outcome] = alone[..., outcome].sum()
     together = compute_coverage(rig, parts, **grid).pixels
     # The first part in the way takes the blame, so that together each takes at most what it takes alone.
-    assert 0 < together[..., Fate.HULL].sum() <= lost[Fate.HULL]
-    assert 0 < together[..., Fate.MIRROR_PLATE].sum() <= lost[Fate.MIRROR_PLATE]
+    assert 0 < together[..., Outcome.HULL].sum() <= lost[Outcome.HULL]
+    assert 0 < together[..., Outcome.MIRROR_PLATE].sum() <= lost[Outcome.MIRROR_PLATE]

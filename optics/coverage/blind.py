@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from optics.coverage.coverage import Coverage
-from optics.coverage.outcome import BLOCKERS, Fate
+from optics.coverage.outcome import BLOCKERS, Outcome
 from optics.coverage.sphere import cell_directions, cell_solid_angle_sr
 
 OUT_OF_REACH = -1
@@ -33,7 +33,7 @@ class BlindPatch:
     radius_deg : float
         From there to the nearest direction that is seen.
     solid_angle_sr : float
-    cause : Fate or None
+    cause : Outcome or None
         The part that stops the rays in most of its cells; None: no pose points a ray there.
     cause_share : float
         Share of the patch of which that is true.
@@ -43,15 +43,15 @@ class BlindPatch:
     elevation_deg: float
     radius_deg: float
     solid_angle_sr: float
-    cause: Fate | None
+    cause: Outcome | None
     cause_share: float
 
 
 def blind_causes(coverage: Coverage) -> NDArray[np.int64]:
     """Why each cell of the sphere is blind, shape (cells,): what stops it in most poses, OUT_OF_REACH, or SEEN."""
-    stopped = coverage.poses_by_fate[list(BLOCKERS)]
+    stopped = coverage.poses_by_outcome[list(BLOCKERS)]
     cause = np.where(stopped.sum(axis=0) > 0, np.array(BLOCKERS)[stopped.argmax(axis=0)], OUT_OF_REACH)
-    return np.where(coverage.covered, int(Fate.SEEN), cause)
+    return np.where(coverage.covered, int(Outcome.SEEN), cause)
 
 
 def blind_patches(coverage: Coverage) -> list[BlindPatch]:
@@ -74,7 +74,7 @@ def blind_patches(coverage: Coverage) -> list[BlindPatch]:
                 elevation_deg=float(np.degrees(np.arcsin(z))),
                 radius_deg=float(np.degrees(clearance[middle])),
                 solid_angle_sr=float(len(inside) * width**2),
-                cause=None if main == OUT_OF_REACH else Fate(main),
+                cause=None if main == OUT_OF_REACH else Outcome(main),
                 cause_share=float(counts.max() / len(inside)),
             )
         )

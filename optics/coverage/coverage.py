@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.coverage.outcome import Fate, by_fate, by_region
+from optics.coverage.outcome import Outcome, by_outcome, by_region
 from optics.coverage.pose_axes import PoseAxes, Progress
 from optics.coverage.poses import trace_poses
 from optics.coverage.sphere import cell_directions, check_nside
@@ -31,17 +31,17 @@ class Coverage:
     q1_deg : array, shape (n1,)
     q2_deg : array, shape (n2,)
         Joint values.
-    pixels : array, shape (n2, n1, len(Fate))
-        Number of cells of the image by their `Fate`.
-    solid_angle_by_fate_sr : array, shape (n2, n1, len(Fate))
+    pixels : array, shape (n2, n1, len(Outcome))
+        Number of cells of the image by their `Outcome`.
+    solid_angle_by_outcome_sr : array, shape (n2, n1, len(Outcome))
         Their solid angle in the water.
-    solid_angle_by_region_sr : array, shape (n2, n1, len(Region), len(Fate))
+    solid_angle_by_region_sr : array, shape (n2, n1, len(Region), len(Outcome))
         The same by region of the image and what the region shows there: SEEN is open water, a part what it hides.
     nside : int
         Of the sphere of directions, whose cells `optics.coverage.sphere` numbers; all have the same solid angle.
-    poses_by_fate : array, shape (len(Fate), cells)
+    poses_by_outcome : array, shape (len(Outcome), cells)
         Number of poses whose mirrors point a ray of the camera at the centre of each cell of the sphere, by what that
-        ray meets: open water (SEEN) or a part.
+        ray hits: open water (SEEN) or a part.
     pixels_per_degree : array, shape (cells,)
         Best resolution at which a pose sees each cell; zero where none does.
     """
@@ -49,16 +49,16 @@ class Coverage:
     q1_deg: FloatArray
     q2_deg: FloatArray
     pixels: NDArray[np.int64]
-    solid_angle_by_fate_sr: FloatArray
+    solid_angle_by_outcome_sr: FloatArray
     solid_angle_by_region_sr: FloatArray
     nside: int
-    poses_by_fate: NDArray[np.int64]
+    poses_by_outcome: NDArray[np.int64]
     pixels_per_degree: FloatArray
 
     @property
     def solid_angle_sr(self) -> FloatArray:
         """Solid angle seen over both mirrors, shape (n2, n1)."""
-        return self.solid_angle_by_fate_sr[..., Fate.SEEN]
+        return self.solid_angle_by_outcome_sr[..., Outcome.SEEN]
 
     @property
     def mean_solid_angle_sr(self) -> float:
@@ -72,7 +72,7 @@ class Coverage:
     @property
     def poses_seeing(self) -> NDArray[np.int64]:
         """Number of poses that see each cell of the sphere: how long a search may dwell there; shape (cells,)."""
-        seeing: NDArray[np.int64] = self.poses_by_fate[Fate.SEEN]
+        seeing: NDArray[np.int64] = self.poses_by_outcome[Outcome.SEEN]
         return seeing
 
     @property
@@ -162,11 +162,11 @@ def compute_coverage(
     return Coverage(
         q1_deg=np.degrees(q1),
         q2_deg=np.degrees(q2),
-        pixels=by_fate(views.pixels).reshape(*grid1.shape, -1),
-        solid_angle_by_fate_sr=by_fate(views.solid_angle_sr).reshape(*grid1.shape, -1),
+        pixels=by_outcome(views.pixels).reshape(*grid1.shape, -1),
+        solid_angle_by_outcome_sr=by_outcome(views.solid_angle_sr).reshape(*grid1.shape, -1),
         solid_angle_by_region_sr=by_region_sr.reshape(*grid1.shape, *by_region_sr.shape[1:]),
         nside=nside,
-        poses_by_fate=sphere.poses_by_fate,
+        poses_by_outcome=sphere.poses_by_outcome,
         pixels_per_degree=sphere.pixels_per_degree,
     )
 

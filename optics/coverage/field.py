@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.camera import Camera
-from optics.coverage.outcome import Fate, fates_at_parts, fates_of_status
+from optics.coverage.outcome import Outcome, outcomes_at_parts, outcomes_of_status
 from optics.kernels.arrays import FloatArray, to_columns
 from optics.kernels.backend import Array3f64, Bool, Float64
 from optics.layout import Layout
@@ -21,7 +21,7 @@ from optics.ports.port import Port
 from optics.train import OpticalTrain, Rays, pixel_grid
 
 SKIN_M = 1e-4
-"""Rays start and end this far from a surface along their way. Float32 at 1 m is good to 1e-7 m, so a ray that leaves
+"""Rays start and end this far from a surface along their path. Float32 at 1 m is good to 1e-7 m, so a ray that leaves
 a mirror at up to 89.9 degrees from its normal does not hit that mirror's own plate."""
 
 
@@ -33,12 +33,12 @@ class FoldedField:
     ----------
     solid_angle_sr : array, shape (n,)
         Of every cell of the image in the water.
-    fate : array, shape (n,)
-        `Fate` of every cell by port and M1 alone: SEEN where M1 sends its ray on, MISSED_M1 for the direct view.
+    outcome : array, shape (n,)
+        `Outcome` of every cell by port and M1 alone: SEEN where M1 sends its ray on, MISSED_M1 for the direct view.
     cell : array, shape (k,)
         Cells whose rays leave the port; the arrays below follow their order.
     folded : array, shape (k,)
-        Whether the ray meets M1's face; else it belongs to the direct view.
+        Whether the ray hits M1's face; else it belongs to the direct view.
     port_m, port_direction : arrays, shape (k, 3)
         Points on the port's outer face, unit vectors.
     length_m : array, shape (k,)
@@ -52,7 +52,7 @@ class FoldedField:
     """
 
     solid_angle_sr: FloatArray
-    fate: NDArray[np.int32]
+    outcome: NDArray[np.int32]
     cell: NDArray[np.int64]
     folded: NDArray[np.bool_]
     port_m: FloatArray
@@ -66,10 +66,10 @@ class FoldedField:
 
 @dataclass(frozen=True)
 class Stops:
-    """Where rays are stopped, metres along them (infinite: nowhere), and the `Fate` of those that are; shape (k,)."""
+    """Where rays are stopped, metres along them (infinite: nowhere), and the `Outcome` of those that are, (k,)."""
 
     distance_m: FloatArray
-    fate: NDArray[np.uint32]
+    outcome: NDArray[np.uint32]
 
 
 def pixel_solid_angles(camera: Camera, port: Port, columns: int | None = None, rows: int | None = None) -> FloatArray:
@@ -128,17 +128,17 @@ def folded_field(train: OpticalTrain, layout: Layout, fixed: Occluder, columns: 
     """
     pixels = pixel_grid(train.camera, columns, rows)
     at_port, at_m1 = train.without_mirrors().trace(pixels), replace(train, mirrors=train.mirrors[:1]).trace(pixels)
-    fate = fates_of_status(at_m1.status)
+    outcome = outcomes_of_status(at_m1.status)
     cell = np.flatnonzero(at_port.passed)
     at_port, at_m1 = (rays[cell].moved(layout.body_from_camera) for rays in (at_port, at_m1))
-    folded = fate[cell] == Fate.SEEN
+    folded = outcome[cell] == Outcome.SEEN
     length = np.where(folded, np.linalg.norm(at_m1.origin_m - at_port.origin_m, axis=1), np.inf)
     before = _stops(fixed, at_port, length)
-    back = fate[cell] == Fate.BACK_OF_MIRROR
-    before.distance_m[back], before.fate[back] = 0.0, Fate.BACK_OF_MIRROR
+    back = outcome[cell] == Outcome.BACK_OF_MIRROR
+    before.distance_m[back], before.outcome[back] = 0.0, Outcome.BACK_OF_MIRROR
     return FoldedField(
         solid_angle_sr=pixel_solid_angles(train.camera, train.port, columns, rows),
-        fate=fate,
+        outcome=outcome,
         cell=cell,
         folded=folded,
         port_m=at_port.origin_m,
@@ -168,4 +168,4 @@ def _stops(fixed: Occluder, rays: Rays, length_m: FloatArray) -> Stops:
     distance = np.broadcast_to(np.array(hit.distance, dtype=np.float64), len(length_m)) + SKIN_M
     part = np.broadcast_to(np.array(hit.part), len(length_m))
     stopped = np.isfinite(distance)
-    return Stops(distance, np.where(stopped, fates_at_parts(fixed.parts)[part], Fate.SEEN).astype(np.uint32))
+    return Stops(distance, np.where(stopped, outcomes_at_parts(fixed.parts)[part], Outcome.SEEN).astype(np.uint32))

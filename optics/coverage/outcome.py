@@ -20,11 +20,11 @@ FOLD_BRACKET = "fold_bracket"
 Number = TypeVar("Number", np.int64, np.float64)
 
 
-class Fate(IntEnum):
-    """What becomes of a pixel's ray; the columns of counts and solid angles by fate."""
+class Outcome(IntEnum):
+    """What becomes of a pixel's ray; the columns of counts and solid angles by outcome."""
 
     SEEN = 0
-    """It looks into the open water: over both mirrors where losses are counted, in its own way within a region."""
+    """It looks into the open water: over both mirrors where losses are counted, as it goes within a region."""
     PORT_RIM = 1
     """It ends in the housing, outside the port's aperture."""
     TOTAL_REFLECTION = 2
@@ -37,19 +37,19 @@ class Fate(IntEnum):
     BACK_OF_MIRROR = 6
     HULL = 7
     FOLD_BRACKET = 8
-    """It meets the bracket of M1."""
+    """It hits the bracket of M1."""
     MOUNT = 9
-    """It meets another part of the mount: gimbal base, yoke, mirror holder."""
+    """It hits another part of the mount: gimbal base, yoke, mirror holder."""
     SERVO = 10
     MIRROR_PLATE = 11
-    """It meets a mirror's plate on its way, such as M1 after M2: there the camera sees itself."""
+    """It hits a mirror's plate on its path, such as M1 after M2: there the camera sees itself."""
 
 
-BLOCKERS = (Fate.HULL, Fate.FOLD_BRACKET, Fate.MOUNT, Fate.SERVO, Fate.MIRROR_PLATE)
-"""Fates of rays that a part stops."""
+BLOCKERS = (Outcome.HULL, Outcome.FOLD_BRACKET, Outcome.MOUNT, Outcome.SERVO, Outcome.MIRROR_PLATE)
+"""Outcomes of rays that a part stops."""
 
 
-class Way(IntEnum):
+class OpticalPath(IntEnum):
     """How far a pixel's ray gets by port and mirrors alone: its `Region`, with the back of M2 apart."""
 
     HOUSING = 0
@@ -60,61 +60,61 @@ class Way(IntEnum):
     """Over M1 to the back of M2: part of the fold view."""
 
 
-FATE_OF_STATUS = {
-    Status.INVALID_INPUT: Fate.OUTSIDE_CAMERA_MODEL,
-    Status.OUTSIDE_CAMERA_MODEL: Fate.OUTSIDE_CAMERA_MODEL,
-    Status.MISSED_PORT: Fate.PORT_RIM,
-    Status.TOTAL_REFLECTION: Fate.TOTAL_REFLECTION,
-    Status.MISSED_M1: Fate.MISSED_M1,
-    Status.MISSED_M2: Fate.MISSED_M2,
-    Status.BACK_OF_MIRROR: Fate.BACK_OF_MIRROR,
-    Status.OK: Fate.SEEN,
+OUTCOME_OF_STATUS = {
+    Status.INVALID_INPUT: Outcome.OUTSIDE_CAMERA_MODEL,
+    Status.OUTSIDE_CAMERA_MODEL: Outcome.OUTSIDE_CAMERA_MODEL,
+    Status.MISSED_PORT: Outcome.PORT_RIM,
+    Status.TOTAL_REFLECTION: Outcome.TOTAL_REFLECTION,
+    Status.MISSED_M1: Outcome.MISSED_M1,
+    Status.MISSED_M2: Outcome.MISSED_M2,
+    Status.BACK_OF_MIRROR: Outcome.BACK_OF_MIRROR,
+    Status.OK: Outcome.SEEN,
 }
 
 
-def fates_of_status(status: StatusArray) -> NDArray[np.int32]:
-    """`Fate` of rays traced by an optical train, of the shape of `status`."""
-    table = np.full(max(Status) + 1, Fate.OUTSIDE_CAMERA_MODEL, dtype=np.int32)
-    for key, fate in FATE_OF_STATUS.items():
-        table[key] = fate
+def outcomes_of_status(status: StatusArray) -> NDArray[np.int32]:
+    """`Outcome` of rays traced by an optical train, of the shape of `status`."""
+    table = np.full(max(Status) + 1, Outcome.OUTSIDE_CAMERA_MODEL, dtype=np.int32)
+    for key, outcome in OUTCOME_OF_STATUS.items():
+        table[key] = outcome
     return table[status]
 
 
-def fate_at_part(part: PartMesh) -> Fate:
-    """`Fate` of a ray that meets a part: by its role, and for the bracket of M1 by its name."""
+def outcome_at_part(part: PartMesh) -> Outcome:
+    """`Outcome` of a ray that hits a part: by its role, and for the bracket of M1 by its name."""
     if part.role is Role.MOUNT and part.name == FOLD_BRACKET:
-        return Fate.FOLD_BRACKET
+        return Outcome.FOLD_BRACKET
     return {
-        Role.HULL: Fate.HULL,
-        Role.MOUNT: Fate.MOUNT,
-        Role.HARDWARE: Fate.MOUNT,
-        Role.SERVO: Fate.SERVO,
-        Role.MIRROR: Fate.MIRROR_PLATE,
+        Role.HULL: Outcome.HULL,
+        Role.MOUNT: Outcome.MOUNT,
+        Role.HARDWARE: Outcome.MOUNT,
+        Role.SERVO: Outcome.SERVO,
+        Role.MIRROR: Outcome.MIRROR_PLATE,
     }[part.role]
 
 
-def fates_at_parts(parts: Sequence[PartMesh]) -> NDArray[np.uint32]:
-    """`Fate` by the part's position; one entry where there are no parts, so that a kernel has something to read."""
-    return np.array([fate_at_part(part) for part in parts] or [Fate.SEEN], dtype=np.uint32)
+def outcomes_at_parts(parts: Sequence[PartMesh]) -> NDArray[np.uint32]:
+    """`Outcome` by the part's position; one entry where there are no parts, so that a kernel has something to read."""
+    return np.array([outcome_at_part(part) for part in parts] or [Outcome.SEEN], dtype=np.uint32)
 
 
-def by_fate(by_way: NDArray[Number]) -> NDArray[Number]:
-    """Losses of the gaze: from sums by way and what is met, shape (..., len(Way), len(Fate)), to (..., len(Fate)).
+def by_outcome(by_path: NDArray[Number]) -> NDArray[Number]:
+    """Losses of the gaze, shape (..., len(Outcome)), from sums by path, shape (..., len(OpticalPath), len(Outcome)).
 
     A pixel is lost to what comes first in the design, not along the ray: what passes a mirror's edge is lost to that
-    edge, whatever it meets; only of pixels that port and mirrors lead to M2's face the parts in the way take some.
+    edge, whatever it hits; only of pixels that port and mirrors lead to M2's face the parts in the way take some.
     """
-    sums = by_way[..., Way.HOUSING, :] + by_way[..., Way.GAZE, :]
-    # M1's back is told in the direct view by what is met; nothing else in a working rig is.
-    back_of_m1 = by_way[..., Way.DIRECT, Fate.BACK_OF_MIRROR]
-    sums[..., Fate.BACK_OF_MIRROR] += back_of_m1 + by_way[..., Way.BACK, :].sum(axis=-1)
-    sums[..., Fate.MISSED_M1] += by_way[..., Way.DIRECT, :].sum(axis=-1) - back_of_m1
-    sums[..., Fate.MISSED_M2] += by_way[..., Way.FOLD, :].sum(axis=-1)
+    sums = by_path[..., OpticalPath.HOUSING, :] + by_path[..., OpticalPath.GAZE, :]
+    # M1's back is an outcome of the direct view; nothing else in a working rig is.
+    back_of_m1 = by_path[..., OpticalPath.DIRECT, Outcome.BACK_OF_MIRROR]
+    sums[..., Outcome.BACK_OF_MIRROR] += back_of_m1 + by_path[..., OpticalPath.BACK, :].sum(axis=-1)
+    sums[..., Outcome.MISSED_M1] += by_path[..., OpticalPath.DIRECT, :].sum(axis=-1) - back_of_m1
+    sums[..., Outcome.MISSED_M2] += by_path[..., OpticalPath.FOLD, :].sum(axis=-1)
     return sums
 
 
-def by_region(by_way: NDArray[Number]) -> NDArray[Number]:
-    """What each region shows: from sums by way, shape (..., len(Way), len(Fate)), to (..., len(Region), len(Fate))."""
-    sums = by_way[..., : len(Region), :].copy()
-    sums[..., Region.FOLD, :] += by_way[..., Way.BACK, :]
+def by_region(by_path: NDArray[Number]) -> NDArray[Number]:
+    """What each region shows, shape (..., len(Region), len(Outcome)), from sums by path, as `by_outcome` takes them."""
+    sums = by_path[..., : len(Region), :].copy()
+    sums[..., Region.FOLD, :] += by_path[..., OpticalPath.BACK, :]
     return sums

@@ -51,5 +51,5 @@ def gaze_mirror_at(parameters: dict[str, Any], poses: dict[Group, Any], pose: An
 
 
 def axes_at(poses: dict[Group, Any], pose: Any) -> dict[Group, Any]:
-    """Kernel: axes of the moving groups of each lane, in the precision in which rays meet triangles."""
+    """Kernel: axes of the moving groups of each lane, in the precision in which rays hit triangles."""
     return {group: [Array3f32(dr.gather(Array3f64, axis, pose)) for axis in axes] for group, axes in poses.items()}

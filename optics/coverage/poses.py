@@ -1,7 +1,7 @@
 """The image in many poses at once: one lane for each pose and each ray that leaves the port.
 
 A lane follows its ray from the port to M1, to M2 (float64, M2's pose by lane) and into the water, and asks on each
-piece of the way what blocks it: the fixed parts in the body frame, the moving ones in theirs. Nothing of the size of
+segment of its path what blocks it: the fixed parts in the body frame, the moving ones in theirs. Nothing of the size of
 poses times rays is ever stored: lanes add to the counters of their pose. All counters are integers, so that the order
 in which lanes arrive does not change a bit of the result.
 """
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from optics.coverage.blockers import Occluders, Segment, Stop, blocker_parameters, first_blocker
 from optics.coverage.field import SKIN_M, FoldedField, folded_field
-from optics.coverage.outcome import Fate, Way
+from optics.coverage.outcome import OpticalPath, Outcome
 from optics.coverage.pose_axes import PoseAxes, Progress, axes_at, gaze_mirror_at
 from optics.kernels.arrays import FloatArray, opaque_vector, to_columns
 from optics.kernels.backend import Array3f64, Bool, Float32, Float64, UInt32, UInt64, dr
@@ -31,7 +31,8 @@ LANES_PER_LAUNCH = 1 << 26
 STERADIANS_PER_UNIT = 2.0**-54
 """Solid angles are added up as integers: exact to 6e-17 sr a cell, and whole spheres fit 64 bits."""
 
-TABLE = len(Way) * len(Fate)
+SHAPE = (len(OpticalPath), len(Outcome))
+TABLE = SHAPE[0] * SHAPE[1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,9 +41,9 @@ class Views:
 
     Attributes
     ----------
-    pixels : array, shape (n, len(Way), len(Fate))
-        Number of cells of the image by how far port and mirrors lead them, and what they then meet (SEEN: open water).
-    solid_angle_sr : array, shape (n, len(Way), len(Fate))
+    pixels : array, shape (n, len(OpticalPath), len(Outcome))
+        Number of cells of the image by how far port and mirrors lead them, and what they then hit (SEEN: open water).
+    solid_angle_sr : array, shape (n, len(OpticalPath), len(Outcome))
         Solid angle in the water of those cells.
     """
 
@@ -96,13 +97,11 @@ def trace_poses(
         solid_angle[chunk] += np.array(counters[1]).reshape(-1, TABLE) * STERADIANS_PER_UNIT
         if progress is not None:
             progress(min(first + step, count), count)
-    return Views(
-        pixels=pixels.reshape(-1, len(Way), len(Fate)), solid_angle_sr=solid_angle.reshape(-1, len(Way), len(Fate))
-    )
+    return Views(pixels=pixels.reshape(-1, *SHAPE), solid_angle_sr=solid_angle.reshape(-1, *SHAPE))
 
 
 def _launch(parameters: dict[str, Any], poses: dict[Group, Any], pose_count: int, ray_count: int) -> tuple[Any, Any]:
-    """Follow every ray at every pose of a launch: cells of the image and their solid angle, by pose, way and fate.
+    """Follow every ray at every pose of a launch: cells of the image and their solid angle, by pose, path and outcome.
 
     It is compiled once for each set of groups that have parts; numbers, meshes and sizes are its inputs. It is not
     frozen: a frozen function would be recorded anew for nearly every scene and size, and would warn of it.
@@ -110,8 +109,8 @@ def _launch(parameters: dict[str, Any], poses: dict[Group, Any], pose_count: int
     lane = dr.arange(UInt32, pose_count * ray_count)
     pose = lane // dr.opaque(UInt32, ray_count)
     ray = lane - pose * dr.opaque(UInt32, ray_count)
-    way, fate = _follow(parameters, poses, pose, ray)
-    slot = pose * TABLE + way * len(Fate) + fate
+    path, outcome = _follow(parameters, poses, pose, ray)
+    slot = pose * TABLE + path * len(Outcome) + outcome
     pixels, solid_angle = dr.zeros(UInt32, pose_count * TABLE), dr.zeros(UInt64, pose_count * TABLE)
     dr.scatter_add(pixels, UInt32(1), slot)
     dr.scatter_add(solid_angle, dr.gather(UInt64, parameters["field"]["solid_angle"], ray), slot)
@@ -120,27 +119,29 @@ def _launch(parameters: dict[str, Any], poses: dict[Group, Any], pose_count: int
 
 
 def _follow(parameters: dict[str, Any], poses: dict[Group, Any], pose: Any, ray: Any) -> tuple[Any, Any]:
-    """Kernel: `Way` and `Fate` of each lane's ray."""
+    """Kernel: `OpticalPath` and `Outcome` of each lane's ray."""
     field = parameters["field"]
     moving = axes_at(poses, pose)
     stop, folded = _before_m1(parameters, moving, ray)
     origin, direction = (dr.gather(Array3f64, field[name], ray) for name in ("origin", "direction"))
     hit = intersect(gaze_mirror_at(parameters, poses, pose), origin, direction)
     front, back = folded & hit.front, folded & hit.back
-    way = dr.select(front, UInt32(Way.GAZE), dr.select(back, UInt32(Way.BACK), UInt32(Way.FOLD)))
-    way = dr.select(folded, way, UInt32(Way.DIRECT))
-    fate = stop.fate
+    path = dr.select(
+        front, UInt32(OpticalPath.GAZE), dr.select(back, UInt32(OpticalPath.BACK), UInt32(OpticalPath.FOLD))
+    )
+    path = dr.select(folded, path, UInt32(OpticalPath.DIRECT))
+    outcome = stop.outcome
     # The fold view goes on past M2; what is known of the fixed parts counts up to M2, where there is one.
-    onwards = folded & (fate == UInt32(Fate.SEEN))
+    onwards = folded & (outcome == UInt32(Outcome.SEEN))
     between = Segment(origin, direction, dr.select(front | back, hit.distance, dr.inf))
     fixed = Stop(dr.gather(Float32, field["behind_at"], ray), dr.gather(UInt32, field["behind_by"], ray))
     stop = first_blocker(parameters, moving, between, onwards, fixed)
     stopped = onwards & (stop.distance < Float32(between.length - SKIN_M))
-    fate = dr.select(stopped, stop.fate, dr.select(onwards & back, UInt32(Fate.BACK_OF_MIRROR), fate))
-    out = front & (fate == UInt32(Fate.SEEN))
+    outcome = dr.select(stopped, stop.outcome, dr.select(onwards & back, UInt32(Outcome.BACK_OF_MIRROR), outcome))
+    out = front & (outcome == UInt32(Outcome.SEEN))
     everything = {Group.FIXED: None, **moving}
     stop = first_blocker(parameters, everything, Segment(hit.point, hit.direction, Float64(dr.inf)), out)
-    return way, dr.select(out, stop.fate, fate)
+    return path, dr.select(out, stop.outcome, outcome)
 
 
 def _before_m1(parameters: dict[str, Any], moving: dict[Group, Any], ray: Any) -> tuple[Stop, Any]:
@@ -151,18 +152,21 @@ def _before_m1(parameters: dict[str, Any], moving: dict[Group, Any], ray: Any) -
     if "port" in field:
         start, direction = (dr.gather(Array3f64, field[name], ray) for name in ("port", "port_direction"))
         near = dr.gather(Bool, field["near"], ray)
-        way = Segment(start, direction, dr.gather(Float64, field["length"], ray))
-        stop = first_blocker(parameters, moving, way, near, stop)
+        segment = Segment(start, direction, dr.gather(Float64, field["length"], ray))
+        stop = first_blocker(parameters, moving, segment, near, stop)
     return stop, folded
 
 
 def _same_at_all_poses(field: FoldedField, moving: NDArray[np.bool_]) -> tuple[NDArray[np.int64], FloatArray]:
     """Cells of the image that no pose changes, and their solid angle; shape (TABLE,)."""
-    housed = np.ones(len(field.fate), dtype=bool)
+    housed = np.ones(len(field.outcome), dtype=bool)
     housed[field.cell] = False
     still = field.cell[~moving]
     slot = np.concatenate(
-        [Way.HOUSING * len(Fate) + field.fate[housed], Way.DIRECT * len(Fate) + field.before.fate[~moving].astype(int)]
+        [
+            OpticalPath.HOUSING * len(Outcome) + field.outcome[housed],
+            OpticalPath.DIRECT * len(Outcome) + field.before.outcome[~moving].astype(int),
+        ]
     )
     solid_angle = np.concatenate([field.solid_angle_sr[housed], field.solid_angle_sr[still]])
     return (
@@ -182,7 +186,7 @@ def _field_parameters(field: FoldedField, moving: NDArray[np.bool_], near: NDArr
     }
     for name, stops in (("before", field.before), ("behind", field.behind)):
         parameters[f"{name}_at"] = Float32(stops.distance_m[moving].astype(np.float32))
-        parameters[f"{name}_by"] = UInt32(stops.fate[moving])
+        parameters[f"{name}_by"] = UInt32(stops.outcome[moving])
     if near.any():
         parameters |= {
             "port": Array3f64(*to_columns(field.port_m[moving])),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from optics.coverage.blockers import Occluders, Segment, blocker_parameters, first_blocker
 from optics.coverage.field import pixels_per_degree
 from optics.coverage.gaze_cone import Cone, gaze_cone
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.coverage.pose_axes import PoseAxes, Progress, axes_at, gaze_mirror_at
 from optics.coverage.sphere import cell_count, cell_directions, cells_of
 from optics.kernels.arrays import FloatArray, opaque, opaque_vector, to_columns
@@ -46,14 +46,14 @@ class SphereViews:
 
     Attributes
     ----------
-    poses_by_fate : array, shape (len(Fate), cells)
-        Number of poses whose mirrors point a ray of the camera at each cell's centre, by what that ray meets: open
+    poses_by_outcome : array, shape (len(Outcome), cells)
+        Number of poses whose mirrors point a ray of the camera at each cell's centre, by what that ray hits: open
         water (SEEN) or a part.
     pixels_per_degree : array, shape (cells,)
         Best resolution at which a pose sees each cell; zero where none does.
     """
 
-    poses_by_fate: NDArray[np.int64]
+    poses_by_outcome: NDArray[np.int64]
     pixels_per_degree: FloatArray
 
 
@@ -85,7 +85,7 @@ def see_sphere(
         Called with the number of poses done and their total.
     """
     cells, count = cell_count(nside), len(poses)
-    by_fate, best = np.zeros(len(Fate) * cells, dtype=np.int64), np.zeros(cells, dtype=np.float32)
+    by_outcome, best = np.zeros(len(Outcome) * cells, dtype=np.int64), np.zeros(cells, dtype=np.float32)
     cone = gaze_cone(train, layout)
     if cone is not None:
         families = _Families.of(nside)
@@ -94,11 +94,13 @@ def see_sphere(
         step = max(1, int(LANES_PER_LAUNCH / max(len(families.middles), share * cells)))
         for first in range(0, count, step):
             found = _launch(train, parameters, poses.kernel(slice(first, first + step)), families, cells)
-            by_fate += np.array(found[0])
+            by_outcome += np.array(found[0])
             best = np.maximum(best, np.array(found[1]))
             if progress is not None:
                 progress(min(first + step, count), count)
-    return SphereViews(poses_by_fate=by_fate.reshape(len(Fate), cells), pixels_per_degree=best.astype(np.float64))
+    return SphereViews(
+        poses_by_outcome=by_outcome.reshape(len(Outcome), cells), pixels_per_degree=best.astype(np.float64)
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,23 +162,23 @@ def _matrix(values: FloatArray) -> Any:
 def _launch(
     train: OpticalTrain, parameters: dict[str, Any], poses: dict[Group, Any], families: _Families, cells: int
 ) -> tuple[Any, Any]:
-    """Decide all cells near the views of some poses: counts by fate and cell, and the best resolution of each cell.
+    """Decide all cells near the views of some poses: counts by outcome and cell, and the best resolution of each cell.
 
     Twice the lanes are thinned out, first to families of cells near a view, then to the cells in it: packets of rays
-    that all meet triangles are several times as fast as those of which a few do.
+    that all hit triangles are several times as fast as those of which a few do.
     """
     near = _near_views(parameters, poses, families)
-    counts, best = dr.zeros(UInt32, len(Fate) * cells), dr.zeros(Float32, cells)
+    counts, best = dr.zeros(UInt32, len(Outcome) * cells), dr.zeros(Float32, cells)
     lane = dr.arange(UInt32, dr.width(near) * families.members.shape[1])
     if dr.width(lane):
         lane = dr.compress(_look_back(train, parameters, poses, *_pairs(near, lane, families)).pointed)
     if dr.width(lane):
         pose, place = _pairs(near, lane, families)
         view = _look_back(train, parameters, poses, pose, place)
-        fate = _fate(parameters, poses, pose, view)
+        outcome = _outcome(parameters, poses, pose, view)
         cell = dr.gather(UInt32, parameters["members"], place)
-        dr.scatter_add(counts, UInt32(1), fate * dr.opaque(UInt32, cells) + cell, view.pointed)
-        seen = view.pointed & (fate == UInt32(Fate.SEEN))
+        dr.scatter_add(counts, UInt32(1), outcome * dr.opaque(UInt32, cells) + cell, view.pointed)
+        seen = view.pointed & (outcome == UInt32(Outcome.SEEN))
         dr.scatter_reduce(dr.ReduceOp.Max, best, view.resolution, cell, seen)
         dr.eval(counts, best)
     return counts, best
@@ -206,7 +208,7 @@ def _pairs(near: Any, lane: Any, families: _Families) -> tuple[Any, Any]:
 class _View:
     """Rays that show cells: Dr.Jit arrays.
 
-    `pointed`: whether port and mirrors lead a ray of the image to the cell; `segments` of its way; `resolution`.
+    `pointed`: whether port and mirrors lead a ray of the image to the cell; `segments` of its path; `resolution`.
     """
 
     pointed: Any
@@ -224,7 +226,7 @@ def _look_back(
     in_water = reflect(reflect(towards, mirrors[1].normal), parameters["m1"].normal)
     to_body = parameters["body_from_camera"]
     port, (model, distorted) = type(train.port), train.camera.kind
-    in_air, found = _aim_far(port, parameters["port"], parameters["camera_from_body"] @ in_water)
+    in_air, found = _project_far(port, parameters["port"], parameters["camera_from_body"] @ in_water)
     u, v, valid = model.pixel(parameters["camera"], distorted, in_air)
     columns, rows = parameters["grid"]
     column, row = (
@@ -232,7 +234,7 @@ def _look_back(
         for pixel, size, cells in zip((u, v), parameters["size"], (columns, rows), strict=True)
     )
     in_image = (column >= 0) & (column <= Float64(columns)) & (row >= 0) & (row <= Float64(rows))
-    exit_ = port.leave(parameters["port"], in_air)
+    exit_ = port.trace(parameters["port"], in_air)
     point, direction = to_body @ exit_.point + parameters["pinhole"], to_body @ exit_.direction
     at_m1, at_m2 = reflect_over(mirrors, point, direction)
     pointed = found & valid & in_image & exit_.inside & exit_.transmitted & at_m1.front & at_m2.front
@@ -248,18 +250,18 @@ def _look_back(
     )
 
 
-def _fate(parameters: dict[str, Any], poses: dict[Group, Any], pose: Any, view: _View) -> Any:
+def _outcome(parameters: dict[str, Any], poses: dict[Group, Any], pose: Any, view: _View) -> Any:
     """Kernel: the first part in the way of each ray, or SEEN."""
     groups = {Group.FIXED: None, **axes_at(poses, pose)}
-    fate = UInt32(Fate.SEEN)
+    outcome = UInt32(Outcome.SEEN)
     for segment in view.segments:
-        free = view.pointed & (fate == UInt32(Fate.SEEN))
+        free = view.pointed & (outcome == UInt32(Outcome.SEEN))
         stop = first_blocker(parameters, groups, segment, free)
-        fate = dr.select(free, stop.fate, fate)
-    return fate
+        outcome = dr.select(free, stop.outcome, outcome)
+    return outcome
 
 
-def _aim_far(port: type[Port], parameters: dict[str, Any], in_water: Any) -> tuple[Any, Any]:
+def _project_far(port: type[Port], parameters: dict[str, Any], in_water: Any) -> tuple[Any, Any]:
     """Kernel: direction at the pinhole of the ray that goes on along `in_water` behind the port, and whether it exists.
 
     Two parallel planes keep n times the part of the direction along them, whatever their distances (Snell). Any other
@@ -271,5 +273,5 @@ def _aim_far(port: type[Port], parameters: dict[str, Any], in_water: Any) -> tup
         tangent = (in_water - normal * cosine) * (parameters["n_water"] / parameters["n_inside"])
         square = 1 - dr.squared_norm(tangent)
         return tangent + normal * dr.safe_sqrt(square), (cosine > 0) & (square > 0)
-    in_air, converged, outside = port.aim(parameters, in_water * FAR_M)
+    in_air, converged, outside = port.project(parameters, in_water * FAR_M)
     return in_air, converged & outside

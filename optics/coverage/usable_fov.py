@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.coverage.outcome import Fate, by_fate, by_region
+from optics.coverage.outcome import Outcome, by_outcome, by_region
 from optics.coverage.pose_axes import PoseAxes
 from optics.coverage.poses import trace_poses
 from optics.kernels.arrays import FloatArray
@@ -27,24 +27,24 @@ class UsableFov:
     ----------
     q1_deg, q2_deg : arrays, shape (n,)
         Joint values.
-    pixels : array, shape (n, len(Fate))
-        Number of cells of the image by their `Fate`.
-    solid_angle_by_fate_sr : array, shape (n, len(Fate))
+    pixels : array, shape (n, len(Outcome))
+        Number of cells of the image by their `Outcome`.
+    solid_angle_by_outcome_sr : array, shape (n, len(Outcome))
         Their solid angle in the water.
-    solid_angle_by_region_sr : array, shape (n, len(Region), len(Fate))
+    solid_angle_by_region_sr : array, shape (n, len(Region), len(Outcome))
         The same by region of the image and what the region shows there: SEEN is open water, a part what it hides.
     """
 
     q1_deg: FloatArray
     q2_deg: FloatArray
     pixels: NDArray[np.int64]
-    solid_angle_by_fate_sr: FloatArray
+    solid_angle_by_outcome_sr: FloatArray
     solid_angle_by_region_sr: FloatArray
 
     @property
     def solid_angle_sr(self) -> FloatArray:
         """Solid angle seen over both mirrors, shape (n,)."""
-        return self.solid_angle_by_fate_sr[:, Fate.SEEN]
+        return self.solid_angle_by_outcome_sr[:, Outcome.SEEN]
 
 
 def usable_fov(
@@ -90,8 +90,8 @@ def usable_fov(
     return UsableFov(
         q1_deg=np.degrees(q1),
         q2_deg=np.degrees(q2),
-        pixels=by_fate(views.pixels),
-        solid_angle_by_fate_sr=by_fate(views.solid_angle_sr),
+        pixels=by_outcome(views.pixels),
+        solid_angle_by_outcome_sr=by_outcome(views.solid_angle_sr),
         solid_angle_by_region_sr=by_region(views.solid_angle_sr),
     )
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from optics.kernels.arrays import check_vector, opaque, opaque_vector
 from optics.kernels.backend import Array3f64, dr
 from optics.kernels.refraction import refract, window_transmittance
-from optics.ports.interface import AIM_ITERATIONS, AIM_TOLERANCE, Exit, Port, check_positive, index_parameters
+from optics.ports.interface import NEWTON_STEPS, NEWTON_TOLERANCE, Exit, Port, check_positive, index_parameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ class DomePort(Port):
         }
 
     @staticmethod
-    def leave(parameters: dict[str, Any], direction: Any) -> Exit:
+    def trace(parameters: dict[str, Any], direction: Any) -> Exit:
         """Kernel: two refractions at concentric spheres."""
         centre = parameters["centre"]
         at_inner = direction * _exit_distance(-centre, direction, parameters["inner"])
@@ -84,7 +84,7 @@ class DomePort(Port):
         )
 
     @staticmethod
-    def aim(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
+    def project(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
         """Kernel: Newton on the angle at the pinhole in the plane of refraction.
 
         That plane contains the centre, the pinhole and the point. In it ``b = n r sin(incidence)`` is conserved along
@@ -116,7 +116,7 @@ class DomePort(Port):
         # The angle is kept as its cosine and sine; straight to the point is where a centred dome would have it.
         cosine, sine = _unit(along - offset, across)
         step = real = dr.zeros(type(distance), 1)
-        for _ in range(AIM_ITERATIONS):
+        for _ in range(NEWTON_STEPS):
             invariant, rate_of_invariant = lever * sine, lever * cosine
             real, imaginary = cosine * target[0] + sine * target[1], sine * target[0] - cosine * target[1]
             # d asin(b / n r) / db = 1 / sqrt((n r)^2 - b^2): the sum of these is `fractions / product`.
@@ -129,7 +129,7 @@ class DomePort(Port):
             step = -imaginary * product / (product + rate_of_invariant * fractions)
             cosine, sine = _unit(cosine - sine * step, dr.maximum(sine + cosine * step, 0))
         # The sine vanishes opposite to the point as well.
-        converged = (dr.abs(step) <= AIM_TOLERANCE) & (real > 0)
+        converged = (dr.abs(step) <= NEWTON_TOLERANCE) & (real > 0)
         outwards = dr.select(across > 0, sideways / across, 0)
         return dr.normalize(axis * cosine + outwards * sine), converged, distance > parameters["outer"]
 

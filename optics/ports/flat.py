@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from optics.kernels.arrays import opaque, opaque_vector, unit
 from optics.kernels.backend import dr
 from optics.kernels.refraction import window_transmittance
-from optics.ports.interface import AIM_ITERATIONS, AIM_TOLERANCE, Exit, Port, check_positive, index_parameters
+from optics.ports.interface import NEWTON_STEPS, NEWTON_TOLERANCE, Exit, Port, check_positive, index_parameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ class FlatPort(Port):
         }
 
     @staticmethod
-    def leave(parameters: dict[str, Any], direction: Any) -> Exit:
+    def trace(parameters: dict[str, Any], direction: Any) -> Exit:
         """Kernel: two refractions at parallel planes.
 
         The part of ``n direction`` along the planes is the same everywhere (Snell), so it is found once: no normal,
@@ -86,12 +86,12 @@ class FlatPort(Port):
         )
 
     @staticmethod
-    def aim(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
+    def project(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
         """Kernel: Newton on the slope of the ray in the plane of refraction.
 
         With s the tangent of the angle in the medium of the lowest index, the ray meets the point's height at the
         radius ``sum(length_i tan_i(s))`` over air, window and water. Snell makes each tangent grow with s ever more
-        slowly, so Newton climbs to the root from below without overshooting, and total reflection is never met.
+        slowly, so Newton climbs to the root from below without overshooting, and total reflection does not occur.
         """
         normal = parameters["normal"]
         height = dr.dot(point, normal)
@@ -107,7 +107,7 @@ class FlatPort(Port):
         )
         slope = _least_slope(radius, layers)
         step = dr.zeros(type(radius), 1)
-        for _ in range(AIM_ITERATIONS):
+        for _ in range(NEWTON_STEPS):
             reached, rate = 0.0, 0.0
             # Sums are written out: += would change Dr.Jit's arrays in place.
             for length, ratio in layers:
@@ -116,7 +116,7 @@ class FlatPort(Port):
                 rate = rate + length * tangent_rate
             step = (radius - reached) / rate
             slope = dr.maximum(slope + step, 0)
-        converged = dr.abs(step) <= AIM_TOLERANCE * (1 + slope)
+        converged = dr.abs(step) <= NEWTON_TOLERANCE * (1 + slope)
         outwards = dr.select(radius > 0, sideways / radius, 0)
         slope_inside, _ = _refracted_slope(slope, lowest / n_inside)
         return dr.normalize(normal + outwards * slope_inside), converged, depth > 0

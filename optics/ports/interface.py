@@ -1,6 +1,6 @@
 """What all ports share: the window between the camera's air and the water, in the camera frame (pinhole at the origin).
 
-`leave` follows rays from the pinhole out into the water; `aim` is its inverse: the direction at the pinhole whose
+`trace` follows rays from the pinhole out into the water; `project` is its inverse: the direction at the pinhole whose
 refracted ray passes through a given point in the water.
 """
 
@@ -12,10 +12,10 @@ from typing import Any, Self
 
 from optics.kernels.arrays import opaque
 
-AIM_ITERATIONS = 12
-"""Newton steps of `aim`; four to six converge anywhere inside the field of view of a real port."""
+NEWTON_STEPS = 12
+"""Newton steps of `project`; four to six converge anywhere inside the field of view of a real port."""
 
-AIM_TOLERANCE = 1e-13
+NEWTON_TOLERANCE = 1e-13
 """Relative step of the last iteration under which the root counts as found."""
 
 
@@ -51,12 +51,12 @@ class Port(ABC):
 
     @staticmethod
     @abstractmethod
-    def leave(parameters: dict[str, Any], direction: Any) -> Exit:
+    def trace(parameters: dict[str, Any], direction: Any) -> Exit:
         """Kernel: follow unit directions from the pinhole into the water."""
 
     @staticmethod
     @abstractmethod
-    def aim(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
+    def project(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
         """Kernel: unit direction at the pinhole towards a point in the water, as seen through the port.
 
         Returns the direction, whether the root converged, and whether the point is in the water at all.

@@ -37,7 +37,7 @@ class NoPort(Port):
         return {}
 
     @staticmethod
-    def leave(parameters: dict[str, Any], direction: Any) -> Exit:
+    def trace(parameters: dict[str, Any], direction: Any) -> Exit:
         """Kernel: rays go on as they are."""
         everywhere = dr.mask_t(direction.x)(True)
         # Made from the direction: a literal of its width would stay at the width that the kernel was frozen with.
@@ -51,7 +51,7 @@ class NoPort(Port):
         )
 
     @staticmethod
-    def aim(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
+    def project(parameters: dict[str, Any], point: Any) -> tuple[Any, Any, Any]:
         """Kernel: straight towards the point."""
         return dr.normalize(point), dr.mask_t(point.x)(True), dr.squared_norm(point) > 0
 

@@ -1,4 +1,4 @@
-"""Footprints: where rays behind the port meet the planes of M1 and M2, in the mirrors' own axes, for many poses.
+"""Footprints: where rays behind the port hit the planes of M1 and M2, in the mirrors' own axes, for many poses.
 
 The planes are unbounded: a footprint says how large a mirror has to be. Lanes run over designs (d1, d2), poses and
 rays at once, in float64.
@@ -25,14 +25,14 @@ FOLD, GAZE = 0, 1
 
 @dataclass(frozen=True, kw_only=True)
 class Footprint:
-    """Where rays meet a mirror's plane.
+    """Where rays hit a mirror's plane.
 
     Attributes
     ----------
     points_m : array, shape (..., 2)
-        In the mirror's axes; of no meaning where it is not struck.
-    struck : array of bool, shape (...)
-        Whether the ray meets the reflecting face: not from behind, nor on the way back.
+        In the mirror's axes; of no meaning where it is not hit.
+    front : array of bool, shape (...)
+        Whether the ray hits the reflecting face: not from behind, nor backwards.
     spread_m : array, shape (...)
         First-order bound of how far the point moves on the mirror for each radian by which the camera, M1 and M2 are
         turned, each about its own origin, all in the worst direction.
@@ -41,7 +41,7 @@ class Footprint:
     """
 
     points_m: FloatArray
-    struck: NDArray[np.bool_]
+    front: NDArray[np.bool_]
     spread_m: FloatArray
     cosine: FloatArray
 
@@ -106,7 +106,7 @@ def _footprint(rig: Rig, rays: Rays, *, mirror: int, poses: tuple[FloatArray, Fl
     shape = (counts[2],) if mirror == FOLD else counts[1:]
     return Footprint(
         points_m=np.stack([np.array(side).reshape(shape) for side in hit.local], axis=-1),
-        struck=np.array(hit.front).reshape(shape),
+        front=np.array(hit.front).reshape(shape),
         spread_m=np.array(spread).reshape(shape),
         cosine=np.array(cosine).reshape(shape),
     )

@@ -126,15 +126,15 @@ def cut_by_port(train: OpticalTrain, window: Window, boundary: Rays) -> list[Bin
 def grazing(on_m1: Footprint, on_m2: Footprint, gaze: GazeRange, grid: Grid) -> list[Binding]:
     """Rays that run along a mirror or away from it: there the footprint grows without bound."""
     found = []
-    if not on_m1.struck.all():
+    if not on_m1.front.all():
         message = (
-            f"{np.mean(~on_m1.struck):.0%} of the window's edge never meets M1: rays more than 45 degrees from the "
+            f"{np.mean(~on_m1.front):.0%} of the window's edge never meets M1: rays more than 45 degrees from the "
             f"optical axis towards the fold run along M1 or away from it, whatever its size"
         )
         found.append(Binding(constraint="grazing incidence on M1", message=message))
-    elif not on_m2.struck.all():
+    elif not on_m2.front.all():
         second = pairs(grid.first, grid.second)[1][grid.reached]
-        whole = on_m2.struck.all(axis=1)
+        whole = on_m2.front.all(axis=1)
         worst = np.degrees(second[~whole])
         message = (
             f"at {np.mean(~whole):.0%} of the poses ({gaze.names[1]} {worst.min():.1f} to {worst.max():.1f} deg among "

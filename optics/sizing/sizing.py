@@ -147,7 +147,7 @@ def passed_share(rig: Rig, window: Window, gaze: GazeRange) -> float:
 
 def _inside(footprint: Footprint, width_mm: float, height_mm: float) -> NDArray[np.bool_]:
     within = np.abs(footprint.points_m) <= np.array([width_mm, height_mm]) / 2000
-    return np.asarray(footprint.struck & within.all(axis=-1))
+    return np.asarray(footprint.front & within.all(axis=-1))
 
 
 def _outlines(footprints: list[Footprint], request: Request) -> Outlines:

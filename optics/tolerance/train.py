@@ -229,7 +229,7 @@ def _turned_y(vector: Any, angle: Any) -> Any:
 def _behind_m2(port: type[Port], parameters: dict[str, Any], in_air: Any) -> tuple[Any, Any]:
     """Kernel: one ray of the camera through the port and over both mirrors, for every lane."""
     # As wide as the lanes: without a port nothing else would make it so.
-    exit_ = port.leave(parameters["port"], in_air + 0 * parameters["pan"])
+    exit_ = port.trace(parameters["port"], in_air + 0 * parameters["pan"])
     point, direction = exit_.point, exit_.direction
     for mirror in _mirrors(parameters):
         normal = mirror.normal
@@ -242,7 +242,7 @@ def _pixel(camera: Camera, port: Port, parameters: dict[str, Any], point: Any) -
     """Kernel: project by unfolding, as `optics.train` does."""
     m1, m2 = _mirrors(parameters)
     image = unfold(m1, unfold(m2, point))
-    direction, converged, in_water = type(port).aim(parameters["port"], image)
+    direction, converged, in_water = type(port).project(parameters["port"], image)
     model, distorted = camera.kind
     u, v, valid = model.pixel(camera.parameters(), distorted, direction)
     good = converged & in_water & valid

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from optics.coverage.coverage import Coverage
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.status import Region
 
 INK = "#1c2b39"
@@ -29,44 +29,44 @@ STYLE = {
     "axes.titleweight": "bold",
 }
 
-FATE_COLOURS = {
-    Fate.SEEN: "#2a9d8f",
-    Fate.HULL: "#e9c46a",
-    Fate.FOLD_BRACKET: "#f4a261",
-    Fate.MOUNT: "#e76f51",
-    Fate.SERVO: "#9b2226",
-    Fate.MIRROR_PLATE: "#6d597a",
-    Fate.BACK_OF_MIRROR: "#b56576",
-    Fate.MISSED_M2: "#94a3b8",
-    Fate.MISSED_M1: "#cbd5e1",
-    Fate.PORT_RIM: "#111827",
-    Fate.TOTAL_REFLECTION: "#374151",
-    Fate.OUTSIDE_CAMERA_MODEL: "#6b7280",
+OUTCOME_COLOURS = {
+    Outcome.SEEN: "#2a9d8f",
+    Outcome.HULL: "#e9c46a",
+    Outcome.FOLD_BRACKET: "#f4a261",
+    Outcome.MOUNT: "#e76f51",
+    Outcome.SERVO: "#9b2226",
+    Outcome.MIRROR_PLATE: "#6d597a",
+    Outcome.BACK_OF_MIRROR: "#b56576",
+    Outcome.MISSED_M2: "#94a3b8",
+    Outcome.MISSED_M1: "#cbd5e1",
+    Outcome.PORT_RIM: "#111827",
+    Outcome.TOTAL_REFLECTION: "#374151",
+    Outcome.OUTSIDE_CAMERA_MODEL: "#6b7280",
 }
 
-FATE_NAMES = {
-    Fate.SEEN: "seen through both mirrors",
-    Fate.HULL: "lost to the hull",
-    Fate.FOLD_BRACKET: "lost to the fold mirror's bracket",
-    Fate.MOUNT: "lost to the gimbal's parts",
-    Fate.SERVO: "lost to the servos",
-    Fate.MIRROR_PLATE: "lost to the mirrors' plates",
-    Fate.BACK_OF_MIRROR: "back of a mirror",
-    Fate.MISSED_M2: "past M2's edge (fold view)",
-    Fate.MISSED_M1: "past M1's edge (direct view)",
-    Fate.PORT_RIM: "port's rim",
-    Fate.TOTAL_REFLECTION: "total reflection at the port",
-    Fate.OUTSIDE_CAMERA_MODEL: "beyond the camera's model",
+OUTCOME_NAMES = {
+    Outcome.SEEN: "seen through both mirrors",
+    Outcome.HULL: "lost to the hull",
+    Outcome.FOLD_BRACKET: "lost to the fold mirror's bracket",
+    Outcome.MOUNT: "lost to the gimbal's parts",
+    Outcome.SERVO: "lost to the servos",
+    Outcome.MIRROR_PLATE: "lost to the mirrors' plates",
+    Outcome.BACK_OF_MIRROR: "back of a mirror",
+    Outcome.MISSED_M2: "past M2's edge (fold view)",
+    Outcome.MISSED_M1: "past M1's edge (direct view)",
+    Outcome.PORT_RIM: "port's rim",
+    Outcome.TOTAL_REFLECTION: "total reflection at the port",
+    Outcome.OUTSIDE_CAMERA_MODEL: "beyond the camera's model",
 }
 
 THINGS = {
-    Fate.SEEN: "open water",
-    Fate.HULL: "hull",
-    Fate.FOLD_BRACKET: "fold mirror's bracket",
-    Fate.MOUNT: "gimbal's parts",
-    Fate.SERVO: "servos",
-    Fate.MIRROR_PLATE: "mirrors' plates",
-    Fate.BACK_OF_MIRROR: "back of a mirror",
+    Outcome.SEEN: "open water",
+    Outcome.HULL: "hull",
+    Outcome.FOLD_BRACKET: "fold mirror's bracket",
+    Outcome.MOUNT: "gimbal's parts",
+    Outcome.SERVO: "servos",
+    Outcome.MIRROR_PLATE: "mirrors' plates",
+    Outcome.BACK_OF_MIRROR: "back of a mirror",
 }
 """What a region of the image shows."""
 
@@ -95,15 +95,17 @@ def draw_regions(coverage: Coverage, path: Path) -> None:
         axes = figure.subplots()
         regions = list(REGION_NAMES)
         left = np.zeros(len(regions))
-        for fate, name in THINGS.items():
-            widths = shown[regions, fate]
+        for outcome, name in THINGS.items():
+            widths = shown[regions, outcome]
             if widths.any():
-                axes.barh(range(len(regions)), widths, left=left, color=FATE_COLOURS[fate], label=name, height=0.6)
+                axes.barh(
+                    range(len(regions)), widths, left=left, color=OUTCOME_COLOURS[outcome], label=name, height=0.6
+                )
             left = left + widths
         for k, region in enumerate(regions):
             axes.text(left[k] + left.max() * 0.01, k, f"{left[k]:.0f} msr", va="center", fontsize=8)
             total = shown[region].sum()
-            open_water = shown[region, Fate.SEEN] / total if total else 0
+            open_water = shown[region, Outcome.SEEN] / total if total else 0
             if open_water:
                 axes.text(left.max() * 0.005, k, f"{open_water:.0%}", va="center", fontsize=8, color="white")
         axes.set_yticks(range(len(regions)), [REGION_NAMES[region] for region in regions])
@@ -125,7 +127,9 @@ def draw_dwell(coverage: Coverage, path: Path) -> None:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.5, 2.8), layout="constrained")
         axes = figure.subplots()
-        axes.bar(edges[:-1], counts, width=np.diff(edges), align="edge", color=FATE_COLOURS[Fate.SEEN], edgecolor="w")
+        axes.bar(
+            edges[:-1], counts, width=np.diff(edges), align="edge", color=OUTCOME_COLOURS[Outcome.SEEN], edgecolor="w"
+        )
         median = float(np.median(seeing[coverage.covered])) if coverage.covered.any() else 0.0
         if median:
             axes.axvline(median, color=INK, linewidth=1, linestyle="--")
@@ -151,9 +155,12 @@ def _shares(axes: Axes, coverage: Coverage) -> None:
     q2 = coverage.q2_deg
     counts = coverage.pixels.mean(axis=1)
     # A cause that never occurs needs no line in the legend.
-    fates = [fate for fate in FATE_NAMES if counts[:, fate].any()]
-    shares = [counts[:, fate] / counts.sum(axis=1) * 100 for fate in fates]
-    names, colours = [FATE_NAMES[fate] for fate in fates], [FATE_COLOURS[fate] for fate in fates]
+    outcomes = [outcome for outcome in OUTCOME_NAMES if counts[:, outcome].any()]
+    shares = [counts[:, outcome] / counts.sum(axis=1) * 100 for outcome in outcomes]
+    names, colours = (
+        [OUTCOME_NAMES[outcome] for outcome in outcomes],
+        [OUTCOME_COLOURS[outcome] for outcome in outcomes],
+    )
     axes.stackplot(q2, shares, labels=names, colors=colours)
     axes.set_xlim(q2[0], q2[-1])
     axes.set_ylim(0, 100)

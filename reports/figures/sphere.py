@@ -26,7 +26,7 @@ from optics.coverage.sphere import cells_of
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
 from optics.ports.port import port_from_spec
-from reports.figures.plotting import COLOUR_MAP, FATE_COLOURS, INK, STYLE, THINGS, save_figure
+from reports.figures.plotting import COLOUR_MAP, INK, OUTCOME_COLOURS, STYLE, THINGS, save_figure
 from rigs import Rig
 
 MAP_COLUMNS, MAP_ROWS = 720, 360
@@ -34,8 +34,11 @@ MAP_COLUMNS, MAP_ROWS = 720, 360
 
 GAZE_COLOUR = "#d1495b"
 REACH_COLOUR = "#d9dee5"
-CAUSE_COLOURS = {OUT_OF_REACH: REACH_COLOUR, **{int(fate): FATE_COLOURS[fate] for fate in BLOCKERS}}
-CAUSE_NAMES = {OUT_OF_REACH: "beyond joints and mirror edges", **{int(fate): THINGS[fate] for fate in BLOCKERS}}
+CAUSE_COLOURS = {OUT_OF_REACH: REACH_COLOUR, **{int(outcome): OUTCOME_COLOURS[outcome] for outcome in BLOCKERS}}
+CAUSE_NAMES = {
+    OUT_OF_REACH: "beyond joints and mirror edges",
+    **{int(outcome): THINGS[outcome] for outcome in BLOCKERS},
+}
 """Why a direction is blind."""
 
 

@@ -20,10 +20,10 @@ from optics.coverage.blind import OUT_OF_REACH, BlindPatch, blind_causes, blind_
 from optics.coverage.convergence import Extrapolation, Refinement, convergence
 from optics.coverage.coverage import Coverage, compute_coverage, stepped_joints
 from optics.coverage.dwell import dwell
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_count
 from optics.status import Region
-from reports.figures.plotting import FATE_NAMES, REGION_NAMES, THINGS, draw_dwell, draw_regions, draw_usable_fov
+from reports.figures.plotting import OUTCOME_NAMES, REGION_NAMES, THINGS, draw_dwell, draw_regions, draw_usable_fov
 from reports.figures.sphere import CAUSE_NAMES, draw_coverage, draw_resolution
 from reports.pages import page
 from reports.pages.tables import cause_name, rig_facts, write_blind, write_convergence, write_poses, write_sphere
@@ -138,7 +138,7 @@ def _numbers(result: Coverage, patches: list[BlindPatch]) -> Result:
     """Plain data for the page and for machines."""
     best = np.unravel_index(result.solid_angle_sr.argmax(), result.solid_angle_sr.shape)
     counts = result.pixels.sum(axis=(0, 1))
-    lost = result.solid_angle_by_fate_sr.mean(axis=(0, 1))
+    lost = result.solid_angle_by_outcome_sr.mean(axis=(0, 1))
     shown = result.solid_angle_by_region_sr.mean(axis=(0, 1))
     seen = result.pixels_per_degree[result.covered]
     redundancy = dwell(result)
@@ -159,10 +159,10 @@ def _numbers(result: Coverage, patches: list[BlindPatch]) -> Result:
             "largest": float(result.solid_angle_sr.max()),
             "largest_at_deg": [float(result.q1_deg[best[1]]), float(result.q2_deg[best[0]])],
         },
-        "share_of_image": {fate.name.lower(): float(counts[fate] / counts.sum()) for fate in Fate},
-        "mean_solid_angle_sr": {fate.name.lower(): float(lost[fate]) for fate in Fate},
+        "share_of_image": {outcome.name.lower(): float(counts[outcome] / counts.sum()) for outcome in Outcome},
+        "mean_solid_angle_sr": {outcome.name.lower(): float(lost[outcome]) for outcome in Outcome},
         "mean_solid_angle_by_region_sr": {
-            region.name.lower(): {fate.name.lower(): float(shown[region, fate]) for fate in THINGS}
+            region.name.lower(): {outcome.name.lower(): float(shown[region, outcome]) for outcome in THINGS}
             for region in REGION_NAMES
         },
         "pixels_per_degree": {
@@ -206,7 +206,7 @@ def _page(rig: Rig, folder: Path, results: Result) -> str:
 
     shares = [
         [name, f"{maps['share_of_image'][key]:.1%}", f"{1000 * maps['mean_solid_angle_sr'][key]:.1f}"]
-        for key, name in ((fate.name.lower(), name) for fate, name in FATE_NAMES.items())
+        for key, name in ((outcome.name.lower(), name) for outcome, name in OUTCOME_NAMES.items())
         if maps["share_of_image"][key]
     ]
     sections = [
@@ -259,7 +259,7 @@ _CAPTIONS = {
 
 _FILES = (
     "coverage.json: every number of this page",
-    "poses.csv: gaze, usable solid angle and the image's cells by fate, of every pose",
+    "poses.csv: gaze, usable solid angle and the image's cells by outcome, of every pose",
     "sphere.csv: every direction, with the number of its HEALPix cell (ring scheme; colatitude from the body's z, "
     "longitude from its x to the left)",
     "blind.csv: every blind patch; convergence.csv: the study above",
@@ -316,8 +316,8 @@ def _place(azimuth_deg: float, elevation_deg: float) -> str:
 def _region_table(regions: Result) -> str:
     names = {region: REGION_NAMES[region] for region in (Region.GAZE, Region.FOLD, Region.DIRECT)}
     rows = []
-    for fate, thing in THINGS.items():
-        values = [1000 * regions[region.name.lower()][fate.name.lower()] for region in names]
+    for outcome, thing in THINGS.items():
+        values = [1000 * regions[region.name.lower()][outcome.name.lower()] for region in names]
         if any(values):
             rows.append([thing, *(f"{value:.1f}" for value in values)])
     return page.table(["Shown (msr)", *names.values()], rows, numbers=[1, 2, 3])

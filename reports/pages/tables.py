@@ -12,7 +12,7 @@ import numpy as np
 from optics.coverage.blind import OUT_OF_REACH, BlindPatch, blind_causes
 from optics.coverage.convergence import Refinement
 from optics.coverage.coverage import Coverage
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_directions
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
@@ -21,19 +21,19 @@ from rigs import Rig
 
 
 def write_poses(coverage: Coverage, rig: Rig, path: Path) -> None:
-    """One row per pose: joint values, gaze, usable solid angle, and the image's pixels by fate."""
+    """One row per pose: joint values, gaze, usable solid angle, and the image's pixels by outcome."""
     layout = Layout.from_rig(rig)
     q1_deg, q2_deg = (grid.ravel() for grid in np.meshgrid(coverage.q1_deg, coverage.q2_deg))
     gaze = forward_gaze(layout, np.radians(q1_deg), np.radians(q2_deg))
     header = ["q1_deg", "q2_deg", "azimuth_deg", "elevation_deg", "roll_deg", "usable_solid_angle_sr"]
     gaze_deg = np.degrees(np.stack([gaze.azimuth, gaze.elevation, gaze.roll], axis=1))
     angles = np.concatenate([np.stack([q1_deg, q2_deg], axis=1), gaze_deg], axis=1)
-    counts = coverage.pixels.reshape(-1, len(Fate))
+    counts = coverage.pixels.reshape(-1, len(Outcome))
     rows = (
         [*(f"{value:.4f}" for value in angle), f"{solid_angle:.6g}", *map(str, count)]
         for angle, solid_angle, count in zip(angles, coverage.solid_angle_sr.ravel(), counts, strict=True)
     )
-    _write(path, [*header, *(f"{fate.name.lower()}_cells" for fate in Fate)], rows)
+    _write(path, [*header, *(f"{outcome.name.lower()}_cells" for outcome in Outcome)], rows)
 
 
 def write_sphere(coverage: Coverage, path: Path) -> None:
@@ -89,7 +89,7 @@ def cause_name(cause: int) -> str:
     """Word of the tables for what makes a direction blind; empty where it is seen."""
     if cause == OUT_OF_REACH:
         return "reach"
-    return "" if cause == Fate.SEEN else Fate(cause).name.lower()
+    return "" if cause == Outcome.SEEN else Outcome(cause).name.lower()
 
 
 def rig_facts(rig: Rig) -> list[tuple[str, str]]:

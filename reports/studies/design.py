@@ -20,11 +20,11 @@ from cad.assembly.meshes import rig_meshes
 from dives import Dive, run_dive
 from dives.validation import validation_dive
 from optics.coverage.coverage import compute_coverage
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.gaze.kinematics import inverse_gaze
 from optics.layout import Layout
 from reports.figures.dive import write_dive_figures
-from reports.figures.plotting import FATE_NAMES, draw_usable_fov
+from reports.figures.plotting import OUTCOME_NAMES, draw_usable_fov
 from reports.figures.sphere import draw_coverage
 from reports.pages import page
 from reports.pages.dive_report import dive_section
@@ -192,7 +192,7 @@ def _maps(rig: Rig, folder: Path) -> tuple[Result, list[Path]]:
             "largest": float(result.solid_angle_sr.max()),
             "largest_at_deg": [float(result.q1_deg[best[1]]), float(result.q2_deg[best[0]])],
         },
-        "share_of_image": {fate.name.lower(): float(counts[fate] / counts.sum()) for fate in Fate},
+        "share_of_image": {outcome.name.lower(): float(counts[outcome] / counts.sum()) for outcome in Outcome},
     }
     return summary, files
 
@@ -223,7 +223,7 @@ def _report(rig: Rig, folder: Path, results: dict[str, Result]) -> str:
         ]
     )
     pictures = [page.picture(folder / view["file"], _caption(view)) for view in views]
-    shares = {name: maps["share_of_image"][fate.name.lower()] for fate, name in FATE_NAMES.items()}
+    shares = {name: maps["share_of_image"][outcome.name.lower()] for outcome, name in OUTCOME_NAMES.items()}
     losses = [[name, f"{share:.1%}"] for name, share in shares.items() if share]
     parts = [
         [

@@ -164,10 +164,10 @@ def compiled_motion(
         has_point = (lanes["carrier"] != int(Carrier.NOTHING)) & dr.isfinite(dr.sum(world_point))
         has_point = has_point & (region != int(Region.HOUSING))
         image = unfolded(parameters["mirrors"], region, point)
-        direction, converged, in_water = port.aim(parameters["port"], image)
+        direction, converged, in_water = port.project(parameters["port"], image)
         u, v, valid = camera.pixel(parameters["camera"], distorted, direction)
         has_image = has_point & converged & in_water & valid & ~_behind(parameters["mirrors"], region, point)
-        exit_ = port.leave(parameters["port"], direction)
+        exit_ = port.trace(parameters["port"], direction)
         path = dr.norm(image - exit_.point)
         leaves = has_image & exit_.transmitted & exit_.inside
         passed, plate = _walk(parameters["mirrors"], exit_, region, path, leaves)

@@ -223,7 +223,7 @@ def test_a_fisheye_has_slopes_on_its_axis():
 
 @pytest.mark.parametrize("rig", ["tilted", "decentred dome"])
 def test_the_last_newton_step_carries_the_same_derivative(rig):
-    """Where F = 0, d(x - F/F')/dp = -F_p/F': `aim` differentiated as it stands, off the axis, gives the same."""
+    """Where F = 0, d(x - F/F')/dp = -F_p/F': `project` differentiated as it stands, off the axis, gives the same."""
     rig = Rig.model_validate({**RIGS["bench"].model_dump(), "port": RIGS[rig].port.model_dump()})
     points = points_of(rig)[:-1]
     found = projection_jacobian(rig, points, parameters=("point_x_m", "point_y_m", "point_z_m"))
@@ -231,7 +231,7 @@ def test_the_last_newton_step_carries_the_same_derivative(rig):
     leaves = [Float64(np.ascontiguousarray(column)) for column in points.T]
     dr.enable_grad(*leaves)
     model, distorted = camera.kind
-    direction, _, _ = port.aim(port.parameters(), Array3f64(*leaves))
+    direction, _, _ = port.project(port.parameters(), Array3f64(*leaves))
     for row, value in enumerate(model.pixel(camera.parameters(), distorted, direction)[:2]):
         dr.backward_from(value, flags=dr.ADFlag.ClearInterior)
         slopes = np.stack([dr.grad(leaf).numpy() for leaf in leaves], axis=1)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.coverage.coverage import compute_coverage
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_count, cell_directions, cells_of
 from optics.feasibility.feasibility import feasibility_problems
 from optics.gaze.jacobian import angle_jacobian
@@ -135,12 +135,12 @@ def slab(*, turned: bool) -> PartMesh:
 
 
 def test_coverage_is_mirrored():
-    """Over reversed joint values each fate of each pose is the same, and the sphere is turned with the mount."""
+    """Over reversed joint values each outcome of each pose is the same, and the sphere is turned with the mount."""
     q1, q2 = np.radians([-60.0, 10.0, 50.0]), np.radians([-20.0, 30.0, 100.0])
     small = {"columns": 16, "rows": 12, "nside": 8}
     down = compute_coverage(DOWN, [slab(turned=False)], q1=q1, q2=q2, **small)
     up = compute_coverage(UP, [slab(turned=True)], q1=-q1, q2=-q2, **small)
-    assert down.pixels[..., Fate.HULL].any()
+    assert down.pixels[..., Outcome.HULL].any()
     np.testing.assert_array_equal(up.pixels, down.pixels)
     np.testing.assert_allclose(up.solid_angle_sr, down.solid_angle_sr, rtol=0, atol=1e-12)
     turned = cells_of(cell_directions(8) * [1, -1, -1], 8)

@@ -14,7 +14,7 @@ from optics.coverage.convergence import convergence, extrapolate
 from optics.coverage.coverage import Coverage
 from optics.coverage.dwell import dwell
 from optics.coverage.field import pixel_solid_angles, pixels_per_degree
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_count, cell_directions
 from optics.ports.port import FlatPort, NoPort
 from rigs import Rig
@@ -25,16 +25,18 @@ CELL_WIDTH_DEG = np.degrees(np.sqrt(4 * np.pi / cell_count(NSIDE)))
 
 def coverage_of(poses_seeing: NDArray[np.int64], stopped: NDArray[np.int64] | None = None) -> Coverage:
     """A coverage with a given sphere."""
-    poses_by_fate = np.zeros((len(Fate), len(poses_seeing)), dtype=np.int64) if stopped is None else stopped.copy()
-    poses_by_fate[Fate.SEEN] = poses_seeing
+    poses_by_outcome = (
+        np.zeros((len(Outcome), len(poses_seeing)), dtype=np.int64) if stopped is None else stopped.copy()
+    )
+    poses_by_outcome[Outcome.SEEN] = poses_seeing
     return Coverage(
         q1_deg=np.zeros(1),
         q2_deg=np.zeros(1),
-        pixels=np.zeros((1, 1, len(Fate)), dtype=np.int64),
-        solid_angle_by_fate_sr=np.zeros((1, 1, len(Fate))),
-        solid_angle_by_region_sr=np.zeros((1, 1, 4, len(Fate))),
+        pixels=np.zeros((1, 1, len(Outcome)), dtype=np.int64),
+        solid_angle_by_outcome_sr=np.zeros((1, 1, len(Outcome))),
+        solid_angle_by_region_sr=np.zeros((1, 1, 4, len(Outcome))),
         nside=int(np.sqrt(len(poses_seeing) / 12)),
-        poses_by_fate=poses_by_fate,
+        poses_by_outcome=poses_by_outcome,
         pixels_per_degree=np.zeros(len(poses_seeing)),
     )
 
@@ -50,13 +52,13 @@ def test_caps_are_found_with_place_size_and_cause() -> None:
     """Three blind caps, one over the seam behind the robot, one at the zenith; two with a part in the way."""
     caps = {(180.0, 10.0): 20.0, (-60.0, -30.0): 10.0, (0.0, 90.0): 15.0}
     seeing = np.ones(cell_count(NSIDE), dtype=np.int64)
-    stopped = np.zeros((len(Fate), len(seeing)), dtype=np.int64)
+    stopped = np.zeros((len(Outcome), len(seeing)), dtype=np.int64)
     for place, radius in caps.items():
         seeing[angle_to(*place) < radius] = 0
-    stopped[Fate.HULL, angle_to(180.0, 10.0) < 20.0] = 5
-    stopped[Fate.SERVO, angle_to(180.0, 10.0) < 20.0] = 4
+    stopped[Outcome.HULL, angle_to(180.0, 10.0) < 20.0] = 5
+    stopped[Outcome.SERVO, angle_to(180.0, 10.0) < 20.0] = 4
     # Of the small cap only the inner part is hidden, the rest is out of reach.
-    stopped[Fate.MOUNT, angle_to(-60.0, -30.0) < 8.0] = 1
+    stopped[Outcome.MOUNT, angle_to(-60.0, -30.0) < 8.0] = 1
     found = blind_patches(coverage_of(seeing, stopped))
     assert len(found) == 3
     for patch, (place, radius) in zip(found, sorted(caps.items(), key=lambda cap: -cap[1]), strict=True):
@@ -68,7 +70,7 @@ def test_caps_are_found_with_place_size_and_cause() -> None:
         off = angle_to(*place)[np.argmax(cell_directions(NSIDE) @ axis)]
         assert off < CELL_WIDTH_DEG
         assert patch.radius_deg == pytest.approx(radius, abs=CELL_WIDTH_DEG)
-    assert [patch.cause for patch in found] == [Fate.HULL, None, Fate.MOUNT]
+    assert [patch.cause for patch in found] == [Outcome.HULL, None, Outcome.MOUNT]
     assert found[0].cause_share == found[1].cause_share == 1
     area = (1 - np.cos(np.radians(8))) / (1 - np.cos(np.radians(10)))
     assert found[2].cause_share == pytest.approx(area, abs=0.05)

@@ -13,7 +13,7 @@ from optics.coverage import poses, sphere_views
 from optics.coverage.coverage import Coverage, compute_coverage, stepped_joints
 from optics.coverage.field import pixels_per_degree
 from optics.coverage.gaze_cone import gaze_cone
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_count, cell_directions, cell_solid_angle_sr, cells_of
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -59,7 +59,7 @@ def test_a_cell_is_seen_where_its_centre_projects_to_a_pixel(rig: Rig) -> None:
     np.testing.assert_array_equal(found.poses_seeing, seeing)
     # Kept in float32.
     np.testing.assert_allclose(found.pixels_per_degree, best, rtol=1e-7)
-    assert found.poses_by_fate.sum() == found.poses_seeing.sum()
+    assert found.poses_by_outcome.sum() == found.poses_seeing.sum()
     assert seeing.max() > 3
 
 
@@ -137,10 +137,10 @@ def test_mirrors_that_the_image_misses_show_nothing(rig: Rig) -> None:
 
 
 def test_an_opaque_world_is_counted_where_it_hides(rig: Rig) -> None:
-    # All that a bare rig sees is hidden by a box all around: the same rays to the same cells, by another fate.
+    # All that a bare rig sees is hidden by a box all around: the same rays to the same cells, by another outcome.
     around = box_part([-50, -50, -50], [50, 50, 50], group=Group.FIXED, role=Role.HULL)
     bare, hidden = shadow(rig, around, 5, nside=8)
-    np.testing.assert_array_equal(hidden.poses_by_fate[Fate.HULL], bare.poses_by_fate[Fate.SEEN])
+    np.testing.assert_array_equal(hidden.poses_by_outcome[Outcome.HULL], bare.poses_by_outcome[Outcome.SEEN])
     assert hidden.covered_fraction == 0
     assert hidden.poses_seeing.sum() == 0
 
@@ -154,10 +154,11 @@ def test_a_sea_floor_up_to_the_horizon_takes_the_lower_half(rig: Rig) -> None:
     assert not below.covered[z < 0].any()
     # The next ring's centres are half a degree above the horizon, which is off by 5e-5 rad.
     np.testing.assert_array_equal(below.covered[z > 0], bare.covered[z > 0])
-    lost = below.pixels[..., Fate.HULL]
-    np.testing.assert_array_equal(lost + below.pixels[..., Fate.SEEN], bare.pixels[..., Fate.SEEN])
-    np.testing.assert_array_equal(below.poses_by_fate[Fate.HULL, z < 0], bare.poses_by_fate[Fate.SEEN, z < 0])
-    assert below.poses_by_fate[Fate.HULL, z > 0].sum() == 0
+    lost = below.pixels[..., Outcome.HULL]
+    np.testing.assert_array_equal(lost + below.pixels[..., Outcome.SEEN], bare.pixels[..., Outcome.SEEN])
+    hidden, seen = below.poses_by_outcome[Outcome.HULL], bare.poses_by_outcome[Outcome.SEEN]
+    np.testing.assert_array_equal(hidden[z < 0], seen[z < 0])
+    assert below.poses_by_outcome[Outcome.HULL, z > 0].sum() == 0
 
 
 def test_a_post_takes_the_angle_it_subtends(rig: Rig) -> None:
@@ -182,8 +183,8 @@ def test_what_turns_with_the_pan_takes_the_same_at_every_pan(rig: Rig) -> None:
     bare = compute_coverage(rig, [], q1=q1, q2=np.radians([0.0, 80.0]))
     turned = compute_coverage(rig, [wall], q1=q1, q2=np.radians([0.0, 80.0]))
     np.testing.assert_array_equal(turned.pixels[0], bare.pixels[0])
-    np.testing.assert_array_equal(turned.pixels[1, :, Fate.MOUNT], bare.pixels[1, :, Fate.SEEN])
-    assert turned.pixels[1, :, Fate.SEEN].sum() == 0
+    np.testing.assert_array_equal(turned.pixels[1, :, Outcome.MOUNT], bare.pixels[1, :, Outcome.SEEN])
+    assert turned.pixels[1, :, Outcome.SEEN].sum() == 0
 
 
 def test_bare_mirrors_cover_left_and_right_alike(rig: Rig) -> None:
@@ -194,7 +195,7 @@ def test_bare_mirrors_cover_left_and_right_alike(rig: Rig) -> None:
     other_side = cells_of(cell_directions(16) * [1, -1, 1], 16)
     # Centres come in pairs, or lie in the plane of symmetry.
     np.testing.assert_array_equal(found.covered, found.covered[other_side])
-    np.testing.assert_array_equal(found.poses_by_fate, found.poses_by_fate[:, other_side])
+    np.testing.assert_array_equal(found.poses_by_outcome, found.poses_by_outcome[:, other_side])
 
 
 def test_fractions_are_those_of_the_hemispheres(rig: Rig) -> None:
@@ -203,7 +204,7 @@ def test_fractions_are_those_of_the_hemispheres(rig: Rig) -> None:
     assert found.blind_fraction == pytest.approx(1 - found.covered_fraction)
     assert (found.pixels.sum(axis=-1) == 64 * 48).all()
     assert found.pixels.shape[:2] == found.solid_angle_sr.shape == (11, 11)
-    whole = found.solid_angle_by_fate_sr.sum(axis=-1)
+    whole = found.solid_angle_by_outcome_sr.sum(axis=-1)
     np.testing.assert_allclose(found.solid_angle_by_region_sr.sum(axis=(-2, -1)), whole, rtol=1e-12)
     np.testing.assert_allclose(whole, whole[0, 0], rtol=1e-12)
 
@@ -249,7 +250,7 @@ def test_covered_fraction_converges_with_the_poses(rig: Rig) -> None:
     assert (np.diff(gains) < 0).all()
     assert gains[-1] < 0.006
     coarse, fine = (
-        compute_coverage(rig, [], **joint_grid(rig, 11), columns=k, rows=k, nside=32).poses_by_fate for k in (4, 48)
+        compute_coverage(rig, [], **joint_grid(rig, 11), columns=k, rows=k, nside=32).poses_by_outcome for k in (4, 48)
     )
     np.testing.assert_array_equal(coarse, fine)
 
@@ -265,7 +266,7 @@ def test_launches_add_up(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(steps) > 2
     assert steps[-1] == (49, 49)
     np.testing.assert_array_equal(pieces.pixels, whole.pixels)
-    for name in ("solid_angle_by_region_sr", "poses_by_fate", "pixels_per_degree"):
+    for name in ("solid_angle_by_region_sr", "poses_by_outcome", "pixels_per_degree"):
         # To the bit: the counters are integers, so that no order of adding them up differs.
         np.testing.assert_array_equal(getattr(pieces, name), getattr(whole, name))
 

@@ -11,7 +11,7 @@ from plain_boxes import box_part, slab_distance
 from scipy.spatial.transform import RigidTransform
 
 from optics.coverage.field import pixel_solid_angles
-from optics.coverage.outcome import BLOCKERS, Fate, fate_at_part, fates_of_status
+from optics.coverage.outcome import BLOCKERS, Outcome, outcome_at_part, outcomes_of_status
 from optics.coverage.usable_fov import usable_fov
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -35,12 +35,12 @@ def rig(request: pytest.FixtureRequest) -> Rig:
     return Rig.load(request.param)
 
 
-def plain_fates(rig: Rig, parts: list[PartMesh], q1: float, q2: float) -> NDArray[np.int32]:
-    """`Fate` of every cell at one pose: trace it, then try every box on every piece of its way, nearest first."""
+def plain_outcomes(rig: Rig, parts: list[PartMesh], q1: float, q2: float) -> NDArray[np.int32]:
+    """`Outcome` of every cell at one pose: trace it, then try every box on every piece of its way, nearest first."""
     layout = Layout.from_rig(rig)
     train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
     pixels = pixel_grid(train.camera, 64, 48)
-    fates = fates_of_status(train.trace(pixels).status)
+    outcomes = outcomes_of_status(train.trace(pixels).status)
     rays = [dataclasses.replace(train, mirrors=train.mirrors[:count]).trace(pixels) for count in (0, 1, 2)]
     points = [layout.body_from_camera.apply(r.origin_m) for r in rays]
     directions = [layout.body_from_camera.rotation.apply(r.direction) for r in rays]
@@ -50,9 +50,11 @@ def plain_fates(rig: Rig, parts: list[PartMesh], q1: float, q2: float) -> NDArra
         Group.TILT: layout.body_from_m2(q1, q2),
     }
     # What misses a mirror is lost to its edge, whatever it meets.
-    both = fates == Fate.SEEN
+    both = outcomes == Outcome.SEEN
     for stage in (2, 1, 0):
-        length = np.linalg.norm(points[stage + 1] - points[stage], axis=1) if stage < 2 else np.full(len(fates), np.inf)
+        length = (
+            np.linalg.norm(points[stage + 1] - points[stage], axis=1) if stage < 2 else np.full(len(outcomes), np.inf)
+        )
         hits = np.stack(
             [
                 slab_distance(
@@ -64,9 +66,9 @@ def plain_fates(rig: Rig, parts: list[PartMesh], q1: float, q2: float) -> NDArra
             ]
         )
         blocked = (hits.min(axis=0) < length) & both
-        blockers = np.array([fate_at_part(part) for part in parts])[hits.argmin(axis=0)]
-        fates = np.where(blocked, blockers, fates).astype(np.int32)
-    return fates
+        blockers = np.array([outcome_at_part(part) for part in parts])[hits.argmin(axis=0)]
+        outcomes = np.where(blocked, blockers, outcomes).astype(np.int32)
+    return outcomes
 
 
 def assert_same_views(rig: Rig, parts: list[PartMesh]) -> NDArray[np.int64]:
@@ -74,10 +76,10 @@ def assert_same_views(rig: Rig, parts: list[PartMesh]) -> NDArray[np.int64]:
     train = OpticalTrain.from_rig(rig)
     solid_angle = pixel_solid_angles(train.camera, train.port, 64, 48)
     for k, (q1, q2) in enumerate(zip(Q1, Q2, strict=True)):
-        fates = plain_fates(rig, parts or [NOWHERE], q1, q2)
-        np.testing.assert_array_equal(fov.pixels[k], np.bincount(fates, minlength=len(Fate)))
-        expected = np.bincount(fates, weights=solid_angle, minlength=len(Fate))
-        np.testing.assert_allclose(fov.solid_angle_by_fate_sr[k], expected, atol=ROUNDING_SR)
+        outcomes = plain_outcomes(rig, parts or [NOWHERE], q1, q2)
+        np.testing.assert_array_equal(fov.pixels[k], np.bincount(outcomes, minlength=len(Outcome)))
+        expected = np.bincount(outcomes, weights=solid_angle, minlength=len(Outcome))
+        np.testing.assert_allclose(fov.solid_angle_by_outcome_sr[k], expected, atol=ROUNDING_SR)
     return fov.pixels
 
 
@@ -104,7 +106,7 @@ NOWHERE = box_part([50, 50, 50], [51, 51, 51], group=Group.FIXED, role=Role.HULL
 
 def test_bare_mirrors_agree_with_the_trace_of_each_pose(rig: Rig) -> None:
     pixels = assert_same_views(rig, [])
-    assert (pixels[0, [Fate.SEEN, Fate.MISSED_M2]] > 0).all()
+    assert (pixels[0, [Outcome.SEEN, Outcome.MISSED_M2]] > 0).all()
     assert pixels[:, list(BLOCKERS)].sum() == 0
 
 
@@ -128,7 +130,7 @@ def test_boxes_of_each_group_block_what_their_slabs_do(rig: Rig, group: Group, r
             continue
         parts.append(box_part(low, low + size, group=group, role=role, name=f"box {k}"))
     pixels = assert_same_views(rig, parts)
-    assert 0 < pixels[:, fate_at_part(parts[0])].sum() < 0.9 * pixels[:, : Fate.HULL].sum()
+    assert 0 < pixels[:, outcome_at_part(parts[0])].sum() < 0.9 * pixels[:, : Outcome.HULL].sum()
 
 
 @pytest.mark.parametrize(("servo_m", "hull_m"), [(0.2, 0.3), (0.3, 0.2)])
@@ -145,7 +147,7 @@ def test_each_loss_goes_to_the_first_part_in_the_way(rig: Rig, servo_m: float, h
         box_part([-0.01, -0.01, 0.02], [0.01, 0.01, 0.03], group=Group.TILT, role=Role.MIRROR),
     ]
     pixels = assert_same_views(rig, parts)
-    assert (pixels[0, [Fate.HULL, Fate.SERVO, Fate.MIRROR_PLATE]] > 0).all()
+    assert (pixels[0, [Outcome.HULL, Outcome.SERVO, Outcome.MIRROR_PLATE]] > 0).all()
 
 
 @pytest.mark.parametrize("group", [Group.FIXED, Group.PAN])
@@ -157,7 +159,7 @@ def test_what_stands_between_port_and_fold_mirror_blocks(rig: Rig, group: Group)
         middle = middle - layout.body_from_gimbal.translation
     half = np.array([0.002, 0.004, 0.004])
     pixels = assert_same_views(rig, [box_part(middle - half, middle + half, group=group, role=Role.MOUNT)])
-    assert pixels[0, Fate.MOUNT] > 0
+    assert pixels[0, Outcome.MOUNT] > 0
 
 
 def plain_regions(rig: Rig, part: PartMesh, q1: float, q2: float) -> NDArray[np.int64]:
@@ -199,10 +201,10 @@ def test_each_region_shows_what_stands_before_it(rig: Rig, offset: tuple[float, 
         shown = fov.solid_angle_by_region_sr[k]
         for region in (Region.DIRECT, Region.FOLD, Region.GAZE):
             # Cells differ by tens of per cent in solid angle: compare what no other number of cells could give.
-            assert (shown[region, Fate.HULL] == 0) == (expected[region, 1] == 0)
-            assert shown[region, Fate.HULL] <= expected[region, 1] * solid_angle.max() * (1 + ROUNDING_SR)
-            assert shown[region, Fate.HULL] >= expected[region, 1] * solid_angle.min() * (1 - ROUNDING_SR)
-            assert shown[region, Fate.SEEN] <= expected[region, 0] * solid_angle.max() * (1 + ROUNDING_SR)
+            assert (shown[region, Outcome.HULL] == 0) == (expected[region, 1] == 0)
+            assert shown[region, Outcome.HULL] <= expected[region, 1] * solid_angle.max() * (1 + ROUNDING_SR)
+            assert shown[region, Outcome.HULL] >= expected[region, 1] * solid_angle.min() * (1 - ROUNDING_SR)
+            assert shown[region, Outcome.SEEN] <= expected[region, 0] * solid_angle.max() * (1 + ROUNDING_SR)
 
 
 def test_every_region_loses_everything_to_an_opaque_world(rig: Rig) -> None:
@@ -210,19 +212,19 @@ def test_every_region_loses_everything_to_an_opaque_world(rig: Rig) -> None:
     bare, hidden = (usable_fov(rig, parts, q1=Q1, q2=Q2) for parts in ([], [around]))
     for region in (Region.DIRECT, Region.FOLD, Region.GAZE):
         shown = hidden.solid_angle_by_region_sr[:, region]
-        np.testing.assert_allclose(shown[:, Fate.SERVO], bare.solid_angle_by_region_sr[:, region, Fate.SEEN])
-        assert (shown[:, Fate.SEEN] == 0).all()
+        np.testing.assert_allclose(shown[:, Outcome.SERVO], bare.solid_angle_by_region_sr[:, region, Outcome.SEEN])
+        assert (shown[:, Outcome.SEEN] == 0).all()
     # What misses the mirrors is lost to their edges all the same.
-    np.testing.assert_array_equal(hidden.pixels[:, Fate.MISSED_M2], bare.pixels[:, Fate.MISSED_M2])
-    np.testing.assert_array_equal(hidden.pixels[:, Fate.SERVO], bare.pixels[:, Fate.SEEN])
+    np.testing.assert_array_equal(hidden.pixels[:, Outcome.MISSED_M2], bare.pixels[:, Outcome.MISSED_M2])
+    np.testing.assert_array_equal(hidden.pixels[:, Outcome.SERVO], bare.pixels[:, Outcome.SEEN])
 
 
 def test_a_mast_on_the_yoke_stands_in_the_direct_view(rig: Rig) -> None:
     """A moving part far out: the direct view, the same at all poses without it, follows the pan."""
     mast = box_part([0.28, -0.02, 0.0], [0.32, 0.02, 0.5], group=Group.PAN, role=Role.MOUNT)
     fov = usable_fov(rig, [mast], q1=np.radians([0.0, 5.0, 40.0]), q2=[0.0, 0.0, 0.0])
-    hidden = fov.solid_angle_by_region_sr[:, Region.DIRECT, Fate.MOUNT]
-    assert fov.solid_angle_by_region_sr[:, [Region.FOLD, Region.GAZE], Fate.MOUNT].shape == (3, 2)
+    hidden = fov.solid_angle_by_region_sr[:, Region.DIRECT, Outcome.MOUNT]
+    assert fov.solid_angle_by_region_sr[:, [Region.FOLD, Region.GAZE], Outcome.MOUNT].shape == (3, 2)
     assert hidden[0] != hidden[2]
     assert hidden.max() > 0
     total = fov.solid_angle_by_region_sr[:, Region.DIRECT].sum(axis=-1)
@@ -231,17 +233,17 @@ def test_a_mast_on_the_yoke_stands_in_the_direct_view(rig: Rig) -> None:
 
 def test_parts_are_told_apart(rig: Rig) -> None:
     wall = {"low": [5.0, -50.0, -50.0], "high": [6.0, 50.0, 50.0], "group": Group.FIXED}
-    for name, role, fate in [
-        ("fold_bracket", Role.MOUNT, Fate.FOLD_BRACKET),
-        ("yoke", Role.MOUNT, Fate.MOUNT),
-        ("pan_servo", Role.SERVO, Fate.SERVO),
-        ("hull", Role.HULL, Fate.HULL),
-        ("fold_mirror", Role.MIRROR, Fate.MIRROR_PLATE),
+    for name, role, outcome in [
+        ("fold_bracket", Role.MOUNT, Outcome.FOLD_BRACKET),
+        ("yoke", Role.MOUNT, Outcome.MOUNT),
+        ("pan_servo", Role.SERVO, Outcome.SERVO),
+        ("hull", Role.HULL, Outcome.HULL),
+        ("fold_mirror", Role.MIRROR, Outcome.MIRROR_PLATE),
     ]:
         part = box_part(wall["low"], wall["high"], group=Group.FIXED, role=role, name=name)
         pixels = usable_fov(rig, [part], q1=[0.0], q2=[0.0]).pixels[0]
-        assert pixels[fate] > 0
-        assert pixels[fate] == pixels[list(BLOCKERS)].sum()
+        assert pixels[outcome] > 0
+        assert pixels[outcome] == pixels[list(BLOCKERS)].sum()
 
 
 def test_the_housing_is_told_apart() -> None:
@@ -251,11 +253,11 @@ def test_the_housing_is_told_apart() -> None:
     pixels = usable_fov(small, [], q1=[0.0], q2=[0.0]).pixels[0]
     train = OpticalTrain.from_rig(small)
     status = train.trace(pixel_grid(train.camera, 64, 48)).status
-    assert pixels[Fate.PORT_RIM] == (status == Status.MISSED_PORT).sum() > 0
-    assert pixels[Fate.TOTAL_REFLECTION] == pixels[Fate.OUTSIDE_CAMERA_MODEL] == 0
-    assert fates_of_status(np.array([Status.TOTAL_REFLECTION, Status.OUTSIDE_CAMERA_MODEL])).tolist() == [
-        Fate.TOTAL_REFLECTION,
-        Fate.OUTSIDE_CAMERA_MODEL,
+    assert pixels[Outcome.PORT_RIM] == (status == Status.MISSED_PORT).sum() > 0
+    assert pixels[Outcome.TOTAL_REFLECTION] == pixels[Outcome.OUTSIDE_CAMERA_MODEL] == 0
+    assert outcomes_of_status(np.array([Status.TOTAL_REFLECTION, Status.OUTSIDE_CAMERA_MODEL])).tolist() == [
+        Outcome.TOTAL_REFLECTION,
+        Outcome.OUTSIDE_CAMERA_MODEL,
     ]
 
 
@@ -291,8 +293,8 @@ def test_gaze_straight_up_meets_the_fold_mirror(rig: Rig) -> None:
     crossing = start - direction * (start[:, 2] / direction[:, 2])[:, np.newaxis]
     half = np.array([rig.gaze.fold_mirror.width_mm, rig.gaze.fold_mirror.height_mm]) / 2000
     on_m1 = (np.abs(crossing[:, :2]) <= half).all(axis=1) & (rays.status == Status.OK)
-    assert 0 < on_m1.sum() == fov.pixels[0, Fate.MIRROR_PLATE]
-    assert fov.pixels[0, Fate.SEEN] == bare.pixels[0, Fate.SEEN] - on_m1.sum()
+    assert 0 < on_m1.sum() == fov.pixels[0, Outcome.MIRROR_PLATE]
+    assert fov.pixels[0, Outcome.SEEN] == bare.pixels[0, Outcome.SEEN] - on_m1.sum()
 
 
 @pytest.mark.parametrize(

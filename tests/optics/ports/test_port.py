@@ -97,7 +97,7 @@ def test_rays_follow_a_second_formulation_at_fifty_digits(name):
 
 @pytest.mark.parametrize("name", [name for name in PORTS if name != "centred"])
 def test_points_are_seen_where_a_second_formulation_finds_them(name):
-    """Bisection on traced rays against the closed equations of `aim`: the same pixel to 1e-8 px."""
+    """Bisection on traced rays against the closed equations of `project`: the same pixel to 1e-8 px."""
     port = PORTS[name]
     _, points = points_in_view(port, 40)
     image = train(port).project(points)

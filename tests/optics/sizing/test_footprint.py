@@ -44,12 +44,12 @@ def test_a_cone_on_m1_has_the_near_and_far_edge_of_the_closed_form(degrees):
     far, near = np.sqrt(2) * d1 * tangent / (1 - tangent), np.sqrt(2) * d1 * tangent / (1 + tangent)
     expected = [[d1 * tangent, 0], [-d1 * tangent, 0], [0, -far], [0, near]]
     np.testing.assert_allclose(footprint.points_m, expected, atol=ROUNDING_M)
-    assert footprint.struck.all()
+    assert footprint.front.all()
 
 
 def test_beyond_45_degrees_m1_is_not_met():
     rays = OpticalTrain.bare(BARE).trace(np.array([[319.5, 239.5 + 501], [319.5, 239.5 + 499]]))
-    np.testing.assert_array_equal(fold_footprint(BARE, rays).struck, [False, True])
+    np.testing.assert_array_equal(fold_footprint(BARE, rays).front, [False, True])
 
 
 @pytest.mark.parametrize("tilt_deg", [-32.5, -10.0, 0.0, 45.0, 100.0])
@@ -79,10 +79,10 @@ def test_a_wide_cone_on_m2_at_its_limit_has_the_edges_of_the_closed_form(tangent
     length = (BARE.gaze.fold_mirror.distance_mm + BARE.gaze.gaze_mirror.distance_mm) / 1000
     angle, incidence = np.arctan(tangent), np.radians(77.5)
     if angle + incidence > np.pi / 2:
-        assert not footprint.struck[0].all()
+        assert not footprint.front[0].all()
         return
     far, near = (length * np.sin(angle) / np.cos(incidence + sign * angle) for sign in (1, -1))
-    assert footprint.struck.all()
+    assert footprint.front.all()
     # 1 / cos(i + a) magnifies rounding by its own size squared, some 1e4.
     np.testing.assert_allclose(sorted(np.abs(footprint.points_m[0, 2:, 1])), sorted([far, near]), rtol=1e-11)
 
@@ -97,7 +97,7 @@ def test_footprints_are_where_the_train_says_pose_by_pose():
     train = OpticalTrain.from_rig(AQUA2).unbounded()
     pixels = fraction_window(OpticalTrain.bare(AQUA2).camera, 0.1).boundary(3)
     traced = train.trace_poses(pixels, layout.camera_from_m2_at(q1, q2))
-    assert footprint.struck.all() and traced.passed.all()
+    assert footprint.front.all() and traced.passed.all()
     for k, (a, b) in enumerate(zip(q1, q2, strict=True)):
         local = layout.camera_from_m2(a, b).inv().apply(traced.origin_m.reshape(12, -1, 3)[k])
         # 1 / cos of 77 degrees and lengths of 0.2 m: some ten roundings.

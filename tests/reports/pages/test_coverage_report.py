@@ -9,7 +9,7 @@ import re
 import numpy as np
 import pytest
 
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_count, cell_directions
 from reports.pages import coverage_report as module
 from reports.pages.coverage_report import coverage_report
@@ -138,8 +138,8 @@ def test_a_rig_without_mirrors_has_no_report(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_every_fate_has_a_name_and_a_colour():
-    assert set(module.FATE_NAMES) == set(Fate)
+def test_every_outcome_has_a_name_and_a_colour():
+    assert set(module.OUTCOME_NAMES) == set(Outcome)
 
 
 def _interrupt(*arguments, **options):

@@ -10,7 +10,7 @@ import pytest
 
 from dives.dive import varied
 from dives.validation import validation_dive
-from optics.coverage.outcome import Fate
+from optics.coverage.outcome import Outcome
 from reports.pages.dive_report import CAPTIONS
 from reports.studies import design as dossier
 from reports.studies.design import design
@@ -76,7 +76,7 @@ def test_summary_agrees_with_the_tables(made):
     mean = np.trapezoid(np.trapezoid(usable, axis=1)) / (dossier.GRID_POSES - 1) ** 2
     assert mean == pytest.approx(summary["usable_solid_angle_sr"]["mean"], rel=1e-5)
     cells = dossier.IMAGE_CELLS[0] * dossier.IMAGE_CELLS[1]
-    names = [f"{fate.name.lower()}_cells" for fate in Fate]
+    names = [f"{outcome.name.lower()}_cells" for outcome in Outcome]
     assert all(sum(int(row[name]) for name in names) == cells for row in poses[::97])
     # Eq. 5 of the paper, on a pose away from the zenith.
     row = next(row for row in poses if row["q1_deg"] == "-77.5000")
