@@ -1,7 +1,8 @@
-"""Dives in simulation: a robot, a target and the closed loop between them on a simulated clock, with ground truth."""
+"""Dives in simulation: a robot, a target and the closed loop between them on a simulated clock, with ground truth.
 
-from dives.dive import Dive, DiveError, preset_names
-from dives.runner import DiveStoppedError, run_dive
-from tracking.log import read_log
+The public names are loaded when they are first asked for.
+"""
 
-__all__ = ["Dive", "DiveError", "DiveStoppedError", "preset_names", "read_log", "run_dive"]
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,13 @@
+from .assembly.assembly import Assembly as Assembly
+from .assembly.assembly import Part as Part
+from .assembly.assembly import build_assembly as build_assembly
+from .assembly.joints import JointedMount as JointedMount
+from .assembly.joints import jointed_mount as jointed_mount
+from .assembly.meshes import rig_meshes as rig_meshes
+from .assembly.tessellation import tessellate as tessellate
+from .checks.assembly_checks import MountChecks as MountChecks
+from .checks.assembly_checks import assembly_checks as assembly_checks
+from .export.drawings.bill_of_materials import bill_of_materials as bill_of_materials
+from .export.mount import export_mount as export_mount
+from .loads.study import LoadStudy as LoadStudy
+from .loads.study import load_study as load_study

@@ -1,0 +1,10 @@
+from .bags import write_bag as write_bag
+from .dive import Dive as Dive
+from .dive import DiveError as DiveError
+from .dive import preset_names as preset_names
+from .dive import varied as varied
+from .ensembles.run import run_ensemble as run_ensemble
+from .metrics import dive_metrics as dive_metrics
+from .runner import ClosedLoop as ClosedLoop
+from .runner import DiveStoppedError as DiveStoppedError
+from .runner import run_dive as run_dive

@@ -1,0 +1,9 @@
+from .exterior import portrait as portrait
+from .image import display_image as display_image
+from .reference.compare import compare as compare
+from .renderer import FastRenderer as FastRenderer
+from .stage.frame import Frame as Frame
+from .stage.frame import Label as Label
+from .stage.stage import Stage as Stage
+from .stage.stage import on_gaze as on_gaze
+from .stage.state import State as State

@@ -1,0 +1,10 @@
+from .calibration.calibrated_rig import CalibratedRig as CalibratedRig
+from .calibration.estimate import Estimate as Estimate
+from .calibration.estimate import calibrate as calibrate
+from .cameras import open_camera as open_camera
+from .log import read_log as read_log
+from .loop.loop import TrackingLoop as TrackingLoop
+from .loop.offline import track as track
+from .loop.variants import VARIANTS as VARIANTS
+from .loop.variants import Variant as Variant
+from .mirrors import open_mirrors as open_mirrors
