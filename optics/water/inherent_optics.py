@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
-from optics.kernels.user_tables import read_spectra
+from optics.kernels.tables import read_spectra
 from optics.water.pure_water import molecular_moments, molecular_phase, pure_absorption, pure_scattering
 from optics.water.scattering import PhaseFunction, fournier_forand_phase, henyey_greenstein_phase, petzold_phase
 from optics.water.water import absorption, check_range, molecular_scattering_of_types, scattering, water_index

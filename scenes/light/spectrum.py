@@ -10,8 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag, eigh_tridiagonal
 
 from optics.kernels.arrays import FloatArray
-from optics.kernels.tables import read_table
-from optics.kernels.user_tables import read_spectra
+from optics.kernels.tables import read_spectra, read_table
 from rigs import Camera
 from scenes.light.water_quadrature import water_rule
 

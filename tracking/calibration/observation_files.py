@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from optics.kernels.tables import TextTable, finite_number
 from rigs import Rig
 from tracking.calibration.observations import TargetObservations, observation_problems
 
@@ -36,24 +37,13 @@ def read_observations(path: str | os.PathLike[str], rig: Rig) -> TargetObservati
     ValueError
         With everything that is wrong with the file, one problem a line.
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: expected text in UTF-8, got something else at byte {error.start}") from None
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    if not lines:
-        raise ValueError(f"{path}: expected a line of column names, got nothing")
-    names = [name.strip() for name in next(csv.reader([lines[0][1]]))]
-    problems = _name_problems(names)
-    if problems:
-        raise ValueError(_told(path, problems))
-    read = [(number, _row(number, line, names, problems)) for number, line in lines[1:]]
-    rows = [(number, row) for number, row in read if row is not None]
-    observations = _observations([row for _, row in rows], known=BODY_COLUMNS[0] in names)
+    table = TextTable.read(Path(path))
+    problems = _column_problems(table)
+    table.check(problems)
+    rows = [(number, row) for number, texts in table.rows(problems) if (row := _row(number, texts, problems))]
+    observations = _observations([row for _, row in rows], known=BODY_COLUMNS[0] in table.names)
     problems += observation_problems(rig, observations, [f"line {number}" for number, _ in rows])
-    if problems:
-        raise ValueError(_told(path, problems))
+    table.check(problems)
     return observations
 
 
@@ -92,51 +82,25 @@ def _observations(rows: Sequence[dict[str, float | str]], *, known: bool) -> Tar
     return TargetObservations(q=q, points_m=points, pixels=pixels, boards=boards, board=index)
 
 
-def _name_problems(names: Sequence[str]) -> list[str]:
-    known = (*POSE_COLUMNS, *PIXEL_COLUMNS, *BODY_COLUMNS, *BOARD_COLUMNS, "board")
-    problems = [f"column {name!r}: expected one of {', '.join(known)}" for name in names if name not in known]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    problems += [f"column {name}: expected once, got it again" for name in repeated]
-    places = [columns for columns in (BODY_COLUMNS, BOARD_COLUMNS) if set(columns) & set(names)]
+def _column_problems(table: TextTable) -> list[str]:
+    places = [columns for columns in (BODY_COLUMNS, BOARD_COLUMNS) if set(columns) & set(table.names)]
+    needed = (*POSE_COLUMNS, *PIXEL_COLUMNS, *(places[0] if len(places) == 1 else ()))
+    problems = table.column_problems(needed, (*BODY_COLUMNS, *BOARD_COLUMNS, "board"))
     if len(places) != 1:
         problems.append(f"expected columns {', '.join(BODY_COLUMNS)} or {', '.join(BOARD_COLUMNS)}, either or")
-    needed = (*POSE_COLUMNS, *PIXEL_COLUMNS, *(places[0] if len(places) == 1 else ()))
-    problems += [f"expected a column {name}; the file has {', '.join(names)}" for name in needed if name not in names]
-    if "board" in names and BODY_COLUMNS[0] in names:
+    if "board" in table.names and BODY_COLUMNS[0] in table.names:
         problems.append(f"expected no column board with {', '.join(BODY_COLUMNS)}, which say where a point is")
     return problems
 
 
-def _row(number: int, line: str, names: Sequence[str], problems: list[str]) -> dict[str, float | str] | None:
-    """Numbers of a line, None when it has bad ones; what is wrong with it is added to the problems."""
-    fields = [field.strip() for field in next(csv.reader([line]))]
-    if len(fields) != len(names):
-        problems.append(f"line {number}: expected {len(names)} values, got {len(fields)}")
-        return None
-    texts = dict(zip(names, fields, strict=True))
+def _row(number: int, texts: dict[str, str], problems: list[str]) -> dict[str, float | str]:
+    """Numbers of a line, empty when it has a bad one, which is added to the problems."""
     directly = not any(texts[name] for name in POSE_COLUMNS)
     row: dict[str, float | str] = {}
     for name, text in texts.items():
-        if name == "board":
-            row[name] = text
-        elif directly and name in POSE_COLUMNS:
-            row[name] = math.nan
-        else:
-            value = _finite(text)
-            if value is None:
-                problems.append(f"line {number}, column {name}: expected a finite number, got {text!r}")
-                return None
-            row[name] = value
+        unused = directly and name in POSE_COLUMNS
+        row[name] = text if name == "board" else finite_number(text)
+        if not unused and name != "board" and math.isnan(finite_number(text)):
+            problems.append(f"line {number}, column {name}: expected a finite number, got {text!r}")
+            return {}
     return row
-
-
-def _finite(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
-
-
-def _told(path: Path, problems: Sequence[str]) -> str:
-    return "\n  ".join([f"{path}: {len(problems)} problem{'s' if len(problems) > 1 else ''}", *problems])

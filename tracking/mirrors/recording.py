@@ -15,6 +15,7 @@ import pyarrow.parquet
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
+from optics.kernels.tables import finite_number, read_text
 from tracking.protocols import MirrorDriver, MirrorReport
 
 COMMAND, REPORT = "command", "report"
@@ -168,11 +169,8 @@ def _read_columns(path: Path) -> Mapping[str, Sequence[Any]]:
             names = [name for name in file.schema_arrow.names if name in wanted]
             columns: dict[str, Sequence[Any]] = file.read(names).to_pydict()
             return columns
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: expected text in UTF-8, got something else at byte {error.start}") from None
-    header, *rows = [[field.strip() for field in row] for row in csv.reader(text.splitlines()) if row] or [[]]
+    lines = csv.reader(read_text(path).splitlines())
+    header, *rows = [[field.strip() for field in row] for row in lines if row] or [[]]
     return {name: [row[n] if n < len(row) else "" for row in rows] for n, name in enumerate(header)}
 
 
@@ -181,11 +179,8 @@ def _numbers(columns: Mapping[str, Sequence[Any]], name: str, rows: Sequence[int
     numbers = []
     for row in rows:
         value = columns[name][row]
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            number = math.nan
-        if not math.isfinite(number):
+        number = finite_number(str(value))
+        if math.isnan(number):
             problems.append(f"row {row + 1}, {name}: expected a finite number, got {value!r}")
         numbers.append(number)
     return numbers

@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
+from optics.kernels.tables import TextTable, finite_number, listed_problems
 from tracking.perception.crop import runs_clockwise
 
 CORNER_NAMES = ("top_left", "top_right", "bottom_right", "bottom_left")
@@ -51,7 +52,7 @@ class CornerSamples:
             )
         problems = _problems(q, corners, [f"sample {index}" for index in range(len(q))])
         if problems:
-            raise ValueError(_told("corner samples", problems))
+            raise ValueError(listed_problems("corner samples", problems))
         object.__setattr__(self, "q", q)
         object.__setattr__(self, "corners_px", corners)
 
@@ -66,24 +67,15 @@ class CornerSamples:
         ValueError
             With everything that is wrong with the file, one problem a line.
         """
-        path = Path(path)
-        try:
-            text = path.read_text(encoding="utf-8-sig")
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{path}: expected text in UTF-8, got something else at byte {error.start}") from None
-        lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-        if not lines:
-            raise ValueError(f"{path}: expected a line of column names, got nothing")
-        names = [name.strip() for name in next(csv.reader([lines[0][1]]))]
-        problems = _name_problems(names)
-        rows = [_row(number, line, names, problems) for number, line in lines[1:]]
-        whole = [(number, row) for (number, _), row in zip(lines[1:], rows, strict=True) if row is not None]
-        if not _name_problems(names):
-            table = np.array([[row[names.index(name)] for name in COLUMNS] for _, row in whole]).reshape(-1, 10)
-            q, corners = np.radians(table[:, :2]), table[:, 2:].reshape(-1, 4, 2)
-            problems += _problems(q, corners, [f"line {number}" for number, _ in whole], count=len(rows))
-        if problems:
-            raise ValueError(_told(str(path), problems))
+        table = TextTable.read(Path(path))
+        problems = table.column_problems(COLUMNS)
+        named = not problems
+        rows = [(number, row) for number, row in _numbers(table, problems) if np.isfinite(list(row.values())).all()]
+        if named:
+            values = np.array([[row[name] for name in COLUMNS] for _, row in rows]).reshape(-1, len(COLUMNS))
+            q, corners = np.radians(values[:, :2]), values[:, 2:].reshape(-1, 4, 2)
+            problems += _problems(q, corners, [f"line {number}" for number, _ in rows], count=len(table.lines))
+        table.check(problems)
         return cls(q=q, corners_px=corners)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
@@ -99,10 +91,6 @@ class CornerSamples:
         partial = path.with_name(f".{path.name}.partial")
         partial.write_text(text.getvalue(), encoding="utf-8")
         partial.replace(path)
-
-
-def _told(place: str, problems: Sequence[str]) -> str:
-    return "\n  ".join([f"{place}: {len(problems)} problem{'s' if len(problems) > 1 else ''}", *problems])
 
 
 def _problems(q: FloatArray, corners: FloatArray, places: Sequence[str], count: int | None = None) -> list[str]:
@@ -138,28 +126,13 @@ def _listed(q: FloatArray, corners: FloatArray, index: int) -> str:
     return f"q = {q[index].tolist()}, corners_px = {corners[index].tolist()}"
 
 
-def _name_problems(names: Sequence[str]) -> list[str]:
-    problems = [f"expected a column {name}; the file has {', '.join(names)}" for name in COLUMNS if name not in names]
-    problems += [f"column {name!r}: expected one of {', '.join(COLUMNS)}" for name in names if name not in COLUMNS]
-    problems += [
-        f"column {name}: expected once, got it again" for name in sorted({n for n in names if names.count(n) > 1})
-    ]
-    return problems
-
-
-def _row(number: int, line: str, names: Sequence[str], problems: list[str]) -> list[float] | None:
-    """Numbers of a line, None when it has bad ones; what is wrong with it is added to the problems."""
-    fields = next(csv.reader([line]))
-    if len(fields) != len(names):
-        problems.append(f"line {number}: expected {len(names)} numbers, got {len(fields)}")
-        return None
-    values = []
-    for name, field in zip(names, fields, strict=True):
-        try:
-            value = float(field)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            problems.append(f"line {number}, column {name}: expected a finite number, got {field.strip()!r}")
-        values.append(value)
-    return values if all(map(math.isfinite, values)) else None
+def _numbers(table: TextTable, problems: list[str]) -> Iterator[tuple[int, dict[str, float]]]:
+    """Line numbers and values by column; what is not a finite number is added to the problems."""
+    for number, texts in table.rows(problems):
+        values = {name: finite_number(text) for name, text in texts.items()}
+        problems += [
+            f"line {number}, column {name}: expected a finite number, got {texts[name]!r}"
+            for name, value in values.items()
+            if math.isnan(value)
+        ]
+        yield number, values

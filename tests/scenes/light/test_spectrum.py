@@ -212,7 +212,7 @@ def test_a_response_is_read_and_integrated(tmp_path):
         ("wavelength_nm,red,green,blue", ["400,1,0,1", "700,1,0,1"], "expected a green response above zero"),
         ("wavelength_nm,red,green,blue", ["400,1,1,1", "900,1,1,1"], "95% of the red response .* got 60%"),
         ("wavelength_nm,red,green,blue", ["400,1,1,1"], "at least 2 wavelengths, got 1"),
-        ("wavelength_nm,red,green,blue", ["400,1,1"], "line 2: expected 4 numbers, got 3"),
+        ("wavelength_nm,red,green,blue", ["400,1,1"], "line 2: expected 4 values, got 3"),
     ],
 )
 def test_a_bad_response_is_a_sentence(tmp_path, header, rows, words):

@@ -73,7 +73,7 @@ def test_all_that_is_wrong_with_a_file_is_told_at_once(tmp_path):
     told = str(caught.value)
     assert "corners.csv: 4 problems" in told
     assert "line 3, column q1_deg: expected a finite number, got 'nan'" in told
-    assert "line 4: expected 10 numbers, got 11" in told
+    assert "line 4: expected 10 values, got 11" in told
     assert "line 6: expected joint values that are not those of line 5 already" in told
     assert "line 7: expected top_left, top_right, bottom_right, bottom_left clockwise" in told
 
