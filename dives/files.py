@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +12,11 @@ import pyarrow.parquet as pq
 
 from cad.export.drawings.manifest import rig_text
 from dives.dive import Dive
-from dives.journal import FOLDER, Journal, put_in_place, write_beside
+from dives.journal import FOLDER, Journal
 from dives.metrics import dive_metrics
 from dives.recorder import OVERLAY, ROWS, VIDEO
 from rigs import Rig
+from rigs.atomic_files import atomic_file, write_text
 from tracking.log import LOG, read_log, write_table
 from tracking.video import concatenate
 
@@ -45,30 +45,18 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
     for name, file, container in ((VIDEO, VIDEO_FILE, "matroska"), (OVERLAY, OVERLAY_FILE, "mp4")):
         segments = journal.paths(name)
         if segments:
-
-            def join(path: Path, segments: list[Path] = segments, container: str = container) -> None:
-                concatenate(segments, path, container=container, frame_rate_hz=dive.frame_rate_hz)
-
-            _written(folder / file, join)
-    write_beside(folder / RIG_FILE, rig_text(rig).encode())
+            with atomic_file(folder / file) as partial:
+                concatenate(segments, partial, container=container, frame_rate_hz=dive.frame_rate_hz)
+    write_text(folder / RIG_FILE, rig_text(rig))
     if rig.file_hull is not None:
         shutil.copyfile(rig.file_hull.file, folder / rig.file_hull.file.name)
-    write_beside(folder / DIVE_FILE, dive.model_copy(update={"rig": RIG_FILE}).as_toml().encode())
-    write_beside(folder / METRICS_FILE, json_text(dive_metrics(table)).encode())
-    _written(folder / LOG, lambda path: write_table(table, path, about={"identity": identity}))
+    write_text(folder / DIVE_FILE, dive.model_copy(update={"rig": RIG_FILE}).as_toml())
+    write_text(folder / METRICS_FILE, json_text(dive_metrics(table)))
+    with atomic_file(folder / LOG) as partial:
+        write_table(table, partial, about={"identity": identity})
     journal.remove()
 
 
 def json_text(data: Any) -> str:
     """JSON as it is kept in files; what is not a finite number is null already."""
     return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _written(path: Path, write: Callable[[Path], None]) -> None:
-    """Let a file be written beside its place, then put it there."""
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        write(partial)
-        put_in_place(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)

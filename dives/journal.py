@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import fcntl
 import json
-import os
 import shutil
 from pathlib import Path
 from typing import Any
+
+from rigs.atomic_files import sync, write_text
 
 SEGMENT_FRAMES = 60
 """Fixed: the files must not depend on where a dive was stopped."""
@@ -54,7 +55,7 @@ class Journal:
     def _begin(self, folder: Path, identity: str) -> None:
         marker = self.folder / IDENTITY
         if not marker.is_file():
-            write_beside(marker, identity.encode())
+            write_text(marker, identity)
         elif marker.read_text(encoding="utf-8") != identity:
             raise ValueError(f"{folder}: expected the same dive as before, to go on with it, or a new folder")
         self.finished = 0
@@ -92,8 +93,8 @@ class Journal:
     def finish(self, segment: int, snapshot: str, names: list[str]) -> None:
         """Make a segment count: its files are on the disk, and its snapshot (JSON) is put beside them."""
         for name in names:
-            flush_to_disk(self.path(segment, name))
-        write_beside(self._snapshot_path(segment), snapshot.encode())
+            sync(self.path(segment, name))
+        write_text(self._snapshot_path(segment), snapshot)
         self.finished = segment + 1
 
     def remove(self) -> None:
@@ -102,28 +103,3 @@ class Journal:
 
     def _snapshot_path(self, segment: int) -> Path:
         return self.path(segment, "snapshot.json")
-
-
-def write_beside(path: Path, content: bytes) -> None:
-    """Write a file beside its place, and put it there when it is whole and on the disk."""
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        partial.write_bytes(content)
-        put_in_place(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def put_in_place(partial: Path, path: Path) -> None:
-    """Rename a file that was written beside its place."""
-    flush_to_disk(partial)
-    partial.replace(path)
-
-
-def flush_to_disk(path: Path) -> None:
-    """Wait until a file's content is on the disk; a full one says so here at the latest."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -10,7 +10,8 @@ from pathlib import Path
 import cv2
 
 from dives.dive import Dive
-from dives.journal import Journal, write_beside
+from dives.journal import Journal
+from rigs.atomic_files import write_bytes
 from tracking.log import Row, table_of, write_table
 from tracking.overlay import overlay
 from tracking.protocols import Shot
@@ -103,7 +104,7 @@ class Recorder:
     def _record(self, entry: _Entry) -> None:
         video = self._dive.video
         if self._frames is not None:
-            write_beside(self._frames / f"{entry.row['frame']:06d}.png", png(entry.shot.image))
+            write_bytes(self._frames / f"{entry.row['frame']:06d}.png", png(entry.shot.image))
         elif video in ("ffv1", "h264"):
             self._writer(VIDEO, "ffv1" if video == "ffv1" else "h264").write(entry.shot.image)
         if self._dive.overlay:

@@ -11,6 +11,7 @@ from typing import Any
 
 from optics.kernels.cache import result_key
 from rigs import Rig
+from rigs.atomic_files import write_text
 
 STATE_FILE = ".stages.json"
 
@@ -71,13 +72,6 @@ class Stages:
     def _save(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / STATE_FILE, json.dumps({"key": self.key, "done": self.done}, indent=1))
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file beside its place, then put it there."""
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
 
 
 def work_key(rig: Rig, settings: str = "") -> str:

@@ -11,12 +11,14 @@ from pathlib import Path
 
 
 @contextmanager
-def atomic_file(path: Path) -> Iterator[Path]:
+def atomic_file(path: Path, *, shared: bool = False) -> Iterator[Path]:
     """Give a hidden place beside a file, of the same ending, to write to; at the end what is there becomes the file.
 
-    When the block fails nothing changes. Several programs may write the same file at once: the last one's is kept.
+    When the block fails nothing changes. What a program leaves there that is killed, the next one overwrites; a file
+    that is `shared`, which several programs may write at once, has a place for each, and the last one's is kept.
     """
-    partial = path.with_name(f".{path.stem}.{secrets.token_hex(4)}.partial{path.suffix}")
+    own = f".{secrets.token_hex(4)}" if shared else ""
+    partial = path.with_name(f".{path.stem}{own}.partial{path.suffix}")
     try:
         yield partial
         sync(partial)
@@ -31,16 +33,20 @@ def atomic_files(folder: Path) -> Iterator[Path]:
 
     Files of the same names are replaced, others stay. When the block fails nothing changes.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".", suffix=".partial") as name:
+    # In the folder if it is there: its parent may be on another disk, or not ours.
+    place = folder if folder.is_dir() else folder.parent
+    place.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=place, prefix=f".{folder.name}.", suffix=".partial") as name:
         scratch = Path(name)
         yield scratch
-        names = sorted(path.relative_to(scratch) for path in scratch.rglob("*") if path.is_file())
-        for file in names:
-            sync(scratch / file)
-        for file in names:
-            (folder / file).parent.mkdir(parents=True, exist_ok=True)
-            (scratch / file).replace(folder / file)
+        folders = [path for path in scratch.rglob("*") if path.is_dir()]
+        files = sorted(path for path in scratch.rglob("*") if path.is_file())
+        for path in files:
+            sync(path)
+        for path in (scratch, *folders):
+            (folder / path.relative_to(scratch)).mkdir(parents=True, exist_ok=True)
+        for path in files:
+            path.replace(folder / path.relative_to(scratch))
 
 
 def write_text(path: Path, text: str) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import tomlkit
 
+from rigs.atomic_files import write_text
 from rigs.problems import Problem, RigError
 
 PRESETS = Path(__file__).parent / "presets"
@@ -126,10 +127,5 @@ def load_document(path: Path) -> tomlkit.TOMLDocument:
 
 
 def save_document(document: tomlkit.TOMLDocument, path: Path) -> None:
-    """Write a TOML document beside its target, then put it in place."""
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        partial.write_text(tomlkit.dumps(document), encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    """Write a TOML document, whole or not at all."""
+    write_text(path, tomlkit.dumps(document))

@@ -14,6 +14,7 @@ from optics.kernels.backend import mi
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
+from scenes.image import write_picture
 from scenes.light.materials import albedo_table, material_of
 from scenes.light.spectrum import camera_bands
 
@@ -67,9 +68,7 @@ def write_portraits(rig: Rig, parts: Sequence[PartMesh], folder: Path, *, q1: fl
     paths = []
     for name, viewpoint in VIEWPOINTS.items():
         path = folder / f"outside_{name}.png"
-        partial = path.with_name(f".{path.stem}.partial.png")
-        mi.Bitmap(portrait(rig, parts, viewpoint=viewpoint, q1=q1, q2=q2)).write(str(partial))
-        partial.replace(path)
+        write_picture(portrait(rig, parts, viewpoint=viewpoint, q1=q1, q2=q2), path)
         paths.append(path)
     return paths
 

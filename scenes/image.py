@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.backend import mi
+from rigs.atomic_files import atomic_file
 from scenes.sensor.colour import srgb_encode
 from scenes.stage.frame import Frame
 from scenes.stage.stage import Stage
@@ -29,9 +30,8 @@ def display_image(frame: Frame, stage: Stage) -> NDArray[np.uint8]:
 
 def write_picture(picture: NDArray[np.uint8], path: Path) -> None:
     """Write an sRGB picture, shape (height, width, 3), as PNG; the file appears whole or not at all."""
-    partial = path.with_name(f".{path.stem}.partial.png")
-    mi.Bitmap(np.ascontiguousarray(picture)).write(str(partial))
-    partial.replace(path)
+    with atomic_file(path) as partial:
+        mi.Bitmap(np.ascontiguousarray(picture)).write(str(partial))
 
 
 def check_image_path(path: Path, *suffixes: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from cad.export.step import write_step
 from cad.export.triangles import write_glb, write_stl
 from optics.mesh import PartMesh
 from rigs import Rig
+from rigs.atomic_files import atomic_files
 
 FOLDERS = ("parts", "plates", "drawings", "assembly", "robot")
 
@@ -51,9 +51,7 @@ def export_mount(
     announce("export: solids and meshes")
     assembly = build_assembly(rig)
     meshes = tessellate(assembly)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as scratch:
-        partial = Path(scratch)
+    with atomic_files(folder) as partial:
         for part_of_it in FOLDERS:
             (partial / part_of_it).mkdir()
         (partial / "rig.toml").write_text(rig_text(rig), encoding="utf-8")
@@ -76,11 +74,7 @@ def export_mount(
         add_files(partial)
         written = sorted(path for path in partial.rglob("*") if path.is_file())
         written = [*written, write_manifest(rig, partial, written)]
-        names = sorted(path.relative_to(partial) for path in written)
-        for name in names:
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (partial / name).replace(folder / name)
-    return [folder / name for name in names]
+    return sorted(folder / path.relative_to(partial) for path in written)
 
 
 def _placed(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[PlacedMesh]:

@@ -7,7 +7,6 @@ and the true joint values of its log.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, fields, replace
@@ -30,6 +29,7 @@ from dives.truth_columns import TruthColumns
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
+from rigs.atomic_files import atomic_files
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings, ImageSensor
 from scenes.stage.state import State
@@ -229,9 +229,7 @@ def redetect(
     """
     recording = Recording(folder)
     rate_hz = recording.dive.frame_rate_hz
-    output.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=output, suffix=".partial") as name:
-        partial = Path(name)
+    with atomic_files(output) as partial:
         segment = partial / "overlay.mkv"
         rows = []
         with closing(VideoWriter(segment, "h264", rate_hz)) as video:
@@ -241,10 +239,9 @@ def redetect(
         again = table_of(rows)
         comparison = compared(recording.log, again)
         concatenate([segment], partial / OVERLAY_FILE, container="mp4", frame_rate_hz=rate_hz)
+        segment.unlink()
         write_table(again, partial / LOG)
         (partial / COMPARISON_FILE).write_text(json_text(comparison), encoding="utf-8")
-        for file in (OVERLAY_FILE, COMPARISON_FILE, LOG):
-            (partial / file).replace(output / file)
     return comparison
 
 

@@ -6,7 +6,6 @@ second. Numbers are written with all their digits.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from optics.gaze.virtual_pinhole import VirtualPinhole
 from optics.kernels.arrays import FloatArray
+from rigs.atomic_files import atomic_files
 
 OPENCV_FILE = "virtual_camera_opencv.yaml"
 ROS_FILE = "virtual_camera_ros.yaml"
@@ -70,12 +70,9 @@ def ros_yaml(virtual: VirtualPinhole, name: str) -> str:
 def write_camera_files(virtual: VirtualPinhole, name: str, folder: Path) -> list[Path]:
     """Write both files into a folder, made when it is missing; nothing is left half-written."""
     contents = {OPENCV_FILE: opencv_yaml(virtual), ROS_FILE: ros_yaml(virtual, name)}
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".partial-") as scratch:
+    with atomic_files(folder) as scratch:
         for file, text in contents.items():
-            (Path(scratch) / file).write_text(text, encoding="utf-8")
-        for file in contents:
-            (Path(scratch) / file).replace(folder / file)
+            (scratch / file).write_text(text, encoding="utf-8")
     return [folder / file for file in contents]
 
 

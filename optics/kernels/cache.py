@@ -110,7 +110,7 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
 
 def _save(path: Path, arrays: Arrays) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_file(path) as partial:
+    with atomic_file(path, shared=True) as partial:
         np.savez(partial, allow_pickle=False, **arrays)
 
 

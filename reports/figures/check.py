@@ -19,8 +19,8 @@ from cad.checks.clearance.admissible import AdmissibleRegion, CellState
 from cad.checks.printing import walls
 from cad.finding import Finding, Verdict
 from reports.figures.plotting import INK, STYLE, save_figure
-from reports.progress import write_text
 from rigs import Rig
+from rigs.atomic_files import write_text
 
 TIGHTEST_PAIRS = 18
 COLOURS = {Verdict.PASSED: "#2a9d8f", Verdict.FAILED: "#e76f51", Verdict.NOT_RUN: "#94a3b8"}

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from optics.coverage.coverage import Coverage
 from optics.coverage.outcome import Outcome
 from optics.status import Region
+from rigs.atomic_files import atomic_file
 
 INK = "#1c2b39"
 COLOUR_MAP = "viridis"
@@ -171,8 +172,7 @@ def _shares(axes: Axes, coverage: Coverage) -> None:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure beside its place, then put it there."""
+    """Write a figure as PNG; the same data gives the same bytes."""
     FigureCanvasAgg(figure)
-    partial = path.with_name(f".{path.stem}.partial.png")
-    figure.savefig(partial, dpi=RESOLUTION_DPI, metadata={"Software": None})
-    partial.replace(path)
+    with atomic_file(path) as partial:
+        figure.savefig(partial, dpi=RESOLUTION_DPI, metadata={"Software": None})

@@ -17,7 +17,7 @@ from optics.kernels.arrays import FloatArray
 from optics.search.objectives import PARAMETERS
 from optics.search.search import Search
 from reports.figures.plotting import STYLE, save_figure
-from reports.progress import write_text
+from rigs.atomic_files import write_text
 
 POSSIBLE, FRONT, CHOSEN, OWN = "#cbd5e1", "#2a9d8f", "#d1495b", "#1c2b39"
 

@@ -11,16 +11,16 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from optics.kernels.arrays import FloatArray
 from optics.sizing.outlines import Outlines
 from optics.sizing.sizing import Sizing
 from optics.sizing.trade_off import TradeOff
-from reports.figures.plotting import COLOUR_MAP, INK, RESOLUTION_DPI, STYLE
-from reports.progress import write_text
+from reports.figures import plotting
+from reports.figures.plotting import COLOUR_MAP, INK, STYLE
 from rigs import Rig
+from rigs.atomic_files import write_text
 
 OUTLINE_COLOURS = {
     "rectangle": "#1c2b39",
@@ -72,12 +72,9 @@ def outlines_figure(sizing: Sizing) -> Figure:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG beside its place, then put it there; the same data gives the same bytes."""
-    FigureCanvasAgg(figure)
-    partial = path.with_name(f".{path.stem}.partial.png")
+    """Write one of these figures as PNG; the same data gives the same bytes."""
     with mpl.rc_context(STYLE):
-        figure.savefig(partial, dpi=RESOLUTION_DPI, metadata={"Software": None})
-    partial.replace(path)
+        plotting.save_figure(figure, path)
 
 
 def write_trade_off(result: TradeOff, path: Path) -> None:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from optics.tolerance.tolerance import PERCENTILES, Errors, ToleranceStudy
 from reports.figures.plotting import STYLE, save_figure
-from reports.progress import write_text
+from rigs.atomic_files import write_text
 
 FIRST_ORDER, FROZEN = "#2a9d8f", "#e9c46a"
 BUILT, CALIBRATED = "#e76f51", "#2a9d8f"

@@ -27,8 +27,9 @@ from reports.figures.plotting import OUTCOME_NAMES, REGION_NAMES, THINGS, draw_d
 from reports.figures.sphere import CAUSE_NAMES, draw_coverage, draw_resolution
 from reports.pages import page
 from reports.pages.tables import cause_name, rig_facts, write_blind, write_convergence, write_poses, write_sphere
-from reports.progress import Announce, Stages, write_text
+from reports.progress import Announce, Stages
 from rigs import Rig
+from rigs.atomic_files import write_text
 
 COLUMNS, ROWS, NSIDE = 96, 72, 64
 """Cells of the image and of the sphere: both a little under a degree wide for lenses like the presets'."""

@@ -14,7 +14,7 @@ from dives.metrics.holding import losses, not_found_causes
 from reports.figures.dive import write_dive_figures
 from reports.pages import page
 from reports.pages.key_frames import save_moments, telling_moments
-from reports.progress import write_text
+from rigs.atomic_files import write_text
 from tracking.log import read_log
 
 NEEDED = ("dive.toml", "rig.toml", "log.parquet", "metrics.json")

@@ -16,8 +16,8 @@ from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_directions
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
-from reports.progress import write_text
 from rigs import Rig
+from rigs.atomic_files import write_text
 
 
 def write_poses(coverage: Coverage, rig: Rig, path: Path) -> None:

@@ -30,9 +30,10 @@ from reports.pages import page
 from reports.pages.dive_report import dive_section
 from reports.pages.mount_sections import checks_and_loads, checks_section, loads_section
 from reports.pages.tables import rig_facts, write_poses, write_sphere
-from reports.progress import Announce, Stages, write_text
+from reports.progress import Announce, Stages
 from reports.studies.mount_export import export_checked_mount
 from rigs import Rig
+from rigs.atomic_files import write_text
 from scenes.exterior import write_portraits
 from scenes.renderer import FastRenderer
 from scenes.requests.views import view_of

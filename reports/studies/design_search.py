@@ -25,8 +25,9 @@ from optics.search.limits import BINDING_MM, binding, bounds_around, first_probl
 from optics.search.objectives import PARAMETERS, objectives_named, rig_with
 from optics.search.search import Recorded, Search, search_designs
 from reports.figures.search import draw_front, front_rows, write_front
-from reports.progress import Announce, Stages, write_text
+from reports.progress import Announce, Stages
 from rigs import Rig, load_document, save_document
+from rigs.atomic_files import write_text
 
 NAMES = tuple(".".join(parameter) for parameter in PARAMETERS)
 

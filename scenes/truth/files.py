@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from pathlib import Path
 
 import cv2
 
+from rigs.atomic_files import atomic_files
 from scenes.truth.coco import coco_document
 from scenes.truth.ground_truth import GroundTruth
 from scenes.truth.layers import write_layers
@@ -27,9 +27,7 @@ def write_truth(folder: Path, truth: GroundTruth) -> list[Path]:
     list of Path
         What was written, sorted.
     """
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.", suffix=".partial") as scratch:
-        partial = Path(scratch)
+    with atomic_files(folder) as partial:
         write_layers(truth, partial / LAYERS_FILE)
         document = coco_document(truth, file_name=LAYERS_FILE)
         (partial / "boxes.json").write_text(json.dumps(document) + "\n", encoding="utf-8")
@@ -38,7 +36,4 @@ def write_truth(folder: Path, truth: GroundTruth) -> list[Path]:
             if not cv2.imwrite(str(partial / "masks" / f"{mask}.png"), image):
                 raise OSError(f"{folder}: could not write the mask {mask!r}")
         names = sorted(path.relative_to(partial) for path in partial.rglob("*") if path.is_file())
-        (folder / "masks").mkdir(parents=True, exist_ok=True)
-        for name in names:
-            (partial / name).replace(folder / name)
     return [folder / name for name in names]

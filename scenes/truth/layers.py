@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from optics.kernels.backend import mi
 from optics.status import Region
+from rigs.atomic_files import atomic_file
 from scenes.stage.frame import FloatImage, Label
 from scenes.truth.ground_truth import GroundTruth
 from scenes.truth.motion import Motion, Seen
@@ -79,9 +80,8 @@ def write_layers(truth: GroundTruth, path: Path) -> None:
     header = bitmap.metadata()
     for name, value in attributes(truth).items():
         header[name] = value
-    partial = path.with_name(f".{path.stem}.partial.exr")
-    bitmap.write(str(partial))
-    partial.replace(path)
+    with atomic_file(path) as partial:
+        bitmap.write(str(partial))
 
 
 def _components(prefix: str, names: str, image: FloatImage) -> dict[str, NDArray[Any]]:

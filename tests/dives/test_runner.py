@@ -160,7 +160,7 @@ def test_a_picture_that_cannot_be_made_loses_nothing_that_was_finished(small_div
     assert bytes_of(run_dive(small_dive, tmp_path / "dive")) == whole
 
 
-@pytest.mark.parametrize("name", ["concatenate", "write_beside", "write_table"])
+@pytest.mark.parametrize("name", ["concatenate", "write_text", "write_table"])
 def test_stopped_while_the_segments_are_put_together(small_dive, whole, tmp_path, monkeypatch, name):
     def full(*given, **named):
         raise OSError(errno.ENOSPC, "No space left on device")

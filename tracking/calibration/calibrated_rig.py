@@ -16,6 +16,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
+from rigs.atomic_files import write_text
 from tracking.calibration.errors import check_errors, shown_per_si, unit_of
 from tracking.calibration.knowledge import Knowledge
 from tracking.calibration.model import ErrorModel
@@ -123,9 +124,7 @@ class CalibratedRig:
             document.add(title, table)
         document.add("correlated", _rows(known.covariance / np.outer(known.scales, known.scales)))
         document.add("unobservable", _rows(known.unobservable))
-        partial = path.with_name(f".{path.name}.partial")
-        partial.write_text(tomlkit.dumps(document), encoding="utf-8")
-        partial.replace(path)
+        write_text(path, tomlkit.dumps(document))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], rig: Rig) -> Self:

@@ -13,6 +13,7 @@ import numpy as np
 
 from optics.kernels.tables import TextTable, finite_number
 from rigs import Rig
+from rigs.atomic_files import write_text
 from tracking.calibration.observations import TargetObservations, observation_problems
 
 POSE_COLUMNS = ("q1_deg", "q2_deg")
@@ -60,9 +61,7 @@ def write_observations(path: str | os.PathLike[str], observations: TargetObserva
         millimetres = [repr(1000 * x) for x in point.tolist()]
         where = [observations.boards[board], *millimetres[:2]] if observations.boards else millimetres
         writer.writerow([*angles, *where, *map(repr, pixel.tolist())])
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(text.getvalue(), encoding="utf-8")
-    partial.replace(path)
+    write_text(path, text.getvalue())
 
 
 def _observations(rows: Sequence[dict[str, float | str]], *, known: bool) -> TargetObservations:

@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from rigs.atomic_files import sync, write_text
 from tracking.log import COLUMNS, SCHEMA, loop_columns
 from tracking.overlay import overlay
 from tracking.protocols import Shot
@@ -105,9 +106,7 @@ class TrackFiles:
         with ExitStack() as stack:  # the one is closed even when the other cannot be
             stack.callback(_place, self._folder / LOG, self._close_log)
             stack.callback(_place, self._folder / OVERLAY, self._video.close)
-        partial = _partial(self._folder / SUMMARY)
-        partial.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-        partial.replace(self._folder / SUMMARY)
+        write_text(self._folder / SUMMARY, json.dumps(summary, indent=2) + "\n")
 
     def _close_log(self) -> None:
         try:
@@ -125,6 +124,7 @@ def _place(path: Path, close: Callable[[], None]) -> None:
     try:
         close()
         if _partial(path).exists():
+            sync(_partial(path))
             _partial(path).replace(path)
     finally:
         _partial(path).unlink(missing_ok=True)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.tables import finite_number, read_text
+from rigs.atomic_files import atomic_file
 from tracking.protocols import MirrorDriver, MirrorReport
 
 COMMAND, REPORT = "command", "report"
@@ -65,15 +66,11 @@ class RecordingMirrors:
 
     def save(self, path: Path) -> None:
         """Write the record as CSV or Parquet, by the name's ending; `ValueError` for another one."""
-        partial = path.with_name(f".{path.name}.partial")
         writers = {".csv": pyarrow.csv.write_csv, ".parquet": pyarrow.parquet.write_table}
         if path.suffix.lower() not in writers:
             raise ValueError(f"{path}: expected a name that ends in .csv or .parquet")
-        try:
+        with atomic_file(path) as partial:
             writers[path.suffix.lower()](self.table(), partial)
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
 
     def _record(self, time_s: float, event: str, q: FloatArray) -> None:
         q1_deg, q2_deg = np.degrees(q)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.tables import TextTable, finite_number, listed_problems
+from rigs.atomic_files import write_text
 from tracking.perception.crop import runs_clockwise
 
 CORNER_NAMES = ("top_left", "top_right", "bottom_right", "bottom_left")
@@ -88,9 +89,7 @@ class CornerSamples:
             writer.writerow(
                 [*(repr(math.degrees(angle)) for angle in q.tolist()), *map(repr, corners.ravel().tolist())]
             )
-        partial = path.with_name(f".{path.name}.partial")
-        partial.write_text(text.getvalue(), encoding="utf-8")
-        partial.replace(path)
+        write_text(path, text.getvalue())
 
 
 def _problems(q: FloatArray, corners: FloatArray, places: Sequence[str], count: int | None = None) -> list[str]:

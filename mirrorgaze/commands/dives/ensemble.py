@@ -109,7 +109,7 @@ def _write(folder: Path, outcomes: list[Outcome], rows: list[Row], pairs: list[D
 
     from dives.ensembles import tables
     from dives.files import json_text
-    from reports.progress import write_text
+    from rigs.atomic_files import write_text
 
     found = {
         "dives": [
