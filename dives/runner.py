@@ -35,7 +35,7 @@ from tracking.mirrors.simulated import SimulatedMirrors
 from tracking.protocols import Shot
 from tracking.records import Step
 
-Announce = Callable[[str], None]
+Log = Callable[[str], None]
 Progress = Callable[[int, int], None]
 
 
@@ -127,7 +127,7 @@ def run_dive(
     folder: str | Path,
     *,
     rig: Rig | None = None,
-    announce: Announce = lambda sentence: None,
+    log: Log = lambda sentence: None,
     progress: Progress = lambda done, total: None,
 ) -> Path:
     """Make a dive, or go on with one that was stopped; the files do not tell the difference.
@@ -140,7 +140,7 @@ def run_dive(
         there.
     rig : Rig, optional
         Instead of the one that the dive names.
-    announce : callable, optional
+    log : callable, optional
         Gets sentences about what is going on.
     progress : callable, optional
         Gets the pictures done and to do.
@@ -161,12 +161,12 @@ def run_dive(
     rig = dive.load_rig() if rig is None else dive.at_frame_rate(rig)
     identity = identity_of(dive, rig)
     if is_finished(folder, identity):
-        announce(f"{folder}: this dive is finished already")
+        log(f"{folder}: this dive is finished already")
         return folder
     with closing(Journal(folder, identity)) as journal:
         try:
             if journal.frames < dive.frames:
-                _record(dive, rig, folder, journal, announce=announce, progress=progress)
+                _record(dive, rig, folder, journal, log=log, progress=progress)
             finish_dive(dive, rig, folder, journal, identity)
         except (OSError, ValueError, MemoryError, av.FFmpegError) as error:
             kept = min(journal.frames, dive.frames)
@@ -183,11 +183,11 @@ def identity_of(dive: Dive, rig: Rig) -> str:
     return hashlib.sha256(content.encode()).hexdigest()
 
 
-def _record(dive: Dive, rig: Rig, folder: Path, journal: Journal, *, announce: Announce, progress: Progress) -> None:
+def _record(dive: Dive, rig: Rig, folder: Path, journal: Journal, *, log: Log, progress: Progress) -> None:
     """Make the segments that are not there yet."""
     first = journal.frames
     if first:
-        announce(f"{folder}: going on from frame {first} of {dive.frames}")
+        log(f"{folder}: going on from frame {first} of {dive.frames}")
     closed = ClosedLoop(dive, rig, rig_meshes(rig))
     state = journal.snapshot()
     if state is not None:
@@ -206,7 +206,7 @@ def _record(dive: Dive, rig: Rig, folder: Path, journal: Journal, *, announce: A
         recorder.abandon()
         raise
     recorder.close()
-    announce(_timing(closed, dive.frames - first, time.perf_counter() - started))
+    log(_timing(closed, dive.frames - first, time.perf_counter() - started))
 
 
 def _timing(closed: ClosedLoop, frames: int, elapsed_s: float) -> str:

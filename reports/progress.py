@@ -7,7 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter
 
 from optics.kernels.cache import result_key
 from rigs import Rig
@@ -15,31 +17,33 @@ from rigs.atomic_files import write_text
 
 STATE_FILE = ".stages.json"
 
-STAGES_VERSION = 1
+STAGES_VERSION = 2
 """Raised when a stage computes or writes something else for the same rig and settings."""
 
-Announce = Callable[[str], None]
+Log = Callable[[str], None]
 """Takes one line of progress at a time."""
+
+Result = TypeVar("Result")
 
 
 @dataclass
 class Stages:
     """Finished stages of one piece of work in one folder, which appears with the first of them.
 
-    A stage's result is plain JSON data; it is trusted again only for the same rig and the same program, and only
-    while every file it wrote is still there.
+    A stage's result is a dataclass, or of another type that JSON holds; it is trusted again only for the same rig and
+    the same program, and only while every file it wrote is still there.
     """
 
     folder: Path
     key: str
-    announce: Announce
+    log: Log
     done: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @classmethod
-    def open(cls, folder: Path, rig: Rig, announce: Announce, *, settings: str = "") -> Stages:
+    def open(cls, folder: Path, rig: Rig, log: Log, *, settings: str = "") -> Stages:
         """Take up work in a folder: new, empty, or one that this function opened before.
 
-        What was done for other settings is done anew.
+        What was done for other settings is done again.
 
         Raises
         ------
@@ -49,29 +53,36 @@ class Stages:
         key = work_key(rig, settings)
         state = folder / STATE_FILE
         if folder.exists() and not state.is_file() and (not folder.is_dir() or any(folder.iterdir())):
-            raise FileExistsError(f"{folder}: expected a new folder, an empty one or an earlier dossier")
-        stages = cls(folder=folder, key=key, announce=announce)
+            raise FileExistsError(f"{folder}: expected a new folder, an empty one or that of an earlier run")
+        stages = cls(folder=folder, key=key, log=log)
         if state.is_file():
             saved = json.loads(state.read_text(encoding="utf-8"))
             stages.done = saved["done"] if saved["key"] == key else {}
         return stages
 
-    def run(self, name: str, work: Callable[[], tuple[dict[str, Any], list[Path]]]) -> dict[str, Any]:
+    def run(self, name: str, kind: type[Result], work: Callable[[], tuple[Result, list[Path]]]) -> Result:
         """Result of a stage: remembered, or computed by `work`, which returns it with the files it wrote."""
         finished = self.done.get(name)
         if finished is not None and all((self.folder / file).is_file() for file in finished["files"]):
-            self.announce(f"{name}: done before")
-            result: dict[str, Any] = finished["result"]
-            return result
-        self.announce(f"{name} ...")
+            self.log(f"{name}: done before")
+            return TypeAdapter(kind).validate_python(finished["result"])
+        self.log(f"{name} ...")
         result, files = work()
-        self.done[name] = {"result": result, "files": [str(file.relative_to(self.folder)) for file in files]}
+        self.done[name] = {
+            "result": plain(result),
+            "files": [str(file.relative_to(self.folder)) for file in files],
+        }
         self._save()
         return result
 
     def _save(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / STATE_FILE, json.dumps({"key": self.key, "done": self.done}, indent=1))
+
+
+def plain(result: Any) -> Any:
+    """Plain data of a dataclass, for JSON."""
+    return TypeAdapter(type(result)).dump_python(result)
 
 
 def work_key(rig: Rig, settings: str = "") -> str:

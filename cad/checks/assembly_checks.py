@@ -39,7 +39,7 @@ CLEARANCE_TOLERANCE_MM = 0.1
 
 Pose = tuple[float, float]
 """Joint values (q1, q2), radians."""
-Announce = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,9 +101,7 @@ def assembly_problems(rig: Rig, assembly: Assembly, *, grid_steps: int = GRID_ST
     return problems + _clearances(meshes, assembly.layout, poses, mount.clearance_mm)
 
 
-def assembly_checks(
-    rig: Rig, assembly: Assembly, *, slicing: bool = True, announce: Announce = lambda line: None
-) -> MountChecks:
+def assembly_checks(rig: Rig, assembly: Assembly, *, slicing: bool = True, log: Log = lambda line: None) -> MountChecks:
     """Make every check of a mount.
 
     Parameters
@@ -114,11 +112,11 @@ def assembly_checks(
         Its solids.
     slicing : bool
         Whether to call the slicer, which takes ten seconds a part the first time.
-    announce : callable
+    log : callable
         Takes lines of progress.
     """
     mount, meshes = _mount(rig), tessellate(assembly)
-    announce("solids ...")
+    log("solids ...")
     findings = _solidities(assembly, meshes)
     if any(finding.problem for finding in findings):
         return MountChecks(findings=tuple(findings))
@@ -129,16 +127,16 @@ def assembly_checks(
     findings += stowing_findings(rig, assembly)
     findings += axis_findings(assembly)
     findings += _overlap_findings(meshes, assembly.layout)
-    announce("clearance over the joint range ...")
+    log("clearance over the joint range ...")
     pairs = moving_pairs(clearance_bodies(meshes), assembly.layout)
     clearances = [pair_finding(pair, assembly, mount.clearance_mm) for pair in pairs]
     findings += clearances
     findings += stow_clearance_findings(assembly, meshes, mount.clearance_mm)
     admissible = _admissible(list(zip(pairs, clearances, strict=True)), assembly.layout)
-    announce("screws ...")
+    log("screws ...")
     findings += access_findings(assembly, meshes)
     if slicing:
-        announce("slicer ...")
+        log("slicer ...")
         findings += [slice_finding(mesh, mount) for mesh in printed]
     return MountChecks(findings=tuple(findings), admissible=admissible)
 

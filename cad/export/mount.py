@@ -28,7 +28,7 @@ AddFiles = Callable[[Path], object]
 
 
 def export_mount(
-    rig: Rig, folder: Path, *, announce: Callable[[str], None], add_files: AddFiles = lambda folder: None
+    rig: Rig, folder: Path, *, log: Callable[[str], None], add_files: AddFiles = lambda folder: None
 ) -> list[Path]:
     """Write everything that is needed to make, fit and simulate a rig's mount.
 
@@ -38,7 +38,7 @@ def export_mount(
         A rig with mirrors.
     folder : Path
         Where to write; made when it is missing. Files of the same names are replaced, all at the end.
-    announce : callable
+    log : callable
         Takes lines of progress.
     add_files : callable
         Writes what else belongs into the folder, such as reports, which this package knows nothing of.
@@ -48,7 +48,7 @@ def export_mount(
     list of Path
         The files, sorted, the manifest among them; `docs/reference/export.md` says what each is.
     """
-    announce("export: solids and meshes")
+    log("export: solids and meshes")
     assembly = build_assembly(rig)
     meshes = tessellate(assembly)
     with atomic_files(folder) as partial:
@@ -57,19 +57,19 @@ def export_mount(
         (partial / "rig.toml").write_text(rig_text(rig), encoding="utf-8")
         for mesh in meshes:
             write_stl(mesh, partial / "parts")
-        announce("export: STEP, GLB, 3MF")
+        log("export: STEP, GLB, 3MF")
         write_step(assembly, partial / f"{rig.name}.step")
         write_glb(assembly, meshes, partial / f"{rig.name}.glb")
         write_3mf(_placed(assembly, meshes), partial / f"{rig.name}.3mf", title=rig.name)
-        announce("export: bill of materials, print plates")
+        log("export: bill of materials, print plates")
         items = bill_of_materials(rig, assembly, meshes)
         write_bill(items, partial / "bom.csv")
         write_plates(rig, [mesh for mesh in meshes if assembly.part(mesh.name).printed], partial / "plates")
-        announce("export: robot descriptions")
+        log("export: robot descriptions")
         write_robot(rig, assembly, meshes, partial / "robot")
-        announce("export: drawings")
+        log("export: drawings")
         write_drawings(rig, assembly, meshes, items, partial / "drawings")
-        announce("export: assembly steps")
+        log("export: assembly steps")
         write_steps(rig.name, assembly, meshes, partial / "assembly")
         add_files(partial)
         written = sorted(path for path in partial.rglob("*") if path.is_file())

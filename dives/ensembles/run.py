@@ -48,7 +48,7 @@ def run_ensemble(
     folder: Path,
     *,
     workers: int,
-    announce: Callable[[str], None],
+    log: Callable[[str], None],
     work: Work | None = None,
 ) -> list[Outcome]:
     """Dive every member that is not finished; members that fail do not keep the others.
@@ -62,7 +62,7 @@ def run_ensemble(
         Each member's dive is written to a folder of its name in it. New members may join those of an earlier run.
     workers : int
         Dives at a time.
-    announce : callable
+    log : callable
         Takes a line for each dive that ends.
     work : callable, optional
         Dives; `dive_into` when none is given. Of a module's top level: other processes import it.
@@ -84,13 +84,13 @@ def run_ensemble(
     waiting = {name: (dives[name].as_toml(), str(path)) for name, path in unfinished(dives, folders).items()}
     done = len(members) - len(waiting)
     if done:
-        announce(f"{done} of {len(members)} dives: done before")
+        log(f"{done} of {len(members)} dives: done before")
 
     def ended(name: str, failure: Failure | None) -> None:
         nonlocal done
         done = done + 1
         said = "" if failure is None else f", failed: {failure.sentence}"
-        announce(f"{done} of {len(members)} dives: {name}{said}")
+        log(f"{done} of {len(members)} dives: {name}{said}")
 
     failures = run_in_processes(work or dive_into, waiting, workers=workers, finished=ended)
     return [

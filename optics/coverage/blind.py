@@ -33,8 +33,8 @@ class BlindPatch:
     radius_deg : float
         From there to the nearest direction that is seen.
     solid_angle_sr : float
-    cause : Outcome or None
-        The part that stops the rays in most of its cells; None: no pose points a ray there.
+    cause : str
+        What stops the rays in most of its cells, by its name (`cause_name`).
     cause_share : float
         Share of the patch of which that is true.
     """
@@ -43,7 +43,7 @@ class BlindPatch:
     elevation_deg: float
     radius_deg: float
     solid_angle_sr: float
-    cause: Outcome | None
+    cause: str
     cause_share: float
 
 
@@ -52,6 +52,13 @@ def blind_causes(coverage: Coverage) -> NDArray[np.int64]:
     stopped = coverage.poses_by_outcome[list(BLOCKERS)]
     cause = np.where(stopped.sum(axis=0) > 0, np.array(BLOCKERS)[stopped.argmax(axis=0)], OUT_OF_REACH)
     return np.where(coverage.covered, int(Outcome.SEEN), cause)
+
+
+def cause_name(cause: int) -> str:
+    """Name of what makes a direction blind; empty where it is seen."""
+    if cause == OUT_OF_REACH:
+        return "reach"
+    return "" if cause == Outcome.SEEN else Outcome(cause).name.lower()
 
 
 def blind_patches(coverage: Coverage) -> list[BlindPatch]:
@@ -74,7 +81,7 @@ def blind_patches(coverage: Coverage) -> list[BlindPatch]:
                 elevation_deg=float(np.degrees(np.arcsin(z))),
                 radius_deg=float(np.degrees(clearance[middle])),
                 solid_angle_sr=float(len(inside) * width**2),
-                cause=None if main == OUT_OF_REACH else Outcome(main),
+                cause=cause_name(main),
                 cause_share=float(counts.max() / len(inside)),
             )
         )

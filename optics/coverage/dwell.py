@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optics.coverage.coverage import Coverage
 
@@ -20,7 +19,7 @@ class Dwell:
     median : float
     once_fraction : float
         Share of the whole sphere that exactly one pose sees.
-    histogram : array, shape (maximum + 1,)
+    histogram : tuple of int
         Cells of the sphere by number of poses, from none.
     """
 
@@ -28,7 +27,7 @@ class Dwell:
     median: float
     maximum: int
     once_fraction: float
-    histogram: NDArray[np.int64]
+    histogram: tuple[int, ...]
 
 
 def dwell(coverage: Coverage) -> Dwell:
@@ -40,5 +39,5 @@ def dwell(coverage: Coverage) -> Dwell:
         median=float(np.median(seen)) if len(seen) else 0.0,
         maximum=int(seen.max()) if len(seen) else 0,
         once_fraction=float(histogram[1] / histogram.sum()),
-        histogram=histogram,
+        histogram=tuple(histogram.tolist()),
     )

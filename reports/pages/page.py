@@ -35,17 +35,17 @@ def tiles(facts: Iterable[tuple[str, str]]) -> str:
     return f'<div class="tiles">{cells}</div>'
 
 
-def picture(path: Path, caption: str) -> str:
+def image(path: Path, caption: str) -> str:
     """PNG, embedded, with its caption."""
     data = base64.b64encode(path.read_bytes()).decode("ascii")
     words = escape(caption)
-    image = f'<img src="data:image/png;base64,{data}" alt="{words}">'
-    return f"<figure>{image}<figcaption>{words}</figcaption></figure>"
+    embedded = f'<img src="data:image/png;base64,{data}" alt="{words}">'
+    return f"<figure>{embedded}<figcaption>{words}</figcaption></figure>"
 
 
-def gallery(pictures: Iterable[str]) -> str:
-    """Pictures side by side."""
-    return f'<div class="views">{"".join(pictures)}</div>'
+def gallery(images: Iterable[str]) -> str:
+    """Images side by side."""
+    return f'<div class="views">{"".join(images)}</div>'
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:

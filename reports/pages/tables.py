@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from optics.coverage.blind import OUT_OF_REACH, BlindPatch, blind_causes
+from optics.coverage.blind import BlindPatch, blind_causes, cause_name
 from optics.coverage.convergence import Refinement
 from optics.coverage.coverage import Coverage
 from optics.coverage.outcome import Outcome
@@ -58,7 +58,7 @@ def write_blind(patches: Sequence[BlindPatch], path: Path) -> None:
         [
             *(f"{value:.3f}" for value in (patch.azimuth_deg, patch.elevation_deg, patch.radius_deg)),
             f"{patch.solid_angle_sr:.6f}",
-            cause_name(OUT_OF_REACH if patch.cause is None else patch.cause),
+            patch.cause,
             f"{patch.cause_share:.3f}",
         ]
         for patch in patches
@@ -83,13 +83,6 @@ def write_convergence(study: Sequence[Refinement], path: Path) -> None:
         )
     )
     _write(path, header, rows)
-
-
-def cause_name(cause: int) -> str:
-    """Word of the tables for what makes a direction blind; empty where it is seen."""
-    if cause == OUT_OF_REACH:
-        return "reach"
-    return "" if cause == Outcome.SEEN else Outcome(cause).name.lower()
 
 
 def rig_facts(rig: Rig) -> list[tuple[str, str]]:

@@ -25,7 +25,7 @@ from optics.search.limits import BINDING_MM, binding, bounds_around, first_probl
 from optics.search.objectives import PARAMETERS, objectives_named, rig_with
 from optics.search.search import Recorded, Search, search_designs
 from reports.figures.search import draw_front, front_rows, write_front
-from reports.progress import Announce, Stages
+from reports.progress import Log, Stages
 from rigs import Rig, load_document, save_document
 from rigs.atomic_files import write_text
 
@@ -59,7 +59,15 @@ class Wanted:
         return f"{','.join(self.objectives)}; {self.designs} designs, seed {self.seed}, factor {self.factor:g}"
 
 
-def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, announce: Announce) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class ScoredDesigns:
+    """Designs that were looked at, and their scores."""
+
+    designs: list[list[float]]
+    scores: list[list[float]]
+
+
+def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Log) -> dict[str, Any]:
     """Search, and write what was found.
 
     Parameters
@@ -71,7 +79,7 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, announc
     folder : Path
         New, empty, or that of an earlier search, which goes on.
     wanted : Wanted
-    announce : callable
+    log : callable
         Takes lines of progress.
 
     Returns
@@ -87,22 +95,22 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, announc
         When the folder holds something else.
     """
     bounds_around(rig, wanted.factor)
-    stages = Stages.open(folder, rig, announce, settings=str(wanted))
+    stages = Stages.open(folder, rig, log, settings=str(wanted))
 
     def checkpoint(name: str, work: Callable[[], Recorded]) -> Recorded:
-        def run() -> tuple[dict[str, Any], list[Path]]:
+        def run() -> tuple[ScoredDesigns, list[Path]]:
             designs, scores = work()
-            return {"designs": designs.tolist(), "scores": scores.tolist()}, []
+            return ScoredDesigns(designs=designs.tolist(), scores=scores.tolist()), []
 
-        found = stages.run(name, run)
+        found = stages.run(name, ScoredDesigns, run)
         return (
-            np.array(found["designs"]).reshape(-1, len(PARAMETERS)),
-            np.array(found["scores"]).reshape(-1, len(wanted.objectives)),
+            np.array(found.designs).reshape(-1, len(PARAMETERS)),
+            np.array(found.scores).reshape(-1, len(wanted.objectives)),
         )
 
     def problem_of(design: FloatArray) -> str:
         name = " x ".join(f"{value:g}" for value in design)
-        return str(stages.run(f"mount of {name} mm", lambda: ({"problem": _problem(rig, design)}, []))["problem"])
+        return stages.run(f"mount of {name} mm", str, lambda: (_problem(rig, design), []))
 
     parts = rig_meshes(rig)
     hull = manifold_mm(next(part for part in parts if part.role is Role.HULL))
@@ -130,7 +138,7 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, announc
 
     chosen, problems = choose(search, wanted.count, problem_of)
     files = _write_rigs(rig, source, folder / "rigs", search, chosen)
-    announce("front.csv, search.png, summary.json ...")
+    log("front.csv, search.png, summary.json ...")
     names = {row: f"rigs/{file.name}" for row, file in files.items()}
     write_front(front_rows(search, lambda design: _base_anchor_mm(rig, design), held, names), folder / "front.csv")
     draw_front(search, chosen, folder / "search.png")

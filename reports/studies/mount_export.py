@@ -14,8 +14,8 @@ from cad.export.printing.plate_slices import plate_findings
 from cad.loads.study import LoadStudy, load_study
 from reports.figures.check import write_checks
 from reports.figures.load import write_loads
-from reports.pages.mount_sections import CHECKS_FOLDER, LOADS_FOLDER
-from reports.progress import Announce
+from reports.pages.mount import CHECKS_FOLDER, LOADS_FOLDER
+from reports.progress import Log
 from rigs import Rig, RigError
 
 
@@ -38,17 +38,17 @@ class CheckedMount:
     files: list[Path]
 
 
-def mount_checks(rig: Rig, assembly: Assembly, *, announce: Announce, slicing: bool = True) -> MountChecks:
+def mount_checks(rig: Rig, assembly: Assembly, *, log: Log, slicing: bool = True) -> MountChecks:
     """Make every check of a mount and, when parts could be sliced, slice its print plates too."""
-    checks = assembly_checks(rig, assembly, slicing=slicing, announce=lambda line: announce(f"checks: {line}"))
+    checks = assembly_checks(rig, assembly, slicing=slicing, log=lambda line: log(f"checks: {line}"))
     if checks.problems or not slicing or slicer_path() is None:
         return checks
-    announce("checks: slicer, plates ...")
+    log("checks: slicer, plates ...")
     printed = [mesh for part, mesh in zip(assembly.parts, tessellate(assembly), strict=True) if part.printed]
     return replace(checks, findings=(*checks.findings, *plate_findings(rig, printed)))
 
 
-def export_checked_mount(rig: Rig, folder: Path, *, announce: Announce, slicing: bool = True) -> CheckedMount:
+def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = True) -> CheckedMount:
     """Check a mount, study its loads, and export it with both.
 
     Parameters
@@ -57,7 +57,7 @@ def export_checked_mount(rig: Rig, folder: Path, *, announce: Announce, slicing:
         A rig with mirrors.
     folder : Path
         As for `cad.export.export_mount`; `checks` and `loads` are folders in it.
-    announce : callable
+    log : callable
         Takes lines of progress.
     slicing : bool
         Whether parts and plates are sliced where there is a slicer.
@@ -68,18 +68,18 @@ def export_checked_mount(rig: Rig, folder: Path, *, announce: Announce, slicing:
         When a check fails or a servo is too weak, with every problem; nothing is written then.
     """
     assembly = build_assembly(rig)
-    checks = mount_checks(rig, assembly, announce=announce, slicing=slicing)
+    checks = mount_checks(rig, assembly, log=log, slicing=slicing)
     if checks.problems:
         raise RigError(rig.name, checks.problems)
-    announce("export: loads")
+    log("export: loads")
     loads = load_study(rig, tessellate(assembly))
     if loads.problems:
         raise RigError(rig.name, loads.problems)
 
     def add_reports(partial: Path) -> None:
-        announce("export: figures of checks and loads")
+        log("export: figures of checks and loads")
         write_checks(checks, rig, partial / CHECKS_FOLDER)
         write_loads(loads, partial / LOADS_FOLDER)
 
-    files = export_mount(rig, folder, announce=announce, add_files=add_reports)
+    files = export_mount(rig, folder, log=log, add_files=add_reports)
     return CheckedMount(assembly=assembly, checks=checks, loads=loads, files=files)

@@ -103,9 +103,9 @@ def test_stopped_again_and_again_it_goes_on_to_the_same_bytes(small_dive, whole,
     said: list[str] = []
     for frames in (1, 5, 8):
         with pytest.raises(StoppedError):
-            run_dive(small_dive, tmp_path / "dive", announce=said.append, progress=stop_after(frames))
+            run_dive(small_dive, tmp_path / "dive", log=said.append, progress=stop_after(frames))
         assert not (tmp_path / "dive" / "log.parquet").exists()
-    assert bytes_of(run_dive(small_dive, tmp_path / "dive", announce=said.append)) == whole
+    assert bytes_of(run_dive(small_dive, tmp_path / "dive", log=said.append)) == whole
     # From the last segment that had ended, also when it was still on its way to the disk.
     assert [sentence.rsplit(" from frame ")[-1] for sentence in said if "going on" in sentence] == ["3 of 8"]
 
@@ -181,7 +181,7 @@ def test_a_finished_dive_is_left_alone_and_another_one_refused(small_dive, whole
     for name, content in whole.items():
         (folder / name).write_bytes(content)
     said: list[str] = []
-    run_dive(small_dive, folder, announce=said.append)
+    run_dive(small_dive, folder, log=said.append)
     assert said == [f"{folder}: this dive is finished already"]
     with pytest.raises(ValueError, match="another dive is in it"):
         run_dive(small_dive.model_copy(update={"seed": 4}), folder)

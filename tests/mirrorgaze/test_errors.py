@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import errno
 import importlib
+import tomllib
+from pathlib import Path
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
-from mirrorgaze.errors import with_exit_status
+from mirrorgaze.errors import HOUSE, with_exit_status
 from rigs import Rig
 
 
@@ -65,3 +67,8 @@ def test_a_value_error_of_a_library_keeps_its_traceback():
     result = outcome(raised_by_a_library)
     assert result.exit_code == 1
     assert isinstance(result.exception, ValueError)
+
+
+def test_our_packages_are_those_of_the_project():
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
+    assert set(HOUSE) == set(project["tool"]["importlinter"]["root_packages"])

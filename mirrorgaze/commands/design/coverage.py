@@ -34,11 +34,11 @@ def coverage(
     import json as json_format
 
     from mirrorgaze.loading import load_usable_rig
-    from reports.pages.coverage_report import coverage_report
+    from reports.studies.coverage import coverage_report
 
     loaded = load_usable_rig(rig)
     folder = output or Path("out") / f"{loaded.name}-coverage"
-    report = coverage_report(loaded, folder, step_deg=step_deg, announce=print_note)
+    report = coverage_report(loaded, folder, step_deg=step_deg, log=print_note)
     results = json_format.loads((folder / "coverage.json").read_text(encoding="utf-8"))
     if json:
         print_json(results)

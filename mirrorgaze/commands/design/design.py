@@ -40,7 +40,7 @@ def design(
 
     loaded = load_usable_rig(rig)
     chosen = None if dive is None else Dive.load(dive)
-    report = design_rig(loaded, output or Path("out") / loaded.name, announce=print_note, dive=chosen)
+    report = design_rig(loaded, output or Path("out") / loaded.name, log=print_note, dive=chosen)
     if json:
         import json as json_format
 

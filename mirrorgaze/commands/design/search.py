@@ -48,7 +48,7 @@ def search(
     wanted = Wanted(objectives=tuple(objective.split(",")), designs=designs, seed=seed, factor=factor, count=rigs)
     loaded = load_usable_rig(rig)
     folder = output or Path("out") / f"{loaded.name}-search"
-    found = search_into(loaded, find_rig(rig), folder, wanted, announce=print_note)
+    found = search_into(loaded, find_rig(rig), folder, wanted, log=print_note)
     if json:
         print_json(found)
         return

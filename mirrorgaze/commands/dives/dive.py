@@ -62,7 +62,7 @@ def dive(
     chosen = varied(Dive.load(dive_file), variant=variant, frames=frames)
     load_usable_rig(chosen.rig)
     folder = output or Path("out") / chosen.name
-    run_dive(chosen, folder, announce=print_note, progress=_progress(chosen.name))
+    run_dive(chosen, folder, log=print_note, progress=_progress(chosen.name))
     write_dive_figures(read_log(folder), folder)
     if bag:
         write_bag(folder, chosen.load_rig(), folder / "bag")

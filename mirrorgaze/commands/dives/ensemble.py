@@ -82,7 +82,7 @@ def ensemble(
             chosen,
             folder,
             workers=workers or os.cpu_count() or 1,
-            announce=print_note,
+            log=print_note,
         )
     except KeyboardInterrupt:
         typer.echo(f"mirrorgaze: {folder}: stopped; the same command continues from there", err=True)

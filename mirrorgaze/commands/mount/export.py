@@ -40,7 +40,7 @@ def export(
     loaded = load_usable_rig(rig)
     notes = print_hull_notes(loaded)
     try:
-        mount = export_checked_mount(loaded, output or Path("out") / loaded.name / "mount", announce=print_note)
+        mount = export_checked_mount(loaded, output or Path("out") / loaded.name / "mount", log=print_note)
     except RigError as error:
         raise RigError(rig, error.problems) from None
     if json:

@@ -30,7 +30,7 @@ def exported(aqua2):
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "new" / "mount"
         progress: list[str] = []
-        files = export_mount(aqua2.rig, folder, announce=progress.append)
+        files = export_mount(aqua2.rig, folder, log=progress.append)
         yield Exported(
             rig=aqua2.rig,
             assembly=aqua2.assembly,

@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 from cad.export import export_mount
 from rigs import Rig
-export_mount(Rig.load("aqua2"), Path(sys.argv[1]), announce=lambda line: None)
+export_mount(Rig.load("aqua2"), Path(sys.argv[1]), log=lambda line: None)
 """
 
 
@@ -63,6 +63,6 @@ def test_nothing_is_left_of_an_export_that_failed(exported, tmp_path, monkeypatc
     monkeypatch.setattr(mount, "write_bill", full_disk)
     monkeypatch.setattr(mount, "build_assembly", lambda _: exported.assembly)
     with pytest.raises(OSError, match="no space left"):
-        export_mount(exported.rig, tmp_path / "mount", announce=lambda line: None)
+        export_mount(exported.rig, tmp_path / "mount", log=lambda line: None)
     assert [path.name for path in tmp_path.rglob("*")] == ["mount", "manifest.json"]
     assert (tmp_path / "mount" / "manifest.json").read_text() == "older"

@@ -88,7 +88,7 @@ def run(work, short, tmp_path):
         (tmp_path / "stand_in/identities.json").write_text(json.dumps(identities))
         (tmp_path / "stand_in/failing").write_text(failing)
         said: list[str] = []
-        found = run_ensemble(short, chosen, tmp_path / "out", workers=2, announce=said.append, work=work)
+        found = run_ensemble(short, chosen, tmp_path / "out", workers=2, log=said.append, work=work)
         return found, said
 
     return running
@@ -136,11 +136,11 @@ def test_every_impossible_member_is_told_at_once(short, tmp_path):
         [Choice(key="variant", values=("nosuch", "default")), Choice(key="deptj_m", values=(3,))], seeds=[0]
     )
     with pytest.raises(ValueError, match="variant") as error:
-        run_ensemble(short, chosen, tmp_path / "out", workers=1, announce=print)
+        run_ensemble(short, chosen, tmp_path / "out", workers=1, log=print)
     assert str(error.value).count("deptj_m") >= 2  # in each of the two
     assert not (tmp_path / "out").exists()
 
 
 def test_no_workers_are_refused(short, tmp_path):
     with pytest.raises(ValueError, match="one worker or more, got 0"):
-        run_ensemble(short, [], tmp_path, workers=0, announce=print)
+        run_ensemble(short, [], tmp_path, workers=0, log=print)

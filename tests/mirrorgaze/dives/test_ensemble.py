@@ -25,8 +25,8 @@ def dived(monkeypatch):
     """Dives whose error is 1 + seed degrees for the first variant and 3 more for the second; `dived` names failures."""
     failing: set[str] = set()
 
-    def dive_all(dive, members, folder, *, workers, announce):
-        announce(f"{dive}: {len(members)} dives, {workers} at a time")
+    def dive_all(dive, members, folder, *, workers, log):
+        log(f"{dive}: {len(members)} dives, {workers} at a time")
         found = []
         for member in members:
             error = 1.0 + member.seed + 3 * (member.settings.get("variant") == "paper")

@@ -1,4 +1,4 @@
-"""The design dossier of aqua2, made once: what it holds, and that it can be interrupted and repeated."""
+"""The design report of aqua2, made once: what it holds, and that it can be interrupted and repeated."""
 
 import csv
 import json
@@ -7,12 +7,15 @@ import shutil
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 from dives.dive import varied
 from dives.validation import validation_dive
 from optics.coverage.outcome import Outcome
-from reports.pages.dive_report import CAPTIONS
-from reports.studies import design as dossier
+from reports.pages.dive import CAPTIONS
+from reports.pages.mount import MountResults
+from reports.progress import Stages
+from reports.studies import design as study
 from reports.studies.design import design
 from rigs import Rig, RigError
 from scenes.exterior import VIEWPOINTS
@@ -20,14 +23,14 @@ from scenes.exterior import VIEWPOINTS
 RIG = Rig.load("aqua2")
 
 DIVE = varied(validation_dive(RIG), frames=6).model_copy(update={"world": "blue"})
-"""A minute of the reef takes as long as all the rest; that a dive ends in the page does not hang on its length."""
+"""A minute of the reef takes as long as all the rest; that a dive ends in the page does not depend on its length."""
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory, rough_light):
-    folder = tmp_path_factory.mktemp("dossier") / "aqua2"
+    folder = tmp_path_factory.mktemp("design") / "aqua2"
     lines = []
-    design(RIG, folder, announce=lines.append, dive=DIVE)
+    design(RIG, folder, log=lines.append, dive=DIVE)
     return folder, lines
 
 
@@ -41,7 +44,7 @@ def test_everything_an_engineer_needs_is_there(made):
     for name in ("report.html", "summary.json", "coverage/poses.csv", "coverage/sphere.csv", "coverage/coverage.png"):
         assert (folder / name).stat().st_size > 1000, name
     portraits = {f"outside_{name}" for name in VIEWPOINTS}
-    assert {path.stem for path in (folder / "views").iterdir()} == set(dossier.GAZES_DEG) | portraits
+    assert {path.stem for path in (folder / "views").iterdir()} == set(study.GAZES_DEG) | portraits
     assert (folder / "mount/aqua2.step").is_file()
     assert (folder / "mount/parts/yoke.stl").is_file()
     assert (folder / "mount/checks/checks.csv").is_file()
@@ -56,9 +59,9 @@ def test_everything_an_engineer_needs_is_there(made):
 def test_report_opens_without_a_network(made):
     """Self-contained: no address but data URIs, no script."""
     html = (made[0] / "report.html").read_text(encoding="utf-8")
-    dive_pictures = len(CAPTIONS) + len(list((made[0] / "dive/moments").iterdir()))
+    dive_images = len(CAPTIONS) + len(list((made[0] / "dive/key_frames").iterdir()))
     sources = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)""", html)
-    assert len(sources) == len(dossier.GAZES_DEG) + len(VIEWPOINTS) + 4 + dive_pictures
+    assert len(sources) == len(study.GAZES_DEG) + len(VIEWPOINTS) + 4 + dive_images
     assert all(source.startswith("data:image/png;base64,") for source in sources)
     assert not re.search(r"https?://|<script|@import|url\(", html)
 
@@ -71,11 +74,11 @@ def test_summary_agrees_with_the_tables(made):
     covered = sum(row["poses"] != "0" for row in sphere) / len(sphere)
     assert covered == pytest.approx(summary["covered_fraction"], abs=1e-12)
     poses = rows_of(folder / "coverage/poses.csv")
-    assert len(poses) == summary["poses"] == dossier.GRID_POSES**2
-    usable = np.reshape([float(row["usable_solid_angle_sr"]) for row in poses], (dossier.GRID_POSES, -1))
-    mean = np.trapezoid(np.trapezoid(usable, axis=1)) / (dossier.GRID_POSES - 1) ** 2
+    assert len(poses) == summary["poses"] == study.GRID_POSES**2
+    usable = np.reshape([float(row["usable_solid_angle_sr"]) for row in poses], (study.GRID_POSES, -1))
+    mean = np.trapezoid(np.trapezoid(usable, axis=1)) / (study.GRID_POSES - 1) ** 2
     assert mean == pytest.approx(summary["usable_solid_angle_sr"]["mean"], rel=1e-5)
-    cells = dossier.IMAGE_CELLS[0] * dossier.IMAGE_CELLS[1]
+    cells = study.IMAGE_CELLS[0] * study.IMAGE_CELLS[1]
     names = [f"{outcome.name.lower()}_cells" for outcome in Outcome]
     assert all(sum(int(row[name]) for name in names) == cells for row in poses[::97])
     # Eq. 5 of the paper, on a pose away from the zenith.
@@ -99,7 +102,7 @@ def test_checks_and_loads_are_on_the_page(made):
 def test_views_show_where_they_look(made):
     views = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["views"]["views"]
     for view in views:
-        azimuth, elevation = dossier.GAZES_DEG[view["name"]]
+        azimuth, elevation = study.GAZES_DEG[view["name"]]
         turn = (view["gaze_deg"]["azimuth"] - azimuth + 180) % 360 - 180
         assert turn == pytest.approx(0, abs=1e-9)
         assert view["gaze_deg"]["elevation"] == pytest.approx(elevation, abs=1e-9)
@@ -113,7 +116,7 @@ def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
     folder, _ = made
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     lines = []
-    design(RIG, folder, announce=lines.append, dive=DIVE)
+    design(RIG, folder, log=lines.append, dive=DIVE)
     assert lines[:4] == [f"{stage}: done before" for stage in ("mount", "views", "coverage", "dive")]
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
@@ -125,44 +128,45 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
     """
     folder = tmp_path / "aqua2"
 
-    def copied_mount(rig, target, announce):
+    def copied_mount(rig, target, log):
         shutil.copytree(made[0] / "mount", target / "mount")
-        result = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["mount"]
-        return result, [target / file for file in result["files"]]
+        data = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["mount"]
+        result = TypeAdapter(MountResults).validate_python(data)
+        return result, [target / file for file in result.files]
 
     with monkeypatch.context() as patched:
-        patched.setattr(dossier, "_mount", copied_mount)
-        patched.setattr(dossier, "view_of", _interrupt)
+        patched.setattr(study, "_mount", copied_mount)
+        patched.setattr(study, "view_of", _interrupt)
         with pytest.raises(KeyboardInterrupt):
-            design(RIG, folder, announce=lambda line: None, dive=DIVE)
+            design(RIG, folder, log=lambda line: None, dive=DIVE)
     assert not (folder / "report.html").exists()
     lines = []
-    design(RIG, folder, announce=lines.append, dive=DIVE)
+    design(RIG, folder, log=lines.append, dive=DIVE)
     assert lines[:2] == ["mount: done before", "views ..."]
     for name in ("report.html", "summary.json", "coverage/poses.csv", "views/target.png"):
         assert (folder / name).read_bytes() == (made[0] / name).read_bytes(), name
 
 
-def test_a_changed_rig_is_made_anew(made, tmp_path):
+def test_a_changed_rig_is_made_again(made, tmp_path):
     folder = tmp_path / "aqua2"
     rig = Rig.load("aqua2")
-    stages = dossier.Stages.open(folder, rig, lambda line: None)
-    stages.run("mount", lambda: ({"parts": []}, []))
+    stages = Stages.open(folder, rig, lambda line: None)
+    stages.run("mount", dict, lambda: ({"parts": []}, []))
     wider = rig.with_gaze(gaze_mirror={"width_mm": 81.0})
-    assert dossier.Stages.open(folder, rig, lambda line: None).done
-    assert not dossier.Stages.open(folder, wider, lambda line: None).done
+    assert Stages.open(folder, rig, lambda line: None).done
+    assert not Stages.open(folder, wider, lambda line: None).done
 
 
 def test_a_folder_with_something_else_is_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
-    with pytest.raises(FileExistsError, match="expected a new folder, an empty one or an earlier dossier"):
-        design(Rig.load("aqua2"), tmp_path, announce=lambda line: None)
+    with pytest.raises(FileExistsError, match="expected a new folder, an empty one or that of an earlier run"):
+        design(Rig.load("aqua2"), tmp_path, log=lambda line: None)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-def test_a_rig_without_mirrors_has_no_dossier(tmp_path):
+def test_a_rig_without_mirrors_has_no_report(tmp_path):
     with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench'"):
-        design(Rig.load("bench"), tmp_path / "out", announce=lambda line: None)
+        design(Rig.load("bench"), tmp_path / "out", log=lambda line: None)
     assert not (tmp_path / "out").exists()
 
 
@@ -171,7 +175,7 @@ def test_a_mount_that_does_not_fit_the_printer_is_named(tmp_path):
     rig = Rig.load("aqua2")
     small = rig.with_gaze(mount={"printer_bed_mm": (100.0, 100.0, 100.0)})
     with pytest.raises(RigError, match="printer_bed_mm"):
-        design(small, tmp_path / "out", announce=lambda line: None)
+        design(small, tmp_path / "out", log=lambda line: None)
     assert not (tmp_path / "out").exists()
 
 

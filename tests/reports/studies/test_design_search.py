@@ -35,7 +35,7 @@ def coarser():
 @pytest.fixture(scope="module")
 def made(tmp_path_factory, coarser):
     folder = tmp_path_factory.mktemp("search") / "out"
-    summary = search_into(Rig.load("aqua2"), preset_path("aqua2"), folder, WANTED, announce=lambda line: None)
+    summary = search_into(Rig.load("aqua2"), preset_path("aqua2"), folder, WANTED, log=lambda line: None)
     return folder, summary
 
 
@@ -67,7 +67,7 @@ def test_a_second_run_computes_nothing_and_changes_nothing(made, monkeypatch):
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     monkeypatch.setattr(design_search, "build_assembly", None)
     lines = []
-    again = search_into(Rig.load("aqua2"), preset_path("aqua2"), folder, WANTED, announce=lines.append)
+    again = search_into(Rig.load("aqua2"), preset_path("aqua2"), folder, WANTED, log=lines.append)
     assert again == summary
     assert [line for line in lines[:-1] if not line.endswith("done before")] == []
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
@@ -79,7 +79,7 @@ def test_an_interrupted_search_ends_the_same(tmp_path, monkeypatch):
 
     def run(name):
         lines = []
-        search_into(Rig.load("aqua2"), preset_path("aqua2"), tmp_path / name, WANTED, announce=lines.append)
+        search_into(Rig.load("aqua2"), preset_path("aqua2"), tmp_path / name, WANTED, log=lines.append)
         return lines
 
     monkeypatch.setattr(design_search, "_problem", interrupt)
@@ -104,5 +104,5 @@ def test_wrong_wishes_are_sentences(tmp_path):
         ("aqua2", Wanted(objectives=("coverage", "area"), factor=0.5), "a factor above 1"),
     ):
         with pytest.raises(ValueError, match=message):
-            search_into(Rig.load(rig), preset_path(rig), tmp_path / "x", wanted, announce=lambda line: None)
+            search_into(Rig.load(rig), preset_path(rig), tmp_path / "x", wanted, log=lambda line: None)
     assert not (tmp_path / "x").exists()

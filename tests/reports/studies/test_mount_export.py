@@ -40,7 +40,7 @@ def test_reports_are_in_the_folder_and_in_its_manifest(found, tmp_path, monkeypa
     found(GOOD)
     for slow in ("write_drawings", "write_steps", "write_robot"):
         monkeypatch.setattr(mount, slow, lambda *_: None)
-    made = export_checked_mount(Rig.load("aqua2"), tmp_path / "out", announce=lambda line: None, slicing=False)
+    made = export_checked_mount(Rig.load("aqua2"), tmp_path / "out", log=lambda line: None, slicing=False)
     assert made.checks.findings == (GOOD,)
     names = {path.relative_to(tmp_path / "out").as_posix() for path in made.files}
     reports = {"checks/checks.csv", "checks/checks.png"}
@@ -66,7 +66,7 @@ def test_nothing_is_written_when_a_servo_is_too_weak(found, tmp_path):
     weak = rig.gaze.servos.pan.model_copy(update={"torque_n_m": rig.gaze.servos.pan.torque_n_m / 1000})
     rig = rig.with_gaze(servos={"pan": weak})
     with pytest.raises(RigError, match=r"servos\.pan"):
-        export_checked_mount(rig, tmp_path / "out", announce=lambda line: None, slicing=False)
+        export_checked_mount(rig, tmp_path / "out", log=lambda line: None, slicing=False)
     assert not list(tmp_path.iterdir())
 
 

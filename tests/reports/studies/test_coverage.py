@@ -11,8 +11,9 @@ import pytest
 
 from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_count, cell_directions
-from reports.pages import coverage_report as module
-from reports.pages.coverage_report import coverage_report
+from reports.figures.plotting import OUTCOME_NAMES
+from reports.studies import coverage as module
+from reports.studies.coverage import coverage_report
 from rigs import Rig
 
 STEP_DEG = 8.0
@@ -22,7 +23,7 @@ STEP_DEG = 8.0
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("coverage") / "aqua2"
     lines = []
-    coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, announce=lines.append)
+    coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, log=lines.append)
     return folder, lines
 
 
@@ -103,7 +104,7 @@ def test_a_second_run_repeats_nothing_and_another_step_everything(made, tmp_path
     folder, _ = made
     before = {path: path.read_bytes() for path in folder.iterdir()}
     lines = []
-    coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, announce=lines.append)
+    coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, log=lines.append)
     assert lines[:2] == ["coverage: done before", "convergence: done before"]
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
     stages = module.Stages.open(folder, Rig.load("aqua2"), lines.append, settings="coverage 4.0")
@@ -116,10 +117,10 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
     with monkeypatch.context() as patched:
         patched.setattr(module, "convergence", _interrupt)
         with pytest.raises(KeyboardInterrupt):
-            coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, announce=lambda line: None)
+            coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, log=lambda line: None)
     assert not (folder / "coverage.html").exists()
     lines = []
-    coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, announce=lines.append)
+    coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, log=lines.append)
     assert lines[0] == "coverage: done before"
     for path in made[0].iterdir():
         assert (folder / path.name).read_bytes() == path.read_bytes(), path.name
@@ -128,18 +129,18 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
 @pytest.mark.parametrize("step_deg", [0.0, -1.0, 0.2, 91.0, float("nan"), float("inf")])
 def test_steps_out_of_range_are_refused_and_nothing_is_written(step_deg, tmp_path):
     with pytest.raises(ValueError, match=r"expected a step of the joints from 0\.25 to 90 degrees"):
-        coverage_report(Rig.load("aqua2"), tmp_path / "out", step_deg=step_deg, announce=lambda line: None)
+        coverage_report(Rig.load("aqua2"), tmp_path / "out", step_deg=step_deg, log=lambda line: None)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_rig_without_mirrors_has_no_report(tmp_path):
     with pytest.raises(ValueError, match="expected a rig with mirrors, got 'bench'"):
-        coverage_report(Rig.load("bench"), tmp_path / "out", step_deg=8.0, announce=lambda line: None)
+        coverage_report(Rig.load("bench"), tmp_path / "out", step_deg=8.0, log=lambda line: None)
     assert not (tmp_path / "out").exists()
 
 
 def test_every_outcome_has_a_name_and_a_colour():
-    assert set(module.OUTCOME_NAMES) == set(Outcome)
+    assert set(OUTCOME_NAMES) == set(Outcome)
 
 
 def _interrupt(*arguments, **options):

@@ -1,4 +1,4 @@
-"""The page of a dive: its numbers, its moments and why the target was not found; bad folders in a sentence."""
+"""The page of a dive: its numbers, its key frames and why the target was not found; bad folders in a sentence."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ import pytest
 
 from dives.metrics import dive_metrics
 from dives.metrics.frames import Frames
-from reports.pages.dive_report import dive_section, verdict, write_dive_report
-from reports.pages.key_frames import save_moments, telling_moments
+from reports.pages.dive import dive_section, verdict
+from reports.studies.dive_report import dive_results, write_dive_report
+from reports.studies.key_frames import key_frames, save_key_frames
 
 DIVE = 'name = "by-hand"\ndescription = "made by hand"\nrig = "aqua2"\ndepth_m = 8.0\nvariant = "default"\nseed = 3\n'
 
@@ -71,34 +72,34 @@ def dark_log(dive_log):
     return log
 
 
-def test_moments_are_acquisition_largest_error_and_losses(dive_log):
+def test_key_frames_are_acquisition_largest_error_and_losses(dive_log):
     # The log finds from 15 s, ten frames a second; it stops holding at 33 s, where it scans, and holds again at 36 s.
-    moments = telling_moments(Frames.of(dive_log))
-    assert [(moment.name, moment.frame) for moment in moments] == [
+    frames = key_frames(Frames.of(dive_log))
+    assert [(frame.name, frame.frame) for frame in frames] == [
         ("acquisition", 150),
         ("largest_error", 300),
         ("loss_1", 330),
     ]
-    assert moments[1].caption == "30.0 s: largest error while held, 8.0°"
-    assert moments[2].caption == "33.0 s: loss (saturated), held again after 3.0 s"
+    assert frames[1].caption == "30.0 s: largest error while held, 8.0°"
+    assert frames[2].caption == "33.0 s: loss (saturated), held again after 3.0 s"
 
 
-def test_a_dive_without_acquisition_has_moments_too(dark_log):
-    moments = telling_moments(Frames.of(dark_log))
-    assert [(moment.name, moment.frame) for moment in moments] == [("first_detection", 0), ("not_found", 150)]
-    assert "too dark" in moments[1].caption
+def test_a_dive_without_acquisition_has_key_frames_too(dark_log):
+    frames = key_frames(Frames.of(dark_log))
+    assert [(frame.name, frame.frame) for frame in frames] == [("first_detection", 0), ("not_found", 150)]
+    assert "too dark" in frames[1].caption
 
 
-def test_pictures_are_the_frames_of_their_moments(folder, dive_log, tmp_path):
-    moments = telling_moments(Frames.of(dive_log))
-    shown = save_moments(folder / "overlay.mp4", moments, tmp_path / "moments")
-    for moment, (file, caption) in zip(moments, shown, strict=True):
-        assert caption == moment.caption
-        assert abs(float(cv2.imread(str(file)).mean()) - frame_level(moment.frame)) < CODING
+def test_images_are_the_key_frames(folder, dive_log, tmp_path):
+    frames = key_frames(Frames.of(dive_log))
+    shown = save_key_frames(folder / "overlay.mp4", frames, tmp_path / "key_frames")
+    for frame, (file, caption) in zip(frames, shown, strict=True):
+        assert caption == frame.caption
+        assert abs(float(cv2.imread(str(file)).mean()) - frame_level(frame.frame)) < CODING
 
 
-def test_the_section_has_numbers_figures_pictures_and_losses(folder):
-    section = dive_section(folder)
+def test_the_section_has_numbers_figures_images_and_losses(folder):
+    section = dive_section(dive_results(folder))
     metrics = json.loads((folder / "metrics.json").read_text())
     assert "Dive: by-hand" in section
     assert f"{metrics['visible_fraction']:.1%}" in section
@@ -145,7 +146,7 @@ def test_the_verdict_of_a_dive_with_a_loss(dive_log):
 
 
 def test_a_dark_dive_and_one_without_overlay_have_a_page(tmp_path, dark_log):
-    section = dive_section(write_folder(tmp_path / "dark", dark_log))
+    section = dive_section(dive_results(write_folder(tmp_path / "dark", dark_log)))
     assert section.count("data:image/png;base64,") == 3
     assert "never tracked" in section
 
@@ -157,11 +158,11 @@ def test_missing_files_are_named_together(folder):
         write_dive_report(folder)
 
 
-def test_an_overlay_that_is_cut_short_is_told(folder, dive_log, tmp_path):
-    moments = telling_moments(Frames.of(dive_log))
+def test_an_overlay_that_is_cut_short_is_reported(folder, dive_log, tmp_path):
+    frames = key_frames(Frames.of(dive_log))
     write_overlay(folder / "overlay.mp4", 200)
     with pytest.raises(ValueError, match=r"overlay\.mp4: expected at least 331 frames.*cut short"):
-        save_moments(folder / "overlay.mp4", moments, tmp_path)
+        save_key_frames(folder / "overlay.mp4", frames, tmp_path)
     (folder / "overlay.mp4").write_bytes(b"nothing")
     with pytest.raises(ValueError, match=r"overlay\.mp4: expected a video"):
-        save_moments(folder / "overlay.mp4", moments, tmp_path)
+        save_key_frames(folder / "overlay.mp4", frames, tmp_path)

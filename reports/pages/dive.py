@@ -1,24 +1,15 @@
-"""A dive on one page: what was asked, how it went in numbers, the figures, and the moments worth looking at."""
+"""The page of a dive: what was asked, how it went in numbers, the figures, and the key frames."""
 
 from __future__ import annotations
 
-import json
-import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-
 from dives.metrics.frames import Frames
 from dives.metrics.holding import losses, not_found_causes
-from reports.figures.dive import write_dive_figures
 from reports.pages import page
-from reports.pages.key_frames import save_moments, telling_moments
-from rigs.atomic_files import write_text
-from tracking.log import read_log
 
-NEEDED = ("dive.toml", "rig.toml", "log.parquet", "metrics.json")
-OVERLAY = "overlay.mp4"
 NOT_DEFINED = "\N{EN DASH}"
 
 CAPTIONS = (
@@ -31,43 +22,48 @@ CAPTIONS = (
 Metrics = dict[str, Any]
 
 
-def dive_section(folder: Path) -> str:
-    """Section on a dive for a page, as HTML.
+@dataclass(frozen=True, kw_only=True)
+class DiveResults:
+    """What a page reports of a finished dive.
 
-    Figures and the pictures of telling moments are put beside the log; they are embedded in the section.
-
-    Parameters
+    Attributes
     ----------
-    folder : Path
-        Of a finished dive.
-
-    Raises
-    ------
-    ValueError
-        When the folder holds no finished dive: with everything that is missing.
+    dive : dict
+        Its specification.
+    metrics : dict
+    frames : Frames
+    figures : list of Path
+        One for each of `CAPTIONS`.
+    key_frames : list of tuple
+        Images of the key frames with their captions.
     """
-    dive, table, metrics = _read(folder)
-    frames = Frames.of(table)
-    figures = write_dive_figures(table, folder)
+
+    dive: dict[str, Any]
+    metrics: Metrics
+    frames: Frames
+    figures: list[Path]
+    key_frames: list[tuple[Path, str]]
+
+
+def dive_page(title: str, results: DiveResults) -> str:
+    """Page of a dive as HTML."""
+    return page.page(title, [f"<h1>{page.text(title)}</h1>", dive_section(results)])
+
+
+def dive_section(results: DiveResults) -> str:
+    """Section on a dive for a page, as HTML with its figures embedded."""
+    dive, metrics, frames = results.dive, results.metrics, results.frames
     return page.section(
         f"Dive: {dive['name']}",
         f"<p>{page.text(dive.get('description', ''))}</p>",
         page.tiles(key_numbers(metrics)),
         f"<p>{page.text(verdict(metrics, frames))}</p>",
-        *(page.picture(file, caption) for file, caption in zip(figures, CAPTIONS, strict=True)),
-        *_moments(folder, frames),
+        *(page.image(file, caption) for file, caption in zip(results.figures, CAPTIONS, strict=True)),
+        *_gallery(results.key_frames),
         *_losses(frames),
         page.table(["Not found because", "Frames", "Share of frames"], _causes(metrics, frames), numbers=[1, 2]),
         page.table(["The dive", ""], _facts(dive)),
     )
-
-
-def write_dive_report(folder: Path) -> Path:
-    """Write the page of a dive into its folder, `report.html`, and return its path; see `dive_section`."""
-    title = f"{folder.resolve().name}: dive"
-    report = folder / "report.html"
-    write_text(report, page.page(title, [f"<h1>{page.text(title)}</h1>", dive_section(folder)]))
-    return report
 
 
 def key_numbers(metrics: Metrics) -> list[tuple[str, str]]:
@@ -102,22 +98,8 @@ def verdict(metrics: Metrics, frames: Frames) -> str:
     return f"{held}. It was lost {story}. Causes: {_listed(metrics['loss_causes'])}."
 
 
-def _read(folder: Path) -> tuple[dict[str, Any], pa.Table, Metrics]:
-    missing = [name for name in NEEDED if not (folder / name).is_file()]
-    if missing:
-        without = ", without ".join(missing)
-        raise ValueError(f"{folder}: expected the folder of a finished dive, got one without {without}")
-    dive, rig = (tomllib.loads((folder / name).read_text(encoding="utf-8")) for name in ("dive.toml", "rig.toml"))
-    dive["rig"] = rig["name"]
-    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
-    return dive, read_log(folder), metrics
-
-
-def _moments(folder: Path, frames: Frames) -> list[str]:
-    if not (folder / OVERLAY).is_file():
-        return []
-    shown = save_moments(folder / OVERLAY, telling_moments(frames), folder / "moments")
-    return [page.gallery(page.picture(file, caption) for file, caption in shown)] if shown else []
+def _gallery(key_frames: list[tuple[Path, str]]) -> list[str]:
+    return [page.gallery(page.image(file, caption) for file, caption in key_frames)] if key_frames else []
 
 
 def _losses(frames: Frames) -> list[str]:

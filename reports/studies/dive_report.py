@@ -1,0 +1,55 @@
+"""The report of a finished dive: its folder read, its figures and key frames made, and all of it on a page."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+from dives.metrics.frames import Frames
+from reports.figures.dive import write_dive_figures
+from reports.pages.dive import DiveResults, dive_page
+from reports.studies.key_frames import key_frames, save_key_frames
+from rigs.atomic_files import write_text
+from tracking.log import read_log
+
+NEEDED = ("dive.toml", "rig.toml", "log.parquet", "metrics.json")
+OVERLAY = "overlay.mp4"
+
+
+def write_dive_report(folder: Path) -> Path:
+    """Write the page of a dive into its folder, `report.html`, and return its path; see `dive_results`."""
+    results = dive_results(folder)
+    report = folder / "report.html"
+    write_text(report, dive_page(f"{folder.resolve().name}: dive", results))
+    return report
+
+
+def dive_results(folder: Path) -> DiveResults:
+    """Read a finished dive, and put its figures and the images of its key frames beside the log.
+
+    Raises
+    ------
+    ValueError
+        When the folder holds no finished dive: with everything that is missing.
+    """
+    missing = [name for name in NEEDED if not (folder / name).is_file()]
+    if missing:
+        without = ", without ".join(missing)
+        raise ValueError(f"{folder}: expected the folder of a finished dive, got one without {without}")
+    dive, rig = (tomllib.loads((folder / name).read_text(encoding="utf-8")) for name in ("dive.toml", "rig.toml"))
+    table = read_log(folder)
+    frames = Frames.of(table)
+    return DiveResults(
+        dive=dive | {"rig": rig["name"]},
+        metrics=json.loads((folder / "metrics.json").read_text(encoding="utf-8")),
+        frames=frames,
+        figures=write_dive_figures(table, folder),
+        key_frames=_key_frames(folder, frames),
+    )
+
+
+def _key_frames(folder: Path, frames: Frames) -> list[tuple[Path, str]]:
+    if not (folder / OVERLAY).is_file():
+        return []
+    return save_key_frames(folder / OVERLAY, key_frames(frames), folder / "key_frames")
