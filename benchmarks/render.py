@@ -177,7 +177,7 @@ def _equal_error_row(rig: Rig, parts: list[PartMesh]) -> dict[str, Any]:
     """Fast frame beside the time that `volpathmis` needs to know a pixel to what the fast one may be off."""
     width, height = SIZES[0]
     # The reference knows no waves.
-    scene = stage(rig, wind=Wind(speed_m_s=0))
+    scene = stage(rig, wind=Wind(speed_m_per_s=0))
     bare, _ = _fast(rig, parts, scene, (width, height))
     small = {"width_px": REFERENCE_SIZE[0], "height_px": REFERENCE_SIZE[1]}
     frame = FastRenderer(rig, parts, scene, **small).render()

@@ -214,7 +214,7 @@ def dive_stage(dive: Dive, rig: Rig) -> Stage:
         jerlov_type=dive.jerlov_type,
         sun=Sun(elevation_deg=dive.sun.elevation_deg, azimuth_deg=dive.sun.azimuth_deg),
         cloud=dive.cloud,
-        wind=Wind(speed_m_s=dive.wind.speed_m_per_s, azimuth_deg=dive.wind.azimuth_deg),
+        wind=Wind(speed_m_per_s=dive.wind.speed_m_per_s, azimuth_deg=dive.wind.azimuth_deg),
         target=dive.target.shape,
         target_m=start,
         snow=dive.snow,

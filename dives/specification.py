@@ -11,8 +11,8 @@ from pydantic import Field
 from dives.motions import RobotMotion, TargetPath
 from rigs import ImageSensorSpec, JerlovType, Rig
 from rigs.section import NotNegative, Number, Section, Whole
-from scenes.light.waves import STRONGEST_WIND_M_S
-from scenes.stage.stage import DEPTHS_M, WIND_M_S
+from scenes.light.waves import STRONGEST_WIND_M_PER_S
+from scenes.stage.stage import DEPTHS_M, WIND_M_PER_S
 from tracking.perception import RED_BALL, DetectorSettings
 
 LONGEST_DIVE_S = 3600.0
@@ -35,7 +35,7 @@ class DiveSun(Section):
 class DiveWind(Section):
     """Wind over the sea; azimuth of where it blows to, as the sun's."""
 
-    speed_m_per_s: Annotated[Number, Field(ge=0, le=STRONGEST_WIND_M_S)] = WIND_M_S
+    speed_m_per_s: Annotated[Number, Field(ge=0, le=STRONGEST_WIND_M_PER_S)] = WIND_M_PER_S
     azimuth_deg: Number = 0.0
 
 

@@ -130,8 +130,8 @@ class SceneOptions:
         from scenes.light.waves import Wind
 
         if self.wind_m_s is None:
-            return Wind(speed_m_s=0.0) if flat_sea else None
-        return Wind(speed_m_s=self.wind_m_s)
+            return Wind(speed_m_per_s=0.0) if flat_sea else None
+        return Wind(speed_m_per_s=self.wind_m_s)
 
     def _sun(self) -> Sun:
         """Sun by its angles, or by date and place; `ValueError` for half of them, and for both."""

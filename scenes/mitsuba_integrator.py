@@ -102,7 +102,7 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
 
     def _numbers_for(self, sensor: Any) -> Numbers:
         height = float(sensor.world_transform().translation().z[0])
-        flat_sea = Sea(light=self._light, wind=Wind(speed_m_s=0.0))
+        flat_sea = Sea(light=self._light, wind=Wind(speed_m_per_s=0.0))
         numbers = self._light.numbers(max(self._surface_z - height, 0.0)) | flat_sea.numbers()
         packing = Packing.of(numbers)
         unpacked = packing.unpack(packing.upload(numbers), UInt32(0))

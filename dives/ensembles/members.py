@@ -49,7 +49,7 @@ class Range:
     Attributes
     ----------
     key : str
-        Dotted, such as ``target.speed_m_s``.
+        Dotted, such as ``target.speed_m_per_s``.
     low, high : float
     """
 

@@ -29,7 +29,7 @@ from tracking.records import Mode, Step
 
 Axis = Literal["azimuth", "elevation"]
 
-FIRST_DEG_S, SLOWEST_DEG_S, FASTEST_DEG_S = 16.0, 1.0, 512.0
+FIRST_DEG_PER_S, SLOWEST_DEG_PER_S, FASTEST_DEG_PER_S = 16.0, 1.0, 512.0
 """Speed that is tried first; from there it is doubled or halved, until one is followed and the next is not."""
 
 PRECISION = 0.02
@@ -78,17 +78,17 @@ class Arc:
             given = f"{self.radius_m:g} m at {self.distance_m:g} m"
             raise ValueError(f"expected a ball of a radius between 0 and its distance, got {given}")
 
-    def angle_deg(self, time_s: float, speed_deg_s: float) -> float:
+    def angle_deg(self, time_s: float, speed_deg_per_s: float) -> float:
         """Where the target is on the arc, after so long; it gains its speed evenly, and keeps it."""
         speeding_deg = SPEEDING_SHARE * (self.to_deg - self.from_deg)
-        speeding_s = 2 * speeding_deg / speed_deg_s
+        speeding_s = 2 * speeding_deg / speed_deg_per_s
         if time_s < speeding_s:
-            return self.from_deg + 0.5 * speed_deg_s * time_s**2 / speeding_s
-        return self.from_deg + speeding_deg + speed_deg_s * (time_s - speeding_s)
+            return self.from_deg + 0.5 * speed_deg_per_s * time_s**2 / speeding_s
+        return self.from_deg + speeding_deg + speed_deg_per_s * (time_s - speeding_s)
 
-    def duration_s(self, speed_deg_s: float) -> float:
+    def duration_s(self, speed_deg_per_s: float) -> float:
         """How long it takes."""
-        return (1 + SPEEDING_SHARE) * (self.to_deg - self.from_deg) / speed_deg_s
+        return (1 + SPEEDING_SHARE) * (self.to_deg - self.from_deg) / speed_deg_per_s
 
     def place_m(self, angle_deg: float) -> FloatArray:
         """Ball's centre from the gaze mirror's, body frame, shape (3,)."""
@@ -103,14 +103,14 @@ class Trial:
 
     Attributes
     ----------
-    speed_deg_s : float
+    speed_deg_per_s : float
     longest_gap_frames : int
         Most frames in a row in which the detector did not find it.
     gaze_error_rms_deg : float
         Over all frames of the arc: between the true optical axis and the direction from the gaze mirror to the target.
     """
 
-    speed_deg_s: float
+    speed_deg_per_s: float
     longest_gap_frames: int
     gaze_error_rms_deg: float
 
@@ -127,7 +127,7 @@ class LargestSpeed:
     Attributes
     ----------
     arc : Arc
-    by_seed_deg_s : tuple of float
+    by_seed_deg_per_s : tuple of float
         For each seed of the servos; 0 where not even the slowest was followed, or the target was not found at rest.
     interval : Interval
         Mean over the seeds, degrees a second.
@@ -136,7 +136,7 @@ class LargestSpeed:
     """
 
     arc: Arc
-    by_seed_deg_s: tuple[float, ...]
+    by_seed_deg_per_s: tuple[float, ...]
     interval: Interval
     trials: tuple[tuple[Trial, ...], ...]
 
@@ -145,7 +145,8 @@ class LargestSpeed:
         """RMS error of the gaze at the largest speed, by seed; None where there is none."""
         followed = [[trial for trial in tried if trial.followed] for tried in self.trials]
         return [
-            max(tried, key=lambda trial: trial.speed_deg_s).gaze_error_rms_deg if tried else None for tried in followed
+            max(tried, key=lambda trial: trial.speed_deg_per_s).gaze_error_rms_deg if tried else None
+            for tried in followed
         ]
 
 
@@ -188,8 +189,8 @@ def largest_angular_speed(
         chase = Chase(rig, variant, arc, seed=seed, frame_rate_hz=frame_rate_hz)
         trials.append(tuple(_tried(chase.trial)) if chase.acquired else ())
         progress(seed + 1, seeds)
-    found = tuple(max((trial.speed_deg_s for trial in tried if trial.followed), default=0.0) for tried in trials)
-    return LargestSpeed(arc=arc, by_seed_deg_s=found, interval=mean_interval(found), trials=tuple(trials))
+    found = tuple(max((trial.speed_deg_per_s for trial in tried if trial.followed), default=0.0) for tried in trials)
+    return LargestSpeed(arc=arc, by_seed_deg_per_s=found, interval=mean_interval(found), trials=tuple(trials))
 
 
 def check_reachable(rig: Rig, arc: Arc) -> None:
@@ -203,17 +204,17 @@ def check_reachable(rig: Rig, arc: Arc) -> None:
 
 def _tried(trial: Callable[[float], Trial]) -> list[Trial]:
     """Trials of the search for the largest speed, in order."""
-    tried = [trial(FIRST_DEG_S)]
+    tried = [trial(FIRST_DEG_PER_S)]
     factor = 2.0 if tried[0].followed else 0.5
     while tried[-1].followed == tried[0].followed:
-        speed = tried[-1].speed_deg_s * factor
-        if not SLOWEST_DEG_S <= speed <= FASTEST_DEG_S:
+        speed = tried[-1].speed_deg_per_s * factor
+        if not SLOWEST_DEG_PER_S <= speed <= FASTEST_DEG_PER_S:
             return tried
         tried.append(trial(speed))
-    low, high = sorted(each.speed_deg_s for each in tried[-2:])
+    low, high = sorted(each.speed_deg_per_s for each in tried[-2:])
     while high - low > PRECISION * high:
         tried.append(trial(0.5 * (low + high)))
-        low, high = (tried[-1].speed_deg_s, high) if tried[-1].followed else (low, tried[-1].speed_deg_s)
+        low, high = (tried[-1].speed_deg_per_s, high) if tried[-1].followed else (low, tried[-1].speed_deg_per_s)
     return tried
 
 
@@ -242,15 +243,15 @@ class Chase:
         self.acquired = self._acquire()
         self._start = self._frame, self._loop.snapshot(), self._mirrors.snapshot()
 
-    def trial(self, speed_deg_s: float) -> Trial:
+    def trial(self, speed_deg_per_s: float) -> Trial:
         """Let the target pass along the arc once, from rest."""
         self._frame, loop, mirrors = self._start
         self._loop.restore(loop)
         self._mirrors.restore(mirrors)
         gap = longest = 0
         errors = []
-        for frame in range(math.ceil(self.arc.duration_s(speed_deg_s) / self._step_s)):
-            target_m = self.arc.place_m(self.arc.angle_deg(frame * self._step_s, speed_deg_s))
+        for frame in range(math.ceil(self.arc.duration_s(speed_deg_per_s) / self._step_s)):
+            target_m = self.arc.place_m(self.arc.angle_deg(frame * self._step_s, speed_deg_per_s))
             step, q = self._advance(target_m)
             gap = 0 if step.detection.spots else gap + 1
             longest = max(longest, gap)
@@ -258,7 +259,7 @@ class Chase:
             if longest > LOSS_FRAMES:
                 break
         rms_deg = float(np.sqrt(np.mean(np.square(errors))))
-        return Trial(speed_deg_s=speed_deg_s, longest_gap_frames=longest, gaze_error_rms_deg=rms_deg)
+        return Trial(speed_deg_per_s=speed_deg_per_s, longest_gap_frames=longest, gaze_error_rms_deg=rms_deg)
 
     def _acquire(self) -> bool:
         """Search for the target at rest, and settle on it; whether it is tracked then."""

@@ -20,7 +20,7 @@ from optics.kernels.packing import Numbers, row_of
 from optics.kernels.powers import power_of_two
 from optics.kernels.tables import read_table
 from scenes.light.spectrum import DATA
-from scenes.light.waves import GRAVITY, LIGHTEST_WIND_M_S, Wind, cosine_of_turns, variance_per_octave
+from scenes.light.waves import GRAVITY, LIGHTEST_WIND_M_PER_S, Wind, cosine_of_turns, variance_per_octave
 
 LARGEST_VARIATION = 1.5
 """Cap of the direct sun's coefficient of variation: a sun that is a small part of the light cannot explain more."""
@@ -78,7 +78,7 @@ def irradiance_variation(depth_m: ArrayLike, wavelength_nm: ArrayLike, wind: Win
     columns = [_variation_at(table, node, np.asarray(depth_m, dtype=np.float64)) for node in nodes]
     wavelength = np.asarray(wavelength_nm, dtype=np.float64)
     by_depth = np.array([np.interp(wavelength, nodes, column) for column in np.transpose(columns)])
-    return np.asarray(min(wind.speed_m_s / LIGHTEST_WIND_M_S, 1.0) * np.exp(by_depth.T))
+    return np.asarray(min(wind.speed_m_per_s / LIGHTEST_WIND_M_PER_S, 1.0) * np.exp(by_depth.T))
 
 
 def _variation_at(table: dict[str, FloatArray], wavelength_nm: float, depth_m: FloatArray) -> FloatArray:
@@ -131,7 +131,7 @@ def pattern_size_per_depth(wind: Wind, n_water: float) -> float:
     A wave of number k and slope s bends the sun's rays by ``s (1 - 1/n)`` and gathers them at the depth where
     ``z k s (1 - 1/n) = 1``. In the equilibrium range s is the same in every octave, so size is in proportion to depth.
     """
-    slope = np.sqrt(variance_per_octave(Wind(speed_m_s=max(wind.speed_m_s, LIGHTEST_WIND_M_S))))
+    slope = np.sqrt(variance_per_octave(Wind(speed_m_per_s=max(wind.speed_m_per_s, LIGHTEST_WIND_M_PER_S))))
     return float(2 * np.pi * slope * (1 - 1 / n_water))
 
 

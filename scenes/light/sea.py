@@ -48,7 +48,7 @@ class Sea:
 
     @property
     def _blows(self) -> bool:
-        return self.wind.speed_m_s > 0
+        return self.wind.speed_m_per_s > 0
 
     @cached_property
     def _waves(self) -> Waves:

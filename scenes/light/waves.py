@@ -34,10 +34,10 @@ LARGEST_WAVE_NUMBER = 370.0
 PEAK_WAVE_NUMBER = 0.877**2
 """Wave number of the spectrum's peak times U^2 / g of a fully grown sea (Pierson & Moskowitz 1964)."""
 
-LIGHTEST_WIND_M_S = 1.0
+LIGHTEST_WIND_M_PER_S = 1.0
 """Cox and Munk's winds begin here; the slopes of weaker ones fall to a flat sea in proportion to the wind."""
 
-STRONGEST_WIND_M_S = 15.0
+STRONGEST_WIND_M_PER_S = 15.0
 """Cox and Munk's winds end at 14 m/s."""
 
 SINE_OF_TURNS = (6.28316337, -41.3370745, 81.3388662, -70.9774613)
@@ -48,12 +48,12 @@ SINE_OF_TURNS = (6.28316337, -41.3370745, 81.3388662, -70.9774613)
 class Wind:
     """Wind 12.5 m above the sea; azimuth of where it blows to, from the world's east towards north."""
 
-    speed_m_s: float = 4.0
+    speed_m_per_s: float = 4.0
     azimuth_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 0 <= self.speed_m_s <= STRONGEST_WIND_M_S:
-            raise ValueError(f"expected speed_m_s from 0 to {STRONGEST_WIND_M_S:g}, got {self.speed_m_s}")
+        if not 0 <= self.speed_m_per_s <= STRONGEST_WIND_M_PER_S:
+            raise ValueError(f"expected speed_m_per_s from 0 to {STRONGEST_WIND_M_PER_S:g}, got {self.speed_m_per_s}")
         if not np.isfinite(self.azimuth_deg):
             raise ValueError(f"expected a finite azimuth_deg, got {self.azimuth_deg}")
 
@@ -97,14 +97,14 @@ def slope_variance(wind: Wind) -> FloatArray:
     Cox & Munk 1954, J. Opt. Soc. Am. 44, 838, clean surface: ``0.00316 U`` and ``0.003 + 0.00192 U``; below 1 m/s in
     proportion to the wind, so that no wind is a flat sea.
     """
-    measured = max(wind.speed_m_s, LIGHTEST_WIND_M_S)
-    fraction = min(wind.speed_m_s / LIGHTEST_WIND_M_S, 1.0)
+    measured = max(wind.speed_m_per_s, LIGHTEST_WIND_M_PER_S)
+    fraction = min(wind.speed_m_per_s / LIGHTEST_WIND_M_PER_S, 1.0)
     return fraction * np.array([0.00316 * measured, 0.003 + 0.00192 * measured])
 
 
 def peak_wave_number(wind: Wind) -> float:
     """Wave number of the peak of a fully grown sea, 1/m, where its waves begin (Pierson & Moskowitz 1964)."""
-    return float(PEAK_WAVE_NUMBER * GRAVITY / max(wind.speed_m_s, LIGHTEST_WIND_M_S) ** 2)
+    return float(PEAK_WAVE_NUMBER * GRAVITY / max(wind.speed_m_per_s, LIGHTEST_WIND_M_PER_S) ** 2)
 
 
 def variance_per_octave(wind: Wind) -> float:
@@ -114,8 +114,8 @@ def variance_per_octave(wind: Wind) -> float:
     away the waves shorter than 0.3 m and left ``0.008 + 0.00156 U``. That fit passes the whole of a clean sea in light
     winds; there an even share of the whole, from the peak to the shortest gravity waves, is less and is taken.
     """
-    measured, peak = max(wind.speed_m_s, LIGHTEST_WIND_M_S), peak_wave_number(wind)
-    fraction = min(wind.speed_m_s / LIGHTEST_WIND_M_S, 1.0)
+    measured, peak = max(wind.speed_m_per_s, LIGHTEST_WIND_M_PER_S), peak_wave_number(wind)
+    fraction = min(wind.speed_m_per_s / LIGHTEST_WIND_M_PER_S, 1.0)
     slick = (0.008 + 0.00156 * measured) / np.log2(2 * np.pi / SLICK_WAVE_M / peak)
     even_share = slope_variance(wind).sum() / np.log2(LARGEST_WAVE_NUMBER / peak)
     return float(min(fraction * slick, even_share))

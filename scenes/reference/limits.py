@@ -9,8 +9,8 @@ from scenes.stage.stage import Stage
 def check_known_to_reference(stage: Stage) -> None:
     """Raise `ValueError` for a stage with waves or snow."""
     problems = []
-    if stage.sea.wind.speed_m_s:
-        problems.append(f"a flat sea (wind of 0 m/s), got {stage.sea.wind.speed_m_s:g} m/s")
+    if stage.sea.wind.speed_m_per_s:
+        problems.append(f"a flat sea (wind of 0 m/s), got {stage.sea.wind.speed_m_per_s:g} m/s")
     if stage.snow is not None:
         problems.append("no marine snow, got some")
     if problems:

@@ -61,7 +61,7 @@ class Stage:
 TARGET_M = (1.85, 0.90, -0.73)
 """Where the target is, from the body: for aqua2 on the gaze axis of q1 = 30, q2 = -10 degrees, 2 m away."""
 
-WIND_M_S = 3.0
+WIND_M_PER_S = 3.0
 """Gentle breeze: waves that show, and a sun that glitters."""
 
 DEPTHS_M = (0.5, 100.0)
@@ -161,7 +161,7 @@ def stage(
     return Stage(
         world=around,
         light=light,
-        sea=Sea(light=light, wind=wind or Wind(speed_m_s=WIND_M_S), seed=seed),
+        sea=Sea(light=light, wind=wind or Wind(speed_m_per_s=WIND_M_PER_S), seed=seed),
         world_from_body=RigidTransform.from_translation(position),
         target=Target(shape=shape, world_from_target=RigidTransform.from_translation(place)),
         snow=MarineSnow(seed=seed) if snow else None,

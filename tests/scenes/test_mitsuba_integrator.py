@@ -104,7 +104,7 @@ def test_tank_looks_as_in_the_fast_renderer(grey_tank, monkeypatch):
     """
     monkeypatch.setattr(paths, "PART_RADIUS_M", 0.0)
     rig = Rig.load("bench").model_copy(update={"port": NoPortSpec(shape="none")})
-    scene = stage(rig, world="blue", depth_m=DEPTH, jerlov_type="II", wind=Wind(speed_m_s=0.0))
+    scene = stage(rig, world="blue", depth_m=DEPTH, jerlov_type="II", wind=Wind(speed_m_per_s=0.0))
     tank_shape = Target(shape=MeshShape(name="tank", surface=grey_tank), world_from_target=RigidTransform.identity())
     frame = FastRenderer(rig, [], replace(scene, target=tank_shape), width_px=96, height_px=72).render()
 

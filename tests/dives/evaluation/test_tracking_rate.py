@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from dives.evaluation import tracking_rate as angular_speed
 from dives.evaluation.synthetic_camera import BALL, DRAWN_BALL, DrawnCamera
 from dives.evaluation.tracking_rate import (
-    FASTEST_DEG_S,
+    FASTEST_DEG_PER_S,
     PRECISION,
-    SLOWEST_DEG_S,
+    SLOWEST_DEG_PER_S,
     Arc,
     Chase,
     Trial,
@@ -72,24 +72,24 @@ def test_an_arc_beyond_the_joints_is_refused(rig):
 def tried(limit):
     """Search on a loop that follows everything up to a limit."""
     return _tried(
-        lambda speed: Trial(speed_deg_s=speed, longest_gap_frames=0 if speed <= limit else 9, gaze_error_rms_deg=0)
+        lambda speed: Trial(speed_deg_per_s=speed, longest_gap_frames=0 if speed <= limit else 9, gaze_error_rms_deg=0)
     )
 
 
-@given(limit=st.floats(SLOWEST_DEG_S, 0.999 * FASTEST_DEG_S))
+@given(limit=st.floats(SLOWEST_DEG_PER_S, 0.999 * FASTEST_DEG_PER_S))
 def test_the_search_ends_at_the_limit(limit):
-    found = max(trial.speed_deg_s for trial in tried(limit) if trial.followed)
+    found = max(trial.speed_deg_per_s for trial in tried(limit) if trial.followed)
     assert limit * (1 - PRECISION) / (1 + PRECISION) <= found <= limit
 
 
 def test_the_search_has_ends():
     assert not any(trial.followed for trial in tried(0.5))
-    assert max(trial.speed_deg_s for trial in tried(1e9)) == FASTEST_DEG_S
+    assert max(trial.speed_deg_per_s for trial in tried(1e9)) == FASTEST_DEG_PER_S
 
 
 @pytest.mark.parametrize(("gap", "followed"), [(LOSS_FRAMES, True), (LOSS_FRAMES + 1, False)])
 def test_what_counts_as_followed(gap, followed):
-    assert Trial(speed_deg_s=1, longest_gap_frames=gap, gaze_error_rms_deg=0).followed is followed
+    assert Trial(speed_deg_per_s=1, longest_gap_frames=gap, gaze_error_rms_deg=0).followed is followed
 
 
 @pytest.mark.parametrize("q_deg", [(0, 0), (30, -10), (-50, 20), (10, 60)])
@@ -150,12 +150,12 @@ def test_seeds_are_averaged(rig, monkeypatch):
 
         def trial(self, speed):
             late = 0 if speed <= 20 * (self.seed + 1) else LOSS_FRAMES + 1
-            return Trial(speed_deg_s=speed, longest_gap_frames=late, gaze_error_rms_deg=speed / 10)
+            return Trial(speed_deg_per_s=speed, longest_gap_frames=late, gaze_error_rms_deg=speed / 10)
 
     monkeypatch.setattr(angular_speed, "Chase", Made)
     told = []
     found = largest_angular_speed(rig, VARIANTS["default"], Arc(), seeds=3, progress=lambda *done: told.append(done))
-    assert found.by_seed_deg_s == pytest.approx((20, 40, 0), rel=2 * PRECISION)
+    assert found.by_seed_deg_per_s == pytest.approx((20, 40, 0), rel=2 * PRECISION)
     assert found.interval.estimate == pytest.approx(20, rel=2 * PRECISION)
     assert found.errors_deg[:2] == pytest.approx([2, 4], rel=2 * PRECISION)
     assert found.errors_deg[2] is None

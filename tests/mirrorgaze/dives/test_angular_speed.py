@@ -25,10 +25,10 @@ def found(monkeypatch):
         speeds = (40.0, 60.0) if variant.name == "default" else (0.0, 0.0)
         progress(2, 2)
         trials = tuple(
-            (Trial(speed_deg_s=speed, longest_gap_frames=0, gaze_error_rms_deg=speed / 20),) if speed else ()
+            (Trial(speed_deg_per_s=speed, longest_gap_frames=0, gaze_error_rms_deg=speed / 20),) if speed else ()
             for speed in speeds
         )
-        return LargestSpeed(arc=arc, by_seed_deg_s=speeds, interval=mean_interval(speeds), trials=trials)
+        return LargestSpeed(arc=arc, by_seed_deg_per_s=speeds, interval=mean_interval(speeds), trials=trials)
 
     monkeypatch.setattr(angular_speed, "largest_angular_speed", search)
 
@@ -50,7 +50,7 @@ def test_a_line_for_each_loop_and_axis(found):
 def test_json_has_every_trial(found):
     data = json.loads(mirrorgaze("aqua2", "--json").stdout)
     assert [item["arc"]["axis"] for item in data] == ["azimuth", "elevation"]
-    assert data[0]["trials"][1][0]["speed_deg_s"] == 60.0
+    assert data[0]["trials"][1][0]["speed_deg_per_s"] == 60.0
 
 
 @pytest.mark.parametrize(

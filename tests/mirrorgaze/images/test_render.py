@@ -188,7 +188,7 @@ def test_what_of_a_world_file_is_not_used_is_said(here):
         (("--depth-m", "-3"), "expected a depth from 0.5 to 100 m, got -3 m"),
         (("--water", "9Z"), "expected a Jerlov type (I, IA, IB, II, III, 1C, 3C, 5C, 7C, 9C), got '9Z'"),
         (("--cloud", "2"), "expected cloud from 0 (clear) to 1 (overcast), got 2.0"),
-        (("--wind-m-s", "30"), "expected speed_m_s from 0 to 15, got 30.0"),
+        (("--wind-m-s", "30"), "expected speed_m_per_s from 0 to 15, got 30.0"),
         (("--time-s", "nan"), "expected a time in seconds, got nan"),
         (("--sun-elevation-deg", "0"), "expected elevation_deg above 0 and at most 90, got 0.0"),
         (

@@ -27,7 +27,7 @@ from scenes.light.sun import Sun
 from scenes.light.waves import Wind
 
 WAVELENGTH = np.array([410.0, 443.0, 480.0, 532.0, 550.0, 600.0, 670.0])
-WIND = Wind(speed_m_s=5.0)
+WIND = Wind(speed_m_per_s=5.0)
 TOWARDS_SUN = Sun(elevation_deg=60.0).refracted(1.34)
 
 
@@ -107,7 +107,7 @@ def test_a_point_sees_in_time_what_the_plane_shows_at_once():
 
 def test_no_wind_and_no_sun_do_not_flicker():
     depth = depth_nodes()
-    calm = irradiance_variation(depth, WAVELENGTH, Wind(speed_m_s=0.0))
+    calm = irradiance_variation(depth, WAVELENGTH, Wind(speed_m_per_s=0.0))
     overcast = sun_variation(irradiance_variation(depth, WAVELENGTH, WIND), np.ones((7, 1)), np.zeros((7, len(depth))))
     for variation in (calm, overcast):
         factors = factors_at(level_points(2.0, 1000), 2.0, variation=variation)

@@ -49,7 +49,7 @@ def total_variance(waves):
 @given(speed=st.floats(0.01, 15.0), azimuth=st.floats(-360, 360), seed=st.integers(0, 1000))
 def test_variance_is_cox_and_munks_for_every_sea(speed, azimuth, seed):
     """Resolved and unresolved parts add up: along the wind 0.00316 U, across it 0.003 + 0.00192 U."""
-    wind = Wind(speed_m_s=speed, azimuth_deg=azimuth)
+    wind = Wind(speed_m_per_s=speed, azimuth_deg=azimuth)
     covariance = total_variance(sea_waves(wind, seed))
     along, across = np.einsum("ij,jk,ik->i", wind.axes, covariance, wind.axes)
     np.testing.assert_allclose([along, across], slope_variance(wind), rtol=1e-6)
@@ -63,7 +63,7 @@ def test_long_waves_have_the_slopes_of_a_slick():
     Tolerance: each of the 24 waves stands for half an octave; one that falls on the other side is a twelfth of them.
     """
     for speed in (5.0, 7.0, 10.0, 14.0):
-        waves = sea_waves(Wind(speed_m_s=speed))
+        waves = sea_waves(Wind(speed_m_per_s=speed))
         long = np.linalg.norm(waves.wave_number, axis=1) < 2 * np.pi / 0.3
         assert (waves.slope[long] ** 2 / 2).sum() == pytest.approx(0.008 + 0.00156 * speed, rel=1 / 12)
 
@@ -71,13 +71,13 @@ def test_long_waves_have_the_slopes_of_a_slick():
 @pytest.mark.parametrize("speed", [0.2, 1.0, 4.0, 15.0])
 def test_ripples_are_a_good_part_of_the_slopes(speed):
     """Waves below 0.1 m carry a quarter to a half of the variance, more in strong winds (Cox & Munk's two fits)."""
-    wind = Wind(speed_m_s=speed)
+    wind = Wind(speed_m_per_s=speed)
     share = np.trace(sea_waves(wind).ripple_variance) / slope_variance(wind).sum()
     assert 0.2 < share < 0.6
 
 
 def test_normals_have_the_resolved_variance():
-    waves = sea_waves(Wind(speed_m_s=6.0, azimuth_deg=30.0), seed=3)
+    waves = sea_waves(Wind(speed_m_per_s=6.0, azimuth_deg=30.0), seed=3)
     # A square of 4 km: a hundred of the longest waves, so that their phases are evenly met.
     x, y = np.random.default_rng(0).uniform(-2000, 2000, (2, 400_000))
     normal = surface_normal(surface_inputs(waves), Float32(x.astype(np.float32)), Float32(y.astype(np.float32)))
@@ -91,7 +91,7 @@ def test_normals_have_the_resolved_variance():
 
 def test_normal_is_that_of_the_height():
     """Central differences of the sum of sinusoids, and a time at which every wave has moved on by omega t."""
-    waves, time = sea_waves(Wind(speed_m_s=3.0), seed=1), 7.3
+    waves, time = sea_waves(Wind(speed_m_per_s=3.0), seed=1), 7.3
     number = np.linalg.norm(waves.wave_number, axis=1)
 
     def height(x, y):
@@ -106,7 +106,7 @@ def test_normal_is_that_of_the_height():
 
 
 def test_no_wind_is_a_flat_sea():
-    normal = surface_normal(surface_inputs(sea_waves(Wind(speed_m_s=0.0))), Float32(3), Float32(4))
+    normal = surface_normal(surface_inputs(sea_waves(Wind(speed_m_per_s=0.0))), Float32(3), Float32(4))
     assert [float(component[0]) for component in normal] == [0, 0, 1]
 
 
@@ -152,12 +152,12 @@ def test_disk_of_a_flat_sea_carries_the_transmitted_sun(elevation):
     """Radiance E / (solid angle) T n^2 over the disk: what enters through a level plane is E cos T."""
     sun = Sun(elevation_deg=elevation, azimuth_deg=70.0)
     directions, solid_angle = around(sun.refracted(INDEX), 0.012, rings=400, spokes=800)
-    seen, daylight = sun_through(Wind(speed_m_s=0.0), sun, directions)
+    seen, daylight = sun_through(Wind(speed_m_per_s=0.0), sun, directions)
     carried = seen @ (solid_angle * directions[:, 2])
     expected = daylight.sun_irradiance * sun.cosine * transmittance(sun.cosine)
     # The edge of the disk in steps of 3e-5 rad on a radius of 3.5e-3: half a percent at worst.
     np.testing.assert_allclose(carried, expected, rtol=5e-3)
-    centre, _ = sun_through(Wind(speed_m_s=0.0), sun, sun.refracted(INDEX)[np.newaxis])
+    centre, _ = sun_through(Wind(speed_m_per_s=0.0), sun, sun.refracted(INDEX)[np.newaxis])
     solid = 2 * np.pi * (1 - np.cos(SUN_RADIUS_RAD))
     expected = daylight.sun_irradiance / solid * transmittance(sun.cosine) * INDEX**2
     np.testing.assert_allclose(centre[:, 0], expected, rtol=SINGLE_PRECISION)
@@ -171,7 +171,7 @@ def test_glitter_carries_the_transmitted_sun(speed, elevation):
     Expected: E times the mean over the slopes of T(s.n) (s.n) / n_z, by Gauss-Hermite quadrature: an independent
     integral, over slopes instead of directions.
     """
-    wind, sun = Wind(speed_m_s=speed, azimuth_deg=20.0), Sun(elevation_deg=elevation, azimuth_deg=100.0)
+    wind, sun = Wind(speed_m_per_s=speed, azimuth_deg=20.0), Sun(elevation_deg=elevation, azimuth_deg=100.0)
     waves = sea_waves(wind)
     disk = (SUN_RADIUS_RAD / (2 * (INDEX - 1))) ** 2
     spread = np.linalg.cholesky(waves.ripple_variance + disk * np.eye(2))
@@ -194,7 +194,7 @@ def test_glitter_is_centred_on_the_sun_of_the_resolved_wave():
     sun, tilt = Sun(elevation_deg=70.0, azimuth_deg=0.0), np.array([0.1, -0.05, 1.0])
     tilt /= np.linalg.norm(tilt)
     directions, _ = around(sun.refracted(INDEX), 0.3)
-    seen, _ = sun_through(Wind(speed_m_s=0.3), sun, directions, np.broadcast_to(tilt, directions.shape))
+    seen, _ = sun_through(Wind(speed_m_per_s=0.3), sun, directions, np.broadcast_to(tilt, directions.shape))
     cosine = sun.direction @ tilt
     tangent = (sun.direction - cosine * tilt) / INDEX
     expected = tangent + np.sqrt(1 - tangent @ tangent) * tilt
@@ -205,12 +205,12 @@ def test_glitter_is_centred_on_the_sun_of_the_resolved_wave():
 def test_looking_at_the_sun_outshines_a_white_card():
     """A card lit by the sun has E cos / pi; the ripples of 4 m/s spread its image to about that brightness times 20."""
     sun = Sun(elevation_deg=60.0)
-    seen, daylight = sun_through(Wind(speed_m_s=4.0), sun, sun.refracted(INDEX)[np.newaxis])
+    seen, daylight = sun_through(Wind(speed_m_per_s=4.0), sun, sun.refracted(INDEX)[np.newaxis])
     assert np.all(seen[:, 0] > 20 * daylight.sun_irradiance / np.pi)
     assert np.all(np.isfinite(seen))
 
 
 @pytest.mark.parametrize("speed", [-1.0, 15.1, np.nan])
 def test_wind_is_within_what_was_measured(speed):
-    with pytest.raises(ValueError, match="speed_m_s from 0 to 15, got"):
-        Wind(speed_m_s=speed)
+    with pytest.raises(ValueError, match="speed_m_per_s from 0 to 15, got"):
+        Wind(speed_m_per_s=speed)

@@ -49,7 +49,7 @@ def floors():
     rig = Rig.load("bench")
     looks_down = {"pitch_deg": -90.0, "position_mm": (0.0, 0.0, 0.0)}
     rig = rig.model_copy(update={"camera": rig.camera.model_copy(update=looks_down)})
-    scene = stage(rig, world="blue", depth_m=DEPTH_M, jerlov_type="1C", cloud=1.0, wind=Wind(speed_m_s=0.0))
+    scene = stage(rig, world="blue", depth_m=DEPTH_M, jerlov_type="1C", cloud=1.0, wind=Wind(speed_m_per_s=0.0))
     scene = replace(scene, target=None, world=world_of("floor", [("floor", floor())]))
     frames = [
         [FastRenderer(rig, parts, scene, **SIZE, samples=16).render() for parts in ([plate()], [])],

@@ -45,7 +45,7 @@ def bench():
 @pytest.fixture(scope="module")
 def open_water(aqua2):
     """Nothing but water and the ball: the quickest stage."""
-    return stage(aqua2, world="blue", target_m=on_gaze(aqua2, **Q, distance_m=1.0), wind=Wind(speed_m_s=0.0))
+    return stage(aqua2, world="blue", target_m=on_gaze(aqua2, **Q, distance_m=1.0), wind=Wind(speed_m_per_s=0.0))
 
 
 def layers_of(path):
@@ -169,7 +169,7 @@ def test_the_reference_s_light_is_written_with_the_geometry_of_the_fast_one(aqua
 
 
 def test_a_sensor_s_picture_is_seeded_and_its_exposure_told(bench, tmp_path):
-    scene = stage(bench, world="blue", wind=Wind(speed_m_s=0.0))
+    scene = stage(bench, world="blue", wind=Wind(speed_m_per_s=0.0))
     pictures = []
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         output = Output(path=tmp_path / f"{name}.png", sensor=True)
@@ -195,7 +195,7 @@ def test_the_reference_knows_neither_waves_nor_snow_nor_lamps(aqua2):
 
 def test_pixels_near_a_direction_are_those_whose_rays_go_there(aqua2):
     """Against the exact train: the rays of all mirrors for the gaze, of none for the direct view, in the world."""
-    scene = stage(aqua2, world="blue", wind=Wind(speed_m_s=0.0))
+    scene = stage(aqua2, world="blue", wind=Wind(speed_m_per_s=0.0))
     q = {"q1": 0.1, "q2": 0.45}
     frame = FastRenderer(aqua2, [], scene, **SIZE).render(**q)
     train = OpticalTrain.from_rig(aqua2, **q)
@@ -214,7 +214,7 @@ def test_pixels_near_a_direction_are_those_whose_rays_go_there(aqua2):
 
 def test_the_numbers_beside_the_sun_are_told(aqua2, tmp_path):
     """The gaze looks up at the refracted sun ahead: sin = cos(60 degrees) / n, 68 degrees high."""
-    scene = stage(aqua2, world="blue", sun=Sun(azimuth_deg=0.0), wind=Wind(speed_m_s=0.0))
+    scene = stage(aqua2, world="blue", sun=Sun(azimuth_deg=0.0), wind=Wind(speed_m_per_s=0.0))
     towards_sun = scene.light.towards_sun
     q2_deg = np.degrees(np.arcsin(towards_sun[2])) / 2
     size = {"width_px": 32, "height_px": 24}
@@ -233,7 +233,7 @@ def test_blur_softens_and_loses_no_light(bench, tmp_path):
 
     Light is exchanged by pairs: the sums agree in single precision, and the steepest step becomes smaller.
     """
-    turbid = stage(bench, world="blue", jerlov_type="III", wind=Wind(speed_m_s=0.0))
+    turbid = stage(bench, world="blue", jerlov_type="III", wind=Wind(speed_m_per_s=0.0))
     size = {"width_px": 640, "height_px": 480}
     for name, blur in (("sharp", False), ("soft", True)):
         render_view(bench, turbid, Shot(**size, blur=blur), Output(path=tmp_path / f"{name}.exr"))
