@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 from pathlib import Path
@@ -12,6 +13,9 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "notebooks").glob("*.ipynb")])
 FOLDERS = ("benchmarks", "cad", "dives", "mirrorgaze", "optics", "reports", "rigs", "scenes", "tests", "tracking")
 CODE = sorted(p for f in FOLDERS for p in (ROOT / f).rglob("*") if p.suffix in {".py", ".toml", ".md"})
+
+GENERATED = {ROOT / "docs" / page for page in importlib.import_module("docs.site.staging").GENERATED}
+"""Pages that are made with the site."""
 
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#{1,6} +(.+?)\s*$", re.MULTILINE)
@@ -42,6 +46,8 @@ def broken_links(page: Path) -> list[str]:
             continue
         path, _, anchor = target.partition("#")
         there = (page.parent / path).resolve() if path else page
+        if there in GENERATED:
+            continue
         if not there.exists() or (anchor and anchor not in anchors(there)):
             broken.append(target)
     return broken

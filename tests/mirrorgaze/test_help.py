@@ -50,7 +50,7 @@ def test_every_command_shows_an_example(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_options_with_a_unit_name_it(name):
-    """docs/conventions.md: the name of an option carries the unit where its number has one."""
+    """docs/reference/conventions.md: the name of an option carries the unit where its number has one."""
     for option, text in re.findall(r"^  (?:-\w, )?--([\w-]+) <float>\s+((?:.+\n)(?:      .+\n)*)", help_of(name), re.M):
         words = " ".join(text.split()).partition("[default")[0]
         for unit, suffix in UNITS.items():
