@@ -12,8 +12,8 @@ from dives.calibration.simulation import JUDGED, Remaining, remaining, simulated
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
-from tracking.calibration.errors import PRINT_TOLERANCES, draw_errors
 from tracking.calibration.estimate import NOISE_PX, calibrate
+from tracking.calibration.prior import PRINT_TOLERANCES, draw_perturbations
 
 POSE_COUNTS = (6, 12, 24, 48)
 
@@ -86,7 +86,7 @@ class SessionStudy:
     Attributes
     ----------
     before : tuple of Remaining
-        Each built rig against the rig as drawn.
+        Each built rig against the nominal one.
     outcomes : tuple of Outcome
         Every session of a length with every rig before the next session.
     """
@@ -102,25 +102,25 @@ def session_study(
     pose_counts: Sequence[int] = POSE_COUNTS,
     sessions: Sequence[Session] = SESSIONS,
     noise_px: float = NOISE_PX,
-    play_deg: float = 0.0,
+    backlash_deg: float = 0.0,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SessionStudy:
-    """Build rigs with errors of a print, hold sessions with each, and compare what they find with what is true.
+    """Build rigs with perturbations of a print, hold sessions with each, and compare what they find with what is true.
 
     Parameters
     ----------
     rig : Rig
-        With mirrors, as drawn.
+        With mirrors, nominal.
     seeds : sequence of int
-        One for each rig: of its errors, the noise and the play.
+        One for each rig: of its perturbations, the noise and the backlash.
     pose_counts : sequence of int
     sessions : sequence of Session
     noise_px : float
         Standard deviation of every pixel in u and in v.
-    play_deg : float
-        Standard deviation of each joint about what it is told, anew in each pose.
+    backlash_deg : float
+        Standard deviation of each joint about its commanded value, different in each pose.
     progress : callable
-        Told how many sessions are done, and of how many.
+        Called with how many sessions are done, and of how many.
     """
     # Each is chosen as far as possible from those before: the first few of many are the poses of a short session.
     poses = useful_poses(rig, max(pose_counts))
@@ -128,50 +128,54 @@ def session_study(
     outcomes: list[Outcome] = []
     for count, session, seed in runs:
         progress(len(outcomes), len(runs))
-        outcomes.append(_outcome(rig, session, poses[:count], seed=seed, noise_px=noise_px, play_deg=play_deg))
+        outcomes.append(_outcome(rig, session, poses[:count], seed=seed, noise_px=noise_px, backlash_deg=backlash_deg))
     progress(len(outcomes), len(runs))
-    built = [draw_errors(rig, PRINT_TOLERANCES, seed=seed) for seed in seeds]
-    return SessionStudy(before=tuple(remaining(rig, errors, rig) for errors in built), outcomes=tuple(outcomes))
+    built = [draw_perturbations(rig, PRINT_TOLERANCES, seed=seed) for seed in seeds]
+    return SessionStudy(
+        before=tuple(remaining(rig, perturbations, rig) for perturbations in built), outcomes=tuple(outcomes)
+    )
 
 
-def _outcome(rig: Rig, session: Session, q: FloatArray, *, seed: int, noise_px: float, play_deg: float) -> Outcome:
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=seed)
-    # Seeds of their own: the same draws would make the noise know the errors.
-    of_target, of_edges, of_play, of_edge_play = np.random.SeedSequence(seed).generate_state(4).tolist()
+def _outcome(rig: Rig, session: Session, q: FloatArray, *, seed: int, noise_px: float, backlash_deg: float) -> Outcome:
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=seed)
+    # Seeds of their own: the same draws would make the noise know the perturbations.
+    of_target, of_edges, of_backlash, of_edge_backlash = np.random.SeedSequence(seed).generate_state(4).tolist()
     target = edges = None
     if session.boards:
         target = simulated_target(
             rig,
-            errors,
+            perturbations,
             q,
             known=session.known,
             direct=session.direct,
             noise_px=noise_px,
             seed=of_target,
-            true_q=_played(rig, q, play_deg, seed=of_play),
+            true_q=_with_backlash(rig, q, backlash_deg, seed=of_backlash),
         )
     if session.edges:
         over_the_range = Layout.from_rig(rig).joint_grid(max(2, round(np.sqrt(len(q)))))
-        true_q = _played(rig, over_the_range, play_deg, seed=of_edge_play)
-        edges = simulated_edges(rig, errors, over_the_range, noise_px=noise_px, seed=of_edges, true_q=true_q)
-    found = calibrate(rig, target=target, edges=edges, noise_px=noise_px, edge_noise_px=noise_px, play_deg=play_deg)
+        true_q = _with_backlash(rig, over_the_range, backlash_deg, seed=of_edge_backlash)
+        edges = simulated_edges(rig, perturbations, over_the_range, noise_px=noise_px, seed=of_edges, true_q=true_q)
+    found = calibrate(
+        rig, target=target, edges=edges, noise_px=noise_px, edge_noise_px=noise_px, backlash_deg=backlash_deg
+    )
     calibrated = found.calibrated
     expected = np.degrees(calibrated.gaze_deviation(Layout.from_rig(rig).joint_grid(JUDGED)))
     return Outcome(
         seed=seed,
         session=session,
         pose_count=len(q),
-        after=remaining(rig, errors, calibrated),
+        after=remaining(rig, perturbations, calibrated),
         gaze_expected_deg=float(np.sqrt((expected**2).mean())),
-        unobservable=calibrated.knowledge.combinations(),
+        unobservable=calibrated.covariance.combinations(),
         signs_right=calibrated.rig.require_gaze().joints == rig.require_gaze().joints,
     )
 
 
-def _played(rig: Rig, q: FloatArray, play_deg: float, *, seed: int) -> FloatArray:
-    """Where joints really go that are told to go somewhere; within their limits."""
+def _with_backlash(rig: Rig, q: FloatArray, backlash_deg: float, *, seed: int) -> FloatArray:
+    """Where joints really go that are commanded to go somewhere; within their limits."""
     gaze = rig.require_gaze()
     rng = np.random.default_rng(seed)
     limits = np.radians([[joint.min_deg, joint.max_deg] for joint in (gaze.joints.pan, gaze.joints.tilt)])
-    moved = q + np.radians(play_deg) * rng.standard_normal(q.shape)
+    moved = q + np.radians(backlash_deg) * rng.standard_normal(q.shape)
     return np.asarray(np.clip(moved, limits[:, 0], limits[:, 1]))

@@ -1,4 +1,4 @@
-"""What is not exactly as drawn when a rig is built, placed under water and moved: named tolerances and their draws."""
+"""How a rig gets its perturbations when it is built, placed under water and moved: named tolerances and their draws."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
+from optics.perturbation.parameters import PORT_CENTRE
 from optics.water.water import water_index
 from rigs import Port, Rig, Servo, Water
 
@@ -24,7 +25,7 @@ GEOMETRY_WAVELENGTH_NM = 550.0
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """How far each part may be off: standard deviations of normal errors, half-widths of uniform ones.
+    """Sizes of the perturbations: standard deviations of normal ones, half-widths of uniform ones.
 
     All defaults are nominal: plausible for a mount printed at home (FDM), a hobby servo and a dive trip, and yours to
     replace by what you measured. Zero takes a tolerance out.
@@ -37,7 +38,7 @@ class Tolerances:
     m1_angle_deg, m2_angle_deg : float
         Turn about each of the mirror's two axes. Standard deviation; 0.2 mm over a seat of 60 mm.
     m1_flatness_rad, m2_flatness_rad : float
-        Slope error where the view's centre hits the mirror, rms about each axis. Float glass of some four waves per
+        Slope error where the view's centre meets the mirror, rms about each axis. Float glass of some four waves per
         inch (633 nm): 4 x 0.633 um / 25.4 mm.
     gimbal_position_mm : float
         Where the pan axis stands, along each of the gimbal's axes. Standard deviation.
@@ -50,10 +51,10 @@ class Tolerances:
     joint_offset_deg : float
         Optical angle of each joint at its zero: horns go onto splines, trims are read by eye. Standard deviation.
     deadband_us : float, optional
-        Change of pulse that a servo ignores; by default that of the rig's servos. Half-width, anew in every pose, of
+        Change of pulse that a servo ignores; by default that of the rig's servos. Half-width, again in every pose, of
         an angle of ``travel_deg / (longest - shortest pulse)`` per microsecond.
     backlash_deg : float
-        Play of each gear train. Half-width, anew in every pose.
+        Of each gear train. Half-width, again in every pose.
     port_position_mm : float
         Pinhole to port: along the axis for a flat port, along all three axes for a dome. Standard deviation.
     port_thickness_mm : float
@@ -94,7 +95,7 @@ class Tolerances:
 
 
 NO_TOLERANCES: dict[str, float] = {field.name: 0.0 for field in fields(Tolerances)}
-"""Keyword arguments of a rig that is as drawn: change one of them to look at it alone."""
+"""Keyword arguments of the nominal rig: change one of them to look at it alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,9 +111,9 @@ class Source:
     spread : str
         ``normal`` (the size is a standard deviation) or ``uniform`` (a half-width).
     sizes : dict of str to float
-        For each deviation (`optics.tolerance.train.DEVIATIONS`) it causes, how large; metres, radians, index.
+        Of each perturbation (`optics.perturbation.parameters`) that it causes; metres, radians, index.
     each_pose : bool
-        Whether it is drawn anew in every pose, so that no calibration can know it.
+        Whether it is drawn again in every pose, so that no calibration can know it.
     """
 
     name: str
@@ -121,12 +122,12 @@ class Source:
     sizes: dict[str, float]
     each_pose: bool
 
-    def standard_deviation(self, deviation: str) -> float:
-        """Of one of its deviations, whatever its spread."""
-        return self.sizes[deviation] / (math.sqrt(3) if self.spread == "uniform" else 1)
+    def standard_deviation(self, parameter: str) -> float:
+        """Of one of its perturbations, whatever its spread."""
+        return self.sizes[parameter] / (math.sqrt(3) if self.spread == "uniform" else 1)
 
     def draw(self, rng: np.random.Generator, samples: int, poses: int) -> dict[str, FloatArray]:
-        """Deviations of shape (samples, poses), or (samples, 1) where they are the same in all poses."""
+        """Perturbations of shape (samples, poses), or (samples, 1) where they are the same in all poses."""
         shape = (samples, poses if self.each_pose else 1)
         return {
             name: size * (rng.uniform(-1, 1, shape) if self.spread == "uniform" else rng.standard_normal(shape))
@@ -142,23 +143,23 @@ def error_sources(rig: Rig, tolerances: Tolerances) -> list[Source]:
         servo.deadband_us if t.deadband_us is None else t.deadband_us for servo in (gaze.servos.pan, gaze.servos.tilt)
     )
     deadband = {
-        "pan": pulse_angle(gaze.servos.pan, pan_us),
-        "tilt": pulse_angle(gaze.servos.tilt, tilt_us),
+        "pan_offset": pulse_angle(gaze.servos.pan, pan_us),
+        "tilt_offset": pulse_angle(gaze.servos.tilt, tilt_us),
     }
     sources = [
-        _source(t, "m1_position_mm", mm, "m1_shift"),
-        _source(t, "m1_angle_deg", deg, "m1_x", "m1_y"),
-        _source(t, "m1_flatness_rad", 1, "m1_x", "m1_y"),
-        _source(t, "m2_position_mm", mm, "m2_shift"),
-        _source(t, "m2_angle_deg", deg, "m2_x", "m2_y"),
-        _source(t, "m2_flatness_rad", 1, "m2_x", "m2_y"),
-        _source(t, "gimbal_position_mm", mm, "gimbal_x", "gimbal_y", "gimbal_z"),
-        _source(t, "pan_axis_tilt_deg", deg, "pan_axis_x", "pan_axis_y"),
+        _source(t, "m1_position_mm", mm, "m1_shift_z"),
+        _source(t, "m1_angle_deg", deg, "m1_turn_x", "m1_turn_y"),
+        _source(t, "m1_flatness_rad", 1, "m1_turn_x", "m1_turn_y"),
+        _source(t, "m2_position_mm", mm, "m2_shift_z"),
+        _source(t, "m2_angle_deg", deg, "m2_turn_x", "m2_turn_y"),
+        _source(t, "m2_flatness_rad", 1, "m2_turn_x", "m2_turn_y"),
+        _source(t, "gimbal_position_mm", mm, "gimbal_shift_x", "gimbal_shift_y", "gimbal_shift_z"),
+        _source(t, "pan_axis_tilt_deg", deg, "gimbal_turn_x", "gimbal_turn_y"),
         _source(t, "tilt_axis_offset_mm", mm, "tilt_axis_shift_x", "tilt_axis_shift_z"),
-        _source(t, "tilt_axis_skew_deg", deg, "tilt_axis_skew"),
-        _source(t, "joint_offset_deg", deg, "pan", "tilt"),
+        _source(t, "tilt_axis_skew_deg", deg, "tilt_axis_turn_x"),
+        _source(t, "joint_offset_deg", deg, "pan_offset", "tilt_offset"),
         Source(name="deadband_us", value=max(pan_us, tilt_us), spread="uniform", sizes=deadband, each_pose=True),
-        _source(t, "backlash_deg", deg, "pan", "tilt", spread="uniform", each_pose=True),
+        _source(t, "backlash_deg", deg, "pan_offset", "tilt_offset", spread="uniform", each_pose=True),
         *_port_sources(rig.port, t),
         *(_water_sources(rig.water, t) if rig.port.shape != "none" else ()),
     ]
@@ -188,7 +189,7 @@ def draw_all(
 
 
 def combined(draws: Iterable[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
-    """Sum of what several sources do to each deviation, shape (samples, poses) or (samples, 1)."""
+    """Sum of the perturbations of several sources, shape (samples, poses) or (samples, 1)."""
     total: dict[str, FloatArray] = {}
     for draw in draws:
         for name, values in draw.items():
@@ -200,19 +201,19 @@ def _source(
     tolerances: Tolerances,
     name: str,
     unit: float,
-    *deviations: str,
+    *parameters: str,
     spread: Spread = "normal",
     each_pose: bool = False,
 ) -> Source:
     value = getattr(tolerances, name)
-    sizes = dict.fromkeys(deviations, value * unit)
+    sizes = dict.fromkeys(parameters, value * unit)
     return Source(name=name, value=value, spread=spread, sizes=sizes, each_pose=each_pose)
 
 
 def _port_sources(port: Port, tolerances: Tolerances) -> list[Source]:
     if port.shape == "none":
         return []
-    along = ("port_z",) if port.shape == "flat" else ("port_x", "port_y", "port_z")
+    along = ("port_distance",) if port.shape == "flat" else PORT_CENTRE
     sources = [
         _source(tolerances, "port_position_mm", 1e-3, *along),
         _source(tolerances, "port_thickness_mm", 1e-3, "port_thickness"),
@@ -224,22 +225,22 @@ def _port_sources(port: Port, tolerances: Tolerances) -> list[Source]:
 
 
 def _water_sources(water: Water, tolerances: Tolerances) -> list[Source]:
-    """Temperature and salinity through the slope of the index there, one-sided at the ends of its formula's range."""
-    slopes = {
-        "temperature_celsius": _slope(
+    """Temperature and salinity by the derivative of the index there, one-sided at the ends of its formula's range."""
+    derivatives = {
+        "temperature_celsius": _derivative(
             lambda value: _index(water.salinity_ppt, value), water.temperature_celsius, TEMPERATURE_STEP_CELSIUS, 30
         ),
-        "salinity_ppt": _slope(
+        "salinity_ppt": _derivative(
             lambda value: _index(value, water.temperature_celsius), water.salinity_ppt, SALINITY_STEP_PPT, 35
         ),
     }
-    return [_source(tolerances, name, slope, "n_water") for name, slope in slopes.items()]
+    return [_source(tolerances, name, derivative, "n_water") for name, derivative in derivatives.items()]
 
 
 def _index(salinity_ppt: float, temperature_celsius: float) -> float:
     return float(water_index(GEOMETRY_WAVELENGTH_NM, salinity_ppt, temperature_celsius))
 
 
-def _slope(function: Callable[[float], float], at: float, step: float, largest: float) -> float:
+def _derivative(function: Callable[[float], float], at: float, step: float, largest: float) -> float:
     low, high = max(0.0, at - step), min(largest, at + step)
     return (function(high) - function(low)) / (high - low)

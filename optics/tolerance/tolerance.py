@@ -1,7 +1,7 @@
 """Tolerances: how far the gaze and the image of a built rig are off, what matters, and what calibration takes away.
 
-Monte Carlo over built rigs and poses, one lane each, and first-order sensitivities beside it. What is off by
-construction stays the same in all poses of a rig; what a servo does differently each time is drawn anew in each pose.
+Monte Carlo over built rigs and poses, one lane each, and first-order sensitivities beside it. Perturbations of the
+construction stay the same in all poses of a rig; what a servo does differently each time is drawn again in each pose.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from numpy.typing import ArrayLike
 
 from optics.coverage.usable_fov import joint_values
 from optics.kernels.arrays import FloatArray
+from optics.perturbation.derivatives import gaze_jacobian, projection_jacobian
+from optics.perturbation.parameters import Perturbations
+from optics.perturbation.train import PerturbedTrain
 from optics.tolerance.after_calibration import calibrated_offsets, in_all_poses
-from optics.tolerance.slopes import gaze_slopes, image_slopes
 from optics.tolerance.sources import Source, Tolerances, combined, draw_all, error_sources
-from optics.tolerance.train import DeviantTrain
 from rigs import Rig
 
 POSE_SHARES = (1 / 6, 1 / 2, 5 / 6)
@@ -32,7 +33,7 @@ PERCENTILES = (50, 90, 95, 99)
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """What is off in each built rig (rows) and pose (columns).
+    """How far each built rig (rows) is off in each pose (columns).
 
     Attributes
     ----------
@@ -86,9 +87,9 @@ class ToleranceStudy:
     q_deg : array, shape (poses, 2)
         Joint values.
     built : Errors
-        Against the rig as drawn.
+        Against the nominal rig.
     calibrated : Errors
-        Against the rig as drawn with its two joint offsets fitted to each built rig.
+        Against the nominal rig with its two joint offsets fitted to each built rig.
     offsets_deg : array, shape (samples, 2)
         The fitted offsets of pan and tilt.
     ranking : tuple of Contribution
@@ -155,13 +156,13 @@ def tolerance_study(
     bench = _Bench.of(rig, q, target_m)
     sources = error_sources(rig, tolerances or Tolerances())
     draws = draw_all(sources, seed=seed, samples=samples, poses=len(q))
-    built, drawn = bench.observe(combined(draws.values()), samples), bench.observe({}, 1)
-    offsets = calibrated_offsets(bench.train, built[0])
+    built, nominal = bench.observe(combined(draws.values()), samples), bench.observe({}, 1)
+    offsets = calibrated_offsets(bench.train, q, built[0])
     # The calibration saw the poses once; it is judged by moving the same rigs there again.
     again = draw_all(sources, seed=seed, samples=samples, poses=len(q), repetition=1)
     return ToleranceStudy(
         q_deg=np.degrees(q),
-        built=_errors(built, drawn),
+        built=_errors(built, nominal),
         calibrated=_errors(
             bench.observe(combined(again.values()), samples), bench.observe(in_all_poses(offsets), samples)
         ),
@@ -178,21 +179,23 @@ Views = tuple[FloatArray, FloatArray]
 class _Bench:
     """A rig in its poses, and a target for each pose (camera frame)."""
 
-    train: DeviantTrain
+    train: PerturbedTrain
+    q: FloatArray
     targets_m: FloatArray
 
     @classmethod
     def of(cls, rig: Rig, q: FloatArray, target_m: float) -> _Bench:
-        train = DeviantTrain(rig, q)
+        train = PerturbedTrain(rig)
         camera = train.camera
         aside = (camera.cx_px + TARGET_ASIDE * camera.width_px, camera.cy_px + TARGET_ASIDE * camera.height_px)
-        origin, direction = train.view({}, pixel=aside)
-        return cls(train=train, targets_m=origin[0] + target_m * direction[0])
+        origin, direction = train.trace(q, pixels=aside)
+        return cls(train=train, q=q, targets_m=origin + target_m * direction)
 
-    def observe(self, deviations: Mapping[str, FloatArray], count: int) -> Views:
+    def observe(self, perturbations: Perturbations, count: int) -> Views:
         """What `count` built rigs show."""
-        directions = self.train.view(deviations, count)[1]
-        pixels = self.train.image(self.targets_m, deviations, count)
+        q = np.broadcast_to(self.q, (count, *self.q.shape))
+        directions = self.train.gaze(q, perturbations)
+        pixels = self.train.project(self.targets_m, q, perturbations)
         lost = int((~np.isfinite(pixels).all(axis=-1)).sum())
         if lost:
             raise ValueError(
@@ -201,10 +204,13 @@ class _Bench:
             )
         return directions, pixels
 
-    def sensitivities(self, deviations: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-        """Derivatives by each deviation and pose: of the gaze (n, k, 3) and the image (n, k, 2), px."""
-        rig, q = self.train.rig, self.train.q
-        return gaze_slopes(rig, q, deviations), image_slopes(rig, q, self.targets_m, deviations)
+    def jacobians(self, parameters: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of the gaze, shape (poses, 3, parameters), and the image, px, (poses, 2, parameters)."""
+        of_gaze = gaze_jacobian(self.train, self.q, parameters=parameters)
+        q1, q2 = self.q.T
+        return of_gaze.values, projection_jacobian(
+            self.train, self.targets_m, q1=q1, q2=q2, parameters=parameters
+        ).values
 
 
 def _errors(seen: Views, expected: Views) -> Errors:
@@ -217,30 +223,28 @@ def _errors(seen: Views, expected: Views) -> Errors:
 
 
 def _ranking(
-    bench: _Bench, sources: Sequence[Source], draws: Mapping[str, dict[str, FloatArray]], samples: int
+    bench: _Bench, sources: Sequence[Source], draws: dict[str, dict[str, FloatArray]], samples: int
 ) -> tuple[Contribution, ...]:
-    deviations = sorted({name for source in sources for name in source.sizes})
-    slopes = bench.sensitivities(deviations) if deviations else (np.zeros((0, 1, 3)), np.zeros((0, 1, 2)))
-    # By source: mean squares of gaze (radians) and image (px) over the poses, to first order.
-    squares = np.array(
+    if not sources:
+        return ()
+    parameters = sorted({name for source in sources for name in source.sizes})
+    # By parameter: mean squares of the derivatives of gaze (radians) and image (px) over the poses.
+    squares = [(jacobian**2).sum(axis=1).mean(axis=0) for jacobian in bench.jacobians(parameters)]
+    variances = np.array(
         [
-            [
-                sum(
-                    source.standard_deviation(name) ** 2 * (slope[deviations.index(name)] ** 2).sum(axis=-1).mean()
-                    for name in source.sizes
-                )
-                for slope in slopes
-            ]
+            [source.standard_deviation(name) ** 2 if name in source.sizes else 0.0 for name in parameters]
             for source in sources
         ]
-    ).reshape(-1, 2)
+    )
+    first_order = variances @ np.transpose(squares)
     expected = bench.observe({}, 1)
     everything = _mean_squares(bench, draws.values(), expected, samples)
     contributions = []
-    for source, square in zip(sources, squares, strict=True):
-        others = [draw for name, draw in draws.items() if name != source.name]
+    for source, square in zip(sources, first_order, strict=True):
+        # Zero, not left out: a kernel would be compiled for every set of names.
+        others = (draws | {source.name: dict.fromkeys(source.sizes, np.zeros((1, 1)))}).values()
         frozen = _share(everything - _mean_squares(bench, others, expected, samples), everything)
-        share = _share(square, squares.sum(axis=0))
+        share = _share(square, first_order.sum(axis=0))
         contributions.append(
             Contribution(
                 source=source,

@@ -5,7 +5,7 @@ R = (r1, r2, r3) and t the board's pose, a point (x, y, 0) of the board is on th
 d x (r1 x + r2 y + t - o) = 0. The rays of one picture come nearly from one point c; with t counted from there this is
 linear and homogeneous in r1, r2 and t, and |r1| = |r2| = 1 fixes its scale: the direct linear transform (Hartley &
 Zisserman, Multiple View Geometry, 2004, section 4.1). t follows once more with R known and each ray from its own o.
-Several pictures at once would be better determined, if the rig were as drawn; degrees off, they contradict each other.
+Several pictures at once would be better determined, if the rig were nominal; degrees off, they contradict each other.
 """
 
 from __future__ import annotations
@@ -14,21 +14,20 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.kernels.arrays import FloatArray
-from optics.mirror import PlaneMirror
-from optics.train import OpticalTrain
-from tracking.calibration.model import ErrorModel
+from optics.perturbation.train import PerturbedTrain
 from tracking.calibration.observations import TargetObservations
 
 
-def board_poses(model: ErrorModel, observations: TargetObservations) -> list[RigidTransform]:
-    """`camera_from_board` of every board, as it would be if the rig were as drawn.
+def board_poses(train: PerturbedTrain, observations: TargetObservations) -> list[RigidTransform]:
+    """`camera_from_board` of every board, as it would be if the rig were nominal.
 
     Raises
     ------
     ValueError
         For a board of which no pixel looks through the port.
     """
-    origins, directions = observed_rays(model, observations.q, observations.pixels)
+    # Whether the mirrors are large enough is not asked: a wrong guess of the joints' signs has rays, too.
+    origins, directions = train.trace(observations.q, pixels=observations.pixels)
     on_board = observations.points_m[:, :2]
     # The direct view is a picture, too: inf is equal to itself, as nan is not.
     named = np.nan_to_num(observations.q, nan=np.inf)
@@ -42,23 +41,6 @@ def board_poses(model: ErrorModel, observations: TargetObservations) -> list[Rig
         seen = on & (picture == int(np.argmax(areas)))
         poses.append(_pose(on_board[seen], origins[seen], directions[seen]))
     return poses
-
-
-def observed_rays(model: ErrorModel, q: FloatArray, pixels: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points on and directions of pixels' rays in the water, camera frame, of the rig as drawn.
-
-    Where q is nan, past the mirrors. Whether the mirrors are large enough is not asked: a wrong guess of the joints'
-    signs has rays, too.
-    """
-    rays = OpticalTrain(camera=model.camera, port=model.port({})).trace(pixels)
-    origins, directions = rays.origin_m.copy(), rays.direction.copy()
-    for pose in np.unique(q[np.isfinite(q).all(axis=1)], axis=0):
-        of_pose = (q == pose).all(axis=1)
-        for camera_from_mirror in (model.layout.camera_from_m1, model.layout.camera_from_m2(*pose)):
-            reflection = PlaneMirror.from_pose(camera_from_mirror).reflection
-            directions[of_pose] -= 2 * (directions[of_pose] @ reflection.normal)[:, np.newaxis] * reflection.normal
-            origins[of_pose] = reflection.apply(origins[of_pose])
-    return origins, directions
 
 
 def _area(on_board: FloatArray) -> float:

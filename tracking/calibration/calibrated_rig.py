@@ -1,10 +1,11 @@
-"""A calibrated rig: the rig file with what was found to be off, how well it is known, and what follows for the loop."""
+"""A calibrated rig: the rig file with estimated perturbations, their covariance, and what follows for the loop."""
 
 from __future__ import annotations
 
 import os
 import tomllib
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,14 +14,16 @@ import tomlkit
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
-from optics.layout import Layout
+from optics.perturbation.derivatives import gaze_jacobian
+from optics.perturbation.parameters import check_perturbations, shown_per_si, shown_unit
+from optics.perturbation.train import PerturbedTrain
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
 from rigs.atomic_files import write_text
-from tracking.calibration.errors import check_errors, shown_per_si, unit_of
-from tracking.calibration.knowledge import Knowledge
-from tracking.calibration.model import ErrorModel
+from tracking.calibration.covariance import PerturbationCovariance
+from tracking.calibration.fit import JOINT_OFFSETS
 from tracking.perception.crop import runs_clockwise
+from tracking.perception.exact_corners import crop_outline_m
 
 GRID = 9
 """Joint values a joint at which the offsets of `with_joint_offsets` are fitted."""
@@ -28,38 +31,39 @@ GRID = 9
 ITERATIONS = 6
 """Gauss-Newton steps of that fit: each shrinks what is missing by the error in radians."""
 
-VERSION = 1
+VERSION = 2
 
 
 @dataclass(frozen=True, kw_only=True)
 class CalibratedRig:
-    """A rig and what is off in it.
+    """A rig and its estimated perturbations.
 
     Attributes
     ----------
     rig : Rig
-        As drawn, but with the joints' signs as they were found.
-    errors : dict of str to float
-        Metres, radians, units of index (`errors.error_names`); what is not named is as drawn.
-    knowledge : Knowledge
-        How well the errors are known.
+        The nominal one, but with the joints' signs as they were found.
+    perturbations : dict of str to float
+        Metres, radians, units of index (`optics.perturbation.parameters`); what is not named is nominal.
+    covariance : PerturbationCovariance
+        How well they are known.
     """
 
     rig: Rig
-    errors: dict[str, float]
-    knowledge: Knowledge
+    perturbations: dict[str, float]
+    covariance: PerturbationCovariance
 
     def __post_init__(self) -> None:
-        check_errors(self.rig, self.errors)
+        check_perturbations(self.rig, self.perturbations)
 
-    @property
-    def model(self) -> ErrorModel:
-        """Kernels of the rig with its errors."""
-        return ErrorModel(self.rig)
+    @cached_property
+    def perturbed_train(self) -> PerturbedTrain:
+        """The rig, to be evaluated with its perturbations."""
+        return PerturbedTrain(self.rig)
 
     def train(self, q1: float, q2: float) -> OpticalTrain:
         """Exact train of the built rig: to trace pixels into the water and to project points; radians."""
-        return self.model.train(self.errors, q1, q2)
+        (train,) = self.perturbed_train.optical_trains([(q1, q2)], self.perturbations)
+        return train
 
     def corners(self, q: ArrayLike) -> FloatArray:
         """Pixels of M2's corners, shape (..., 4, 2), in the crop's order for joint values of shape (..., 2), radians.
@@ -67,29 +71,35 @@ class CalibratedRig:
         All four are nan where the camera does not see M2's face: as `tracking.perception.ExactCorners`.
         """
         q = np.asarray(q, dtype=np.float64)
-        pixels = self.model.corners(self.errors, q.reshape(-1, 2))[0].reshape(*q.shape[:-1], 4, 2)
+        outline = crop_outline_m(self.rig)
+        pixels = self.perturbed_train.project_face(outline, q.reshape(-1, 2), self.perturbations)
+        pixels = pixels.reshape(*q.shape[:-1], 4, 2)
         return np.where(runs_clockwise(pixels)[..., np.newaxis, np.newaxis], pixels, np.nan)
 
     def gaze(self, q: ArrayLike) -> FloatArray:
         """Unit vectors of the principal ray behind M2 in the body frame, shape (n, 3), for joint values (n, 2)."""
-        return self.model.gaze(self.errors, np.asarray(q, dtype=np.float64))[0]
+        return self.perturbed_train.gaze(q, self.perturbations)
 
     def gaze_deviation(self, q: ArrayLike) -> FloatArray:
         """Standard deviation of the gaze, radians, shape (n,): root of the mean squared angle to the true one."""
-        slopes = self.model.gaze(self.errors, np.asarray(q, dtype=np.float64), self.knowledge.names)[1]
-        return np.asarray(np.linalg.norm(self.knowledge.deviation_of(slopes), axis=1))
+        names = self.covariance.names
+        jacobian = gaze_jacobian(
+            self.perturbed_train, np.asarray(q, dtype=np.float64), parameters=names, perturbations=self.perturbations
+        )
+        return np.asarray(np.linalg.norm(self.covariance.standard_deviations_of(jacobian.values), axis=1))
 
     def with_joint_offsets(self) -> Rig:
         """Rig file with the signs found and the joint offsets under which it looks most nearly as the built one.
 
         For who can use only a rig file: leaning axes and mirrors turned aside cannot be said there.
         """
-        q = Layout.from_rig(self.rig).joint_grid(GRID)
-        wanted, model = self.gaze(q), self.model
-        offsets = np.zeros(2)
+        q = self.perturbed_train.layout.joint_grid(GRID)
+        wanted, offsets = self.gaze(q), np.zeros(2)
         for _ in range(ITERATIONS):
-            seen, slopes = model.gaze(dict(zip(("pan", "tilt"), offsets.tolist(), strict=True)), q, ("pan", "tilt"))
-            offsets = offsets + np.linalg.lstsq(slopes.reshape(-1, 2), (wanted - seen).ravel())[0]
+            perturbations = dict(zip(JOINT_OFFSETS, offsets.tolist(), strict=True))
+            found = gaze_jacobian(self.perturbed_train, q, parameters=JOINT_OFFSETS, perturbations=perturbations)
+            missing = (wanted - found.directions).ravel()
+            offsets = offsets + np.linalg.lstsq(found.values.reshape(-1, 2), missing)[0]
         gaze = self.rig.require_gaze()
         # A fold up stands on its head: its optical angles are the negatives of the file's.
         sense = -1.0 if gaze.fold_mirror.direction == "up" else 1.0
@@ -101,29 +111,30 @@ class CalibratedRig:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a calibration file (TOML) beside a rig file; it appears whole or not at all."""
-        path, known = Path(path), self.knowledge
+        path, covariance = Path(path), self.covariance
         gaze = self.rig.require_gaze()
         document = tomlkit.document()
-        about = "What is off in a built rig, found by mirrorgaze calibrate: docs/explanation/calibration.md."
+        about = "Perturbations of a built rig, estimated by mirrorgaze calibrate: docs/explanation/calibration.md."
         document.add(tomlkit.comment(about))
         document.add("version", tomlkit.item(VERSION))
         document.add("rig", tomlkit.item(self.rig.name))
         document.add("pan_sign", tomlkit.item(gaze.joints.pan.sign))
         document.add("tilt_sign", tomlkit.item(gaze.joints.tilt.sign))
-        document.add("has_prior", tomlkit.item(known.has_prior))
+        document.add("has_prior", tomlkit.item(covariance.has_prior))
         tables = {
-            "errors": [self.errors.get(name, 0.0) for name in known.names],
-            "standard_deviations": known.deviations().tolist(),
-            "data_standard_deviations": known.data_deviation.tolist(),
-            "tolerances": known.scales.tolist(),
+            "perturbations": [self.perturbations.get(name, 0.0) for name in covariance.names],
+            "standard_deviations": covariance.standard_deviations().tolist(),
+            "data_standard_deviations": covariance.data_deviations.tolist(),
+            "tolerances": covariance.scales.tolist(),
         }
         for title, values in tables.items():
             table = tomlkit.table()
-            for name, value in zip(known.names, values, strict=True):
+            for name, value in zip(covariance.names, values, strict=True):
                 table.add(_key(name), value * shown_per_si(name))
             document.add(title, table)
-        document.add("correlated", _rows(known.covariance / np.outer(known.scales, known.scales)))
-        document.add("unobservable", _rows(known.unobservable))
+        scales = np.outer(covariance.scales, covariance.scales)
+        document.add("covariance", _rows(covariance.matrix / scales))
+        document.add("unobservable", _rows(covariance.unobservable))
         write_text(path, tomlkit.dumps(document))
 
     @classmethod
@@ -153,7 +164,7 @@ class CalibratedRig:
 
     @classmethod
     def _parsed(cls, document: dict[str, Any], rig: Rig) -> Self:
-        keys = list(document["errors"])
+        keys = list(document["perturbations"])
         names = tuple(key.removesuffix("_mm").removesuffix("_deg") for key in keys)
         factors = np.array([shown_per_si(name) for name in names])
 
@@ -163,13 +174,13 @@ class CalibratedRig:
         scales = values("tolerances")
         return cls(
             rig=with_signs(rig, document["pan_sign"], document["tilt_sign"]),
-            errors=dict(zip(names, values("errors").tolist(), strict=True)),
-            knowledge=Knowledge(
+            perturbations=dict(zip(names, values("perturbations").tolist(), strict=True)),
+            covariance=PerturbationCovariance(
                 names=names,
                 scales=scales,
-                covariance=np.array(document["correlated"]) * np.outer(scales, scales),
+                matrix=np.array(document["covariance"]) * np.outer(scales, scales),
                 unobservable=np.array(document["unobservable"]).reshape(-1, len(names)),
-                data_deviation=values("data_standard_deviations"),
+                data_deviations=values("data_standard_deviations"),
                 has_prior=bool(document["has_prior"]),
             ),
         )
@@ -191,7 +202,7 @@ def with_joints(rig: Rig, pan: Joint, tilt: Joint) -> Rig:
 
 
 def _key(name: str) -> str:
-    return f"{name}_{unit_of(name)}".rstrip("_")
+    return f"{name}_{shown_unit(name)}".rstrip("_")
 
 
 def _rows(matrix: FloatArray) -> Any:

@@ -1,4 +1,4 @@
-"""From observations to a calibrated rig: signs by trial, errors by robust least squares, and what is known of them."""
+"""From observations to a calibrated rig: signs by trial, perturbations by robust least squares, their covariance."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from itertools import product
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
+from optics.perturbation.train import PerturbedTrain
 from optics.tolerance.sources import Tolerances
 from rigs import Rig
 from tracking.calibration.board_start import board_poses
 from tracking.calibration.calibrated_rig import CalibratedRig, with_signs
-from tracking.calibration.errors import M2_IN_PLANE, PRIOR_TOLERANCES, standard_deviations
+from tracking.calibration.covariance import covariance_of, residual_width, unobservable_directions
 from tracking.calibration.fit import Evidence, Fit, Residuals, fit
-from tracking.calibration.knowledge import blind_directions, knowledge_of, residual_width
-from tracking.calibration.model import ErrorModel
 from tracking.calibration.observations import TargetObservations, edge_problems, observation_problems
+from tracking.calibration.prior import IN_PLANE, PRIOR_TOLERANCES, standard_deviations
 from tracking.perception.corner_samples import CornerSamples
 
 NOISE_PX = 0.3
@@ -33,7 +33,7 @@ DECIDED = 25.0
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """One guess of the joints' signs and the cost at which it explains what was seen."""
+    """One guess of the joints' signs and the cost at which it explains the observations."""
 
     pan_sign: int
     tilt_sign: int
@@ -54,7 +54,7 @@ class Estimate:
     residual_px : float
         Root mean square of what is left, in u and in v, over all observations that the rig shows.
     residual_width : float
-        Typical size of what is left over the noise that was said, 1 unless it is larger by more than chance: the
+        Typical size of what is left over the noise that was given, 1 unless it is larger by more than chance: the
         covariance is widened by its square.
     converged : bool
         Whether the solver came to rest.
@@ -81,27 +81,27 @@ def calibrate(
     prior: bool = True,
     noise_px: float = NOISE_PX,
     edge_noise_px: float = NOISE_PX,
-    play_deg: float = 0.0,
+    backlash_deg: float = 0.0,
 ) -> Estimate:
-    """Find what is off in a built rig.
+    """Estimate the perturbations of a built rig.
 
     Parameters
     ----------
     rig : Rig
-        As drawn.
+        The nominal one.
     target : TargetObservations, optional
     edges : CornerSamples, optional
         One of both at least.
     tolerances : Tolerances
-        How far each thing may be off. What has a tolerance of 0 is not looked for.
+        How far each parameter may be off. What has a tolerance of 0 is not estimated.
     prior : bool
-        Whether the tolerances are believed: the estimate is then the maximum a posteriori under normal errors of these
-        standard deviations. Otherwise they hold only those combinations that the data say nothing of, which are
+        Whether the tolerances are a prior: the estimate is then the maximum a posteriori under normal perturbations of
+        these standard deviations. Otherwise only the unobservable combinations are regularised by them, which are
         reported with an infinite standard deviation.
     noise_px, edge_noise_px : float
         Standard deviations of the observed pixels of target and corners.
-    play_deg : float
-        Standard deviation of each joint about what it was told, anew in each pose.
+    backlash_deg : float
+        Standard deviation of each joint about its commanded value, different in each pose.
 
     Raises
     ------
@@ -113,15 +113,15 @@ def calibrate(
         edges=edges,
         noise_px=noise_px,
         edge_noise_px=edge_noise_px,
-        play=float(np.radians(play_deg)),
+        backlash=float(np.radians(backlash_deg)),
     )
-    _check(rig, evidence, play_deg)
+    _check(rig, evidence, backlash_deg)
     gaze = rig.require_gaze()
     in_plane = edges is not None
     scales = {
         name: sigma
         for name, sigma in standard_deviations(rig, tolerances).items()
-        if sigma > 0 and (in_plane or name not in M2_IN_PLANE)
+        if sigma > 0 and (in_plane or name not in IN_PLANE)
     }
     fits = {
         signs: _fitted(with_signs(rig, *signs), evidence, scales, TRIAL_EVALUATIONS)
@@ -131,18 +131,27 @@ def calibrate(
     trials = tuple(Trial(pan_sign=pan, tilt_sign=tilt, cost=fits[pan, tilt].cost) for pan, tilt in ordered)
     best, second = trials[:2]
     decided = second.cost - best.cost > DECIDED
-    drawn = (gaze.joints.pan.sign, gaze.joints.tilt.sign)
-    signs = (best.pan_sign, best.tilt_sign) if decided else drawn
+    nominal = (gaze.joints.pan.sign, gaze.joints.tilt.sign)
+    signs = (best.pan_sign, best.tilt_sign) if decided else nominal
     signed = with_signs(rig, *signs)
     found = _fitted(signed, evidence, scales, LARGEST_EVALUATIONS, start=fits[signs].unknowns)
     if not prior:
         found = _fitted(
-            signed, evidence, scales, LARGEST_EVALUATIONS, held=blind_directions(found), start=found.unknowns
+            signed,
+            evidence,
+            scales,
+            LARGEST_EVALUATIONS,
+            regularised=unobservable_directions(found),
+            start=found.unknowns,
         )
     seen = found.residuals[np.isfinite(found.residuals)]
     width = residual_width(found.residuals)
     return Estimate(
-        calibrated=CalibratedRig(rig=signed, errors=found.errors, knowledge=knowledge_of(found, scales, prior=prior)),
+        calibrated=CalibratedRig(
+            rig=signed,
+            perturbations=found.perturbations,
+            covariance=covariance_of(found, scales, prior=prior),
+        ),
         trials=trials,
         signs_decided=decided,
         residual_px=_rms_px(found, evidence),
@@ -159,12 +168,13 @@ def _fitted(
     scales: dict[str, float],
     evaluations: int,
     *,
-    held: FloatArray | None = None,
+    regularised: FloatArray | None = None,
     start: FloatArray | None = None,
 ) -> Fit:
-    model = ErrorModel(rig)
-    boards = board_poses(model, evidence.target) if evidence.target is not None else []
-    return fit(Residuals(model, evidence, scales, boards), largest_evaluations=evaluations, held=held, start=start)
+    train = PerturbedTrain(rig)
+    boards = board_poses(train, evidence.target) if evidence.target is not None else []
+    residuals = Residuals(train, evidence, scales, boards)
+    return fit(residuals, largest_evaluations=evaluations, regularised=regularised, start=start)
 
 
 def _rms_px(found: Fit, evidence: Evidence) -> float:
@@ -175,15 +185,15 @@ def _rms_px(found: Fit, evidence: Evidence) -> float:
     return float(np.sqrt(np.nanmean(pixels**2)))
 
 
-def _check(rig: Rig, evidence: Evidence, play_deg: float) -> None:
+def _check(rig: Rig, evidence: Evidence, backlash_deg: float) -> None:
     rig.require_gaze()
     problems = [
         f"expected {name} > 0, got {value}"
         for name, value in (("noise_px", evidence.noise_px), ("edge_noise_px", evidence.edge_noise_px))
         if not (np.isfinite(value) and value > 0)
     ]
-    if not (np.isfinite(play_deg) and play_deg >= 0):
-        problems.append(f"expected play_deg >= 0, got {play_deg}")
+    if not (np.isfinite(backlash_deg) and backlash_deg >= 0):
+        problems.append(f"expected backlash_deg >= 0, got {backlash_deg}")
     target, edges = evidence.target, evidence.edges
     if target is None and edges is None:
         problems.append("expected observations of a target, corner samples, or both, got neither")

@@ -1,12 +1,11 @@
-"""Robust least squares: the errors under which a rig shows what was observed, and what the observations say of them.
+"""Robust least squares: the perturbations under which a rig shows what was observed, and the derivatives there.
 
 Minimised is
 
-    sum c^2 (sqrt(1 + (r / c)^2) - 1)  +  1/2 sum (p / sigma_p)^2,       r = (seen - observed) / noise,
+    sum c^2 (sqrt(1 + (r / c)^2) - 1)  +  1/2 sum (p / sigma_p)^2,       r = (predicted - observed) / noise,
 
-pseudo-Huber ("soft L1") of the pixels and squares of what is believed beforehand. Each first term is half the square of
-a residual of its own, so that a solver of plain least squares can do it (Triggs et al., Bundle adjustment, 2000,
-section 4.3).
+pseudo-Huber ("soft L1") of the pixels and squares of the prior. Each first term is half the square of a residual of its
+own, so that a solver of plain least squares can do it (Triggs et al., Bundle adjustment, 2000, section 4.3).
 """
 
 from __future__ import annotations
@@ -16,21 +15,28 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.spatial.transform import RigidTransform
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.kernels.arrays import FloatArray
-from tracking.calibration.chain import Chain
-from tracking.calibration.model import ErrorModel
+from optics.perturbation.derivatives import face_jacobian, projection_jacobian
+from optics.perturbation.parameters import POINT
+from optics.perturbation.train import PerturbedTrain
 from tracking.calibration.observations import TargetObservations
 from tracking.perception.corner_samples import CornerSamples
+from tracking.perception.exact_corners import crop_outline_m
 
 TURNING_POINT = 3.0
 """c: beyond this many standard deviations a pixel's pull no longer grows."""
 
 MISSING = 1000.0
-"""Residual of what the rig with its present errors does not show at all, in standard deviations."""
+"""Residual of what the rig with its present perturbations does not show at all, in standard deviations."""
 
-BOARD_STEPS = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
+JOINT_OFFSETS = ("pan_offset", "tilt_offset")
+"""Backlash acts as an offset of both joints in one pose."""
+
+BOARD_NUMBERS = 6
+"""Of a board's pose: its shifts along and its turns about its own x, y and z."""
+
 BOARD_SCALE = 0.01
 """Metres and radians in which a board's pose is counted by the solver."""
 
@@ -48,15 +54,15 @@ class Evidence:
     edges : CornerSamples, optional
     noise_px, edge_noise_px : float
         Standard deviations of the pixels of target and corners, in u and in v.
-    play : float
-        Standard deviation of both joints about what they were told, anew in each pose, radians; 0: they obey.
+    backlash : float
+        Standard deviation of both joints about their commanded values, different in each pose, radians; 0: none.
     """
 
     target: TargetObservations | None
     edges: CornerSamples | None
     noise_px: float
     edge_noise_px: float
-    play: float
+    backlash: float
 
     def poses(self) -> FloatArray:
         """All different joint values, shape (p, 2)."""
@@ -73,49 +79,51 @@ class Fit:
     ----------
     unknowns : array, shape (count,)
         As `Residuals` takes them.
-    errors : dict of str to float
+    perturbations : dict of str to float
     cost : float
         Twice the minimised sum: chi-square of clean data.
     residuals : array, shape (m,)
-        Seen less observed, in standard deviations; nan where nothing is seen.
-    slopes : array, shape (m, k)
-        Of the residuals by the errors, each counted in its scale.
+        Predicted less observed, in standard deviations; nan where the rig shows nothing.
+    jacobian : array, shape (m, k)
+        Derivatives of the residuals by the perturbations, each counted in its scale.
     nuisance : array, shape (m + j, l)
-        The same by what nobody asks for, poses of boards and play, with the rows that hold back the play below.
+        The same by the nuisance parameters, poses of boards and backlash, with the rows that regularise the backlash
+        below.
     converged : bool
         Whether the solver came to rest within its evaluations.
     """
 
     unknowns: FloatArray
-    errors: dict[str, float]
+    perturbations: dict[str, float]
     cost: float
     residuals: FloatArray
-    slopes: FloatArray
+    jacobian: FloatArray
     nuisance: FloatArray
     converged: bool
 
 
 class Residuals:
-    """Residuals of the evidence as a function of one vector of unknowns: errors, poses of boards, play of each pose.
+    """Residuals of the evidence by one vector of unknowns: perturbations, poses of boards, backlash of each pose.
 
     Parameters
     ----------
-    model : ErrorModel
+    train : PerturbedTrain
     evidence : Evidence
     scales : dict of str to float
-        The errors that are looked for, and the size in which each is counted.
+        The parameters that are estimated, and the size in which each is counted.
     boards : list of RigidTransform
         `camera_from_board` at the start.
     """
 
-    def __init__(self, model: ErrorModel, evidence: Evidence, scales: dict[str, float], boards: list[RigidTransform]):
-        self.model, self.evidence, self.boards = model, evidence, boards
+    def __init__(
+        self, train: PerturbedTrain, evidence: Evidence, scales: dict[str, float], boards: list[RigidTransform]
+    ):
+        self.train, self.evidence, self.boards = train, evidence, boards
         self.names = tuple(scales)
-        self.scales = np.array([*scales.values(), *[BOARD_SCALE] * (6 * len(boards))])
-        self.poses = evidence.poses() if evidence.play > 0 else np.empty((0, 2))
-        self._board_names = tuple(f"board {i} {step}" for i in range(len(boards)) for step in BOARD_STEPS)
-        # Play acts as a pan and a tilt of one pose.
-        self._asked = tuple(dict.fromkeys([*self.names, *self._board_names, "pan", "tilt"]))
+        self.scales = np.array([*scales.values(), *[BOARD_SCALE] * (BOARD_NUMBERS * len(boards))])
+        self.poses = evidence.poses() if evidence.backlash > 0 else np.empty((0, 2))
+        self._parameters = tuple(dict.fromkeys([*self.names, *JOINT_OFFSETS]))
+        self._outline = crop_outline_m(train.rig)
 
     @property
     def count(self) -> int:
@@ -123,47 +131,47 @@ class Residuals:
         return len(self.scales) + 2 * len(self.poses)
 
     def __call__(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Residuals, shape (m,), in standard deviations, and their slopes, shape (m, count)."""
+        """Residuals, shape (m,), in standard deviations, and their Jacobian, shape (m, count)."""
         values = unknowns[: len(self.scales)] * self.scales
-        errors = dict(zip(self.names, values[: len(self.names)].tolist(), strict=True))
-        play = unknowns[len(self.scales) :].reshape(-1, 2) * self.evidence.play
+        perturbations = dict(zip(self.names, values[: len(self.names)].tolist(), strict=True))
+        backlash = unknowns[len(self.scales) :].reshape(-1, 2) * self.evidence.backlash
         parts = []
         if (target := self.evidence.target) is not None:
-            points, rates = self._points(target, values[len(self.names) :])
-            pixels, slopes = self.model.points(errors, self._moved(target.q, play), points, self._asked, rates)
-            parts.append(self._scaled(pixels - target.pixels, slopes, target.q, self.evidence.noise_px))
+            points, by_boards = self._points(target, values[len(self.names) :].reshape(-1, BOARD_NUMBERS))
+            q1, q2 = self._moved(target.q, backlash).T
+            names = (*POINT, *self._parameters)
+            found = projection_jacobian(self.train, points, q1=q1, q2=q2, parameters=names, perturbations=perturbations)
+            by_point, by_parameters = found.values[:, :, :3], found.values[:, :, 3:]
+            off = found.pixels - target.pixels
+            parts.append(self._scaled(off, by_parameters, by_point @ by_boards, target.q, self.evidence.noise_px))
         if (edges := self.evidence.edges) is not None:
-            corners, slopes = self.model.corners(errors, self._moved(edges.q, play), self._asked)
-            off = (corners - edges.corners_px).reshape(-1, 2)
-            slopes = slopes.reshape(-1, 2, len(self._asked))
-            parts.append(self._scaled(off, slopes, np.repeat(edges.q, 4, axis=0), self.evidence.edge_noise_px))
+            q = self._moved(edges.q, backlash)
+            found = face_jacobian(
+                self.train, self._outline, q, parameters=self._parameters, perturbations=perturbations
+            )
+            off, by_parameters = found.pixels - edges.corners_px, found.values.reshape(-1, 2, len(self._parameters))
+            rows = np.repeat(edges.q, len(self._outline), axis=0)
+            parts.append(self._scaled(off.reshape(-1, 2), by_parameters, 0.0, rows, self.evidence.edge_noise_px))
         return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 
     def _points(self, target: TargetObservations, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points in the camera frame, and how they move with the boards."""
-        rates = np.zeros((len(target.q), 3, len(self._asked)))
+        """Points in the camera frame, and their derivatives by the boards' numbers."""
+        by_boards = np.zeros((len(target.q), 3, numbers.size))
         if not target.boards:
-            return self.model.layout.body_from_camera.inv().apply(target.points_m), rates
+            return self.train.layout.body_from_camera.inv().apply(target.points_m), by_boards
         points = np.empty_like(target.points_m)
-        for index, start in enumerate(self.boards):
-            on, names = target.board == index, self._board_names[6 * index : 6 * index + 6]
-            chain = Chain(start, 1)
-            for axis in range(3):
-                chain.shift(names[axis], axis, float(numbers[6 * index + axis]))
-            for axis in range(3):
-                chain.turn(names[3 + axis], axis, float(numbers[6 * index + 3 + axis]))
-            of_origin, turning = chain.rates(self._asked)
-            arms = target.points_m[on] @ chain.axes[0].T
-            points[on] = arms + chain.origin_m
-            rates[on] = of_origin + np.cross(turning, arms[..., np.newaxis], axis=1)
-        return points, rates
+        for index, (start, of_board) in enumerate(zip(self.boards, numbers, strict=True)):
+            on = target.board == index
+            columns = slice(BOARD_NUMBERS * index, BOARD_NUMBERS * (index + 1))
+            points[on], by_boards[on, :, columns] = moved_board(start, of_board, target.points_m[on])
+        return points, by_boards
 
-    def _moved(self, q: FloatArray, play: FloatArray) -> FloatArray:
-        """Joint values with the play of their poses."""
-        if not len(play):
+    def _moved(self, q: FloatArray, backlash: FloatArray) -> FloatArray:
+        """Joint values with the backlash of their poses."""
+        if not len(backlash):
             return q
-        layout = self.model.layout
-        moved = (self._of_pose(q)[..., np.newaxis] * play).sum(axis=1)
+        layout = self.train.layout
+        moved = (self._of_pose(q)[..., np.newaxis] * backlash).sum(axis=1)
         return np.asarray(q + moved * [layout.pan.sign, layout.tilt.sign])
 
     def _of_pose(self, q: FloatArray) -> FloatArray:
@@ -171,23 +179,43 @@ class Residuals:
         return np.asarray((q[:, np.newaxis] == self.poses).all(axis=2), dtype=np.float64)
 
     def _scaled(
-        self, off: FloatArray, slopes: FloatArray, q: FloatArray, noise: float
+        self, off: FloatArray, by_parameters: FloatArray, by_boards: FloatArray | float, q: FloatArray, noise: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Residuals and slopes of one kind of evidence, row by row, with a column for each unknown."""
-        columns = [self._asked.index(name) for name in (*self.names, *self._board_names)]
+        """Residuals and Jacobian of one kind of evidence, row by row, with a column for each unknown."""
+        count, board_end = len(self.names), len(self.scales)
         whole = np.empty((len(off), 2, self.count))
-        whole[:, :, : len(columns)] = slopes[:, :, columns] * self.scales
-        of_play = slopes[:, :, [self._asked.index(name) for name in ("pan", "tilt")]] * self.evidence.play
-        of_poses = self._of_pose(q)[:, np.newaxis, :, np.newaxis] * of_play[:, :, np.newaxis, :]
-        whole[:, :, len(columns) :] = of_poses.reshape(len(off), 2, 2 * len(self.poses))
+        whole[:, :, :count] = by_parameters[:, :, :count] * self.scales[:count]
+        whole[:, :, count:board_end] = by_boards * self.scales[count:]
+        by_offsets = by_parameters[:, :, [self._parameters.index(name) for name in JOINT_OFFSETS]]
+        by_poses = self._of_pose(q)[:, np.newaxis, :, np.newaxis] * by_offsets[:, :, np.newaxis]
+        whole[:, :, board_end:] = self.evidence.backlash * by_poses.reshape(len(off), 2, 2 * len(self.poses))
         return (off / noise).ravel(), (whole / noise).reshape(-1, self.count)
+
+
+def moved_board(start: RigidTransform, numbers: FloatArray, points_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points of a board, shape (n, 3), whose pose is shifted along its axes and then turned about its x, y and z.
+
+    Returns
+    -------
+    points_m, values : arrays, shape (n, 3) and (n, 3, 6)
+        Camera frame, and derivatives by the three shifts and the three turns.
+    """
+    shift, angles = numbers[:3], numbers[3:]
+    frames = [start.rotation]
+    for angle, axis in zip(angles, np.eye(3), strict=True):
+        frames.append(frames[-1] * Rotation.from_rotvec(angle * axis))
+    arms, along = frames[-1].apply(points_m), frames[0].as_matrix()
+    about = np.column_stack([frame.as_matrix()[:, index] for index, frame in enumerate(frames[:3])])
+    turning = np.cross(about, arms[..., np.newaxis], axisa=0, axisb=1, axisc=1)
+    shifting = np.broadcast_to(along, turning.shape)
+    return arms + start.translation + along @ shift, np.concatenate([shifting, turning], axis=2)
 
 
 def fit(
     residuals: Residuals,
     *,
     largest_evaluations: int,
-    held: FloatArray | None = None,
+    regularised: FloatArray | None = None,
     start: FloatArray | None = None,
 ) -> Fit:
     """Minimise by Levenberg and Marquardt's method (MINPACK).
@@ -197,31 +225,31 @@ def fit(
     residuals : Residuals
     largest_evaluations : int
         Of the solver.
-    held : array, shape (h, k), optional
-        Combinations of the errors, each counted in its scale, that are believed to be 0 +- 1; every error by default.
+    regularised : array, shape (h, k), optional
+        Combinations of the perturbations, each counted in its scale, whose prior is 0 +- 1; every one by default.
     start : array, shape (count,), optional
         Unknowns to begin with; zero by default.
     """
-    error_count, count = len(residuals.names), residuals.count
-    combinations = np.eye(error_count) if held is None else held
-    # Boards may be anywhere; play is counted in its standard deviation.
-    play_count = 2 * len(residuals.poses)
-    holding = np.zeros((len(combinations) + play_count, count))
-    holding[: len(combinations), :error_count] = combinations
-    holding[len(combinations) :, count - play_count :] = np.eye(play_count)
+    parameter_count, count = len(residuals.names), residuals.count
+    combinations = np.eye(parameter_count) if regularised is None else regularised
+    # Boards may be anywhere; backlash is counted in its standard deviation.
+    backlash_count = 2 * len(residuals.poses)
+    regularising = np.zeros((len(combinations) + backlash_count, count))
+    regularising[: len(combinations), :parameter_count] = combinations
+    regularising[len(combinations) :, count - backlash_count :] = np.eye(backlash_count)
     known: dict[bytes, tuple[FloatArray, FloatArray]] = {}
 
     def evaluated(unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
         key = unknowns.tobytes()
         if key not in known:
             known.clear()
-            off, slopes = residuals(unknowns)
+            off, jacobian = residuals(unknowns)
             lost = ~np.isfinite(off)
-            off, slopes = np.where(lost, MISSING, off), np.where(lost[:, np.newaxis], 0.0, slopes)
+            off, jacobian = np.where(lost, MISSING, off), np.where(lost[:, np.newaxis], 0.0, jacobian)
             soft, factor = softened(off)
             known[key] = (
-                np.concatenate([soft, holding @ unknowns]),
-                np.concatenate([factor[:, np.newaxis] * slopes, holding]),
+                np.concatenate([soft, regularising @ unknowns]),
+                np.concatenate([factor[:, np.newaxis] * jacobian, regularising]),
             )
         return known[key]
 
@@ -235,22 +263,22 @@ def fit(
         gtol=PRECISION,
         max_nfev=largest_evaluations,
     )
-    off, slopes = residuals(found.x)
-    slopes = np.where(np.isfinite(off)[:, np.newaxis], slopes, 0.0)
-    errors = found.x[:error_count] * residuals.scales[:error_count]
+    off, jacobian = residuals(found.x)
+    jacobian = np.where(np.isfinite(off)[:, np.newaxis], jacobian, 0.0)
+    perturbations = found.x[:parameter_count] * residuals.scales[:parameter_count]
     return Fit(
         unknowns=found.x,
-        errors=dict(zip(residuals.names, errors.tolist(), strict=True)),
+        perturbations=dict(zip(residuals.names, perturbations.tolist(), strict=True)),
         cost=float(2 * found.cost),
         residuals=off,
-        slopes=slopes[:, :error_count],
-        nuisance=np.concatenate([slopes[:, error_count:], holding[len(combinations) :, error_count:]]),
+        jacobian=jacobian[:, :parameter_count],
+        nuisance=np.concatenate([jacobian[:, parameter_count:], regularising[len(combinations) :, parameter_count:]]),
         converged=bool(found.success),
     )
 
 
 def softened(residuals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Residuals whose half squares are pseudo-Huber's, and their slopes by the plain ones."""
+    """Residuals whose half squares are pseudo-Huber's, and their derivatives by the plain ones."""
     root = np.sqrt(1 + (residuals / TURNING_POINT) ** 2)
     # c sqrt(2 (root - 1)) without the difference of nearly equal numbers: root - 1 = (r / c)^2 / (root + 1).
     shrink = np.sqrt(2 / (root + 1))

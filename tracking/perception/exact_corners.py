@@ -18,7 +18,6 @@ from optics.layout import Layout, pan_from_m2
 from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
-from rigs.gaze import FlatMirror
 from tracking.perception.corners import check_joint_values
 from tracking.perception.crop import CORNER_COUNT, runs_clockwise
 
@@ -57,9 +56,7 @@ class ExactCorners:
         self._layout = Layout.from_rig(rig)
         train = OpticalTrain.from_rig(rig, q1=_middle(self._layout.pan), q2=_middle(self._layout.tilt))
         self._before_m2 = replace(train, mirrors=train.mirrors[:1])
-        gaze = rig.require_gaze()
-        sense = -1.0 if gaze.fold_mirror.direction == "up" else 1.0
-        self._outline = np.column_stack([sense * CROP_CORNERS_IN_M2 * _half_size(gaze.gaze_mirror), np.zeros(4)])
+        self._outline = np.column_stack([crop_outline_m(rig), np.zeros(4)])
         limits = np.radians([[j.min_deg, j.max_deg] for j in (self._layout.pan, self._layout.tilt)])
         self._centre, self._half = limits.mean(axis=1), np.diff(limits, axis=1)[:, 0] / 2 + MARGIN
         self._table = self._tabulated()
@@ -126,12 +123,17 @@ class ExactCorners:
         return None
 
 
+def crop_outline_m(rig: Rig) -> FloatArray:
+    """Corners of M2 along its x and y, shape (4, 2), in the crop's order; `ValueError` for a rig without mirrors."""
+    gaze = rig.require_gaze()
+    sense = -1.0 if gaze.fold_mirror.direction == "up" else 1.0
+    return np.asarray(
+        sense * CROP_CORNERS_IN_M2 * [gaze.gaze_mirror.width_mm / 2000, gaze.gaze_mirror.height_mm / 2000]
+    )
+
+
 def _middle(joint: Joint) -> float:
     return float(np.radians((joint.min_deg + joint.max_deg) / 2))
-
-
-def _half_size(plate: FlatMirror) -> FloatArray:
-    return np.array([plate.width_mm, plate.height_mm]) / 2000
 
 
 def _without_backs(corners: FloatArray) -> FloatArray:

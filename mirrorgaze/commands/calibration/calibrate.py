@@ -63,7 +63,7 @@ def calibrate(
     if simulate:
         if observations is not None or edges is not None or output is not None:
             raise ValueError("expected --simulate alone: it makes its own observations and writes no calibration")
-        _simulate(loaded, range(seed, seed + rigs), noise_px=noise_px, play_deg=backlash_deg, json=json)
+        _simulate(loaded, range(seed, seed + rigs), noise_px=noise_px, backlash_deg=backlash_deg, json=json)
         return
     from tracking.calibration.estimate import calibrate as estimate
 
@@ -75,7 +75,7 @@ def calibrate(
         prior=prior,
         noise_px=noise_px,
         edge_noise_px=noise_px,
-        play_deg=backlash_deg,
+        backlash_deg=backlash_deg,
     )
     if output is not None:
         found.calibrated.save(output)
@@ -112,34 +112,34 @@ def _read(rig: Rig, observations: Path | None, edges: Path | None) -> tuple[Any,
 
 
 def _summary(found: Estimate) -> dict[str, Any]:
-    from tracking.calibration.errors import shown_per_si, unit_of
+    from optics.perturbation.parameters import shown_per_si, shown_unit
 
     calibrated = found.calibrated
-    known, joints = calibrated.knowledge, calibrated.rig.require_gaze().joints
+    covariance, joints = calibrated.covariance, calibrated.rig.require_gaze().joints
     corrected = calibrated.with_joint_offsets().require_gaze().joints
     rows = []
-    for index, name in enumerate(known.names):
+    for index, name in enumerate(covariance.names):
         factor = shown_per_si(name)
         rows.append(
             {
-                "error": name,
-                "unit": unit_of(name),
-                "value": calibrated.errors[name] * factor,
-                "standard_deviation": float(known.deviations()[index]) * factor,
-                "standard_deviation_from_data": float(known.data_deviation[index]) * factor,
-                "tolerance": float(known.scales[index]) * factor,
+                "parameter": name,
+                "unit": shown_unit(name),
+                "value": calibrated.perturbations[name] * factor,
+                "standard_deviation": float(covariance.standard_deviations()[index]) * factor,
+                "standard_deviation_from_data": float(covariance.data_deviations[index]) * factor,
+                "tolerance": float(covariance.scales[index]) * factor,
             }
         )
     gaze = _gaze_deviation_deg(found)
     return {
         "rig": calibrated.rig.name,
-        "prior": known.has_prior,
+        "prior": covariance.has_prior,
         "pan_sign": joints.pan.sign,
         "tilt_sign": joints.tilt.sign,
         "signs_decided": found.signs_decided,
         "sign_costs": [[trial.pan_sign, trial.tilt_sign, trial.cost] for trial in found.trials],
-        "errors": rows,
-        "unobservable": list(known.combinations()),
+        "perturbations": rows,
+        "unobservable": list(covariance.combinations()),
         "residual_px": found.residual_px,
         "residual_width": found.residual_width,
         "converged": found.converged,
@@ -166,10 +166,10 @@ def _print(found: Estimate) -> None:
     doubt = "" if found.signs_decided else " (not determined by the images; as in the rig file)"
     typer.echo(f"signs: pan {summary['pan_sign']:+d}, tilt {summary['tilt_sign']:+d}{doubt}")
     rows = [["parameter", "estimate", "std. dev.", "from the images alone", "tolerance", ""]]
-    for row in summary["errors"]:
+    for row in summary["perturbations"]:
         numbers = (row["value"], row["standard_deviation"], row["standard_deviation_from_data"], row["tolerance"])
         digits = 5 if row["unit"] == "" else 3
-        rows.append([row["error"], *(f"{number:.{digits}f}" for number in numbers), row["unit"]])
+        rows.append([row["parameter"], *(f"{number:.{digits}f}" for number in numbers), row["unit"]])
     print_table(rows)
     if summary["unobservable"]:
         kept = "keep their prior" if summary["prior"] else "are unknown"
@@ -192,11 +192,15 @@ def _print(found: Estimate) -> None:
     )
 
 
-def _simulate(rig: Rig, seeds: range, *, noise_px: float, play_deg: float, json: bool) -> None:
+def _simulate(rig: Rig, seeds: range, *, noise_px: float, backlash_deg: float, json: bool) -> None:
     from dives.calibration.session_study import session_study
 
     study = session_study(
-        rig, seeds=seeds, noise_px=noise_px, play_deg=play_deg, progress=partial(print_progress, "calibrate: session")
+        rig,
+        seeds=seeds,
+        noise_px=noise_px,
+        backlash_deg=backlash_deg,
+        progress=partial(print_progress, "calibrate: session"),
     )
     if json:
         from dataclasses import asdict
@@ -217,9 +221,9 @@ def _print_study(study: SessionStudy) -> None:
         rows.append(_study_row(name, str(count), [outcome.after for outcome in outcomes], expected))
     print_table(rows)
     typer.echo(
-        f"rigs built with errors of 1 mm and 1 degree: {len(study.before)}. Root mean squares over the joints' range, "
-        "median of the rigs;\nimage: of points 3 m away, corners: of the gaze mirror; expected: what the covariance "
-        "says of the gaze"
+        f"rigs built with perturbations of 1 mm and 1 degree: {len(study.before)}. Root mean squares over the joints' "
+        "range, median of the rigs;\nimage: of points 3 m away, corners: of the gaze mirror; expected: what the "
+        "covariance says of the gaze"
     )
 
 

@@ -1,4 +1,4 @@
-"""Calibration brings the error of a printed rig down, says honestly how far, and what it cannot know."""
+"""Calibration brings the error of a printed rig down, with an honest covariance, and names what is unobservable."""
 
 from __future__ import annotations
 
@@ -10,17 +10,23 @@ from scipy.stats import chi2
 
 from dives.calibration.simulation import remaining, simulated_edges, simulated_target, useful_poses
 from optics.layout import Layout
+from optics.perturbation.train import PerturbedTrain
 from optics.tolerance.sources import NO_TOLERANCES, Tolerances
 from rigs import Rig
 from scenes.worlds.tank import tank_boards
 from tracking.calibration.board_start import board_poses
 from tracking.calibration.calibrated_rig import CalibratedRig, with_signs
-from tracking.calibration.errors import PRINT_TOLERANCES, draw_errors, standard_deviations
+from tracking.calibration.covariance import (
+    PerturbationCovariance,
+    covariance_of,
+    spread_factor,
+    unobservable_directions,
+)
 from tracking.calibration.estimate import calibrate
 from tracking.calibration.fit import TURNING_POINT, Evidence, Residuals, fit, softened
-from tracking.calibration.knowledge import blind_directions, knowledge_of, spread_factor
-from tracking.calibration.model import ErrorModel
 from tracking.calibration.observations import TargetObservations
+from tracking.calibration.prior import PRINT_TOLERANCES, draw_perturbations, standard_deviations
+from tracking.perception.exact_corners import crop_outline_m
 
 NOISE_PX = 0.3
 
@@ -41,22 +47,24 @@ def poses(rig):
     return useful_poses(rig, 12)
 
 
-def observed(rig, errors, q, *, seed, known=True, direct=False, edges=True):
-    target = simulated_target(rig, errors, q, known=known, direct=direct, noise_px=NOISE_PX, seed=seed)
-    corners = simulated_edges(rig, errors, Layout.from_rig(rig).joint_grid(4), noise_px=NOISE_PX, seed=seed + 1000)
+def observed(rig, perturbations, q, *, seed, known=True, direct=False, edges=True):
+    target = simulated_target(rig, perturbations, q, known=known, direct=direct, noise_px=NOISE_PX, seed=seed)
+    corners = simulated_edges(
+        rig, perturbations, Layout.from_rig(rig).joint_grid(4), noise_px=NOISE_PX, seed=seed + 1000
+    )
     return {"target": target, "edges": corners if edges else None}
 
 
 @pytest.fixture(scope="module")
 def found(rig, poses):
     """A printed rig, and what is found of it with boards in known places and its mirror's corners."""
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=1)
-    return errors, calibrate(rig, **observed(rig, errors, poses, seed=1))
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=1)
+    return perturbations, calibrate(rig, **observed(rig, perturbations, poses, seed=1))
 
 
 def test_printed_rig_comes_down_to_a_tenth_of_a_degree_and_a_pixel(rig, found):
-    errors, estimate = found
-    before, after = remaining(rig, errors, rig), remaining(rig, errors, estimate.calibrated)
+    perturbations, estimate = found
+    before, after = remaining(rig, perturbations, rig), remaining(rig, perturbations, estimate.calibrated)
     assert before.gaze_deg > 1
     assert before.image_px > 10
     assert after.gaze_deg <= WELL_ENOUGH_DEG
@@ -73,20 +81,20 @@ def test_printed_rig_comes_down_to_a_tenth_of_a_degree_and_a_pixel(rig, found):
 def test_other_rigs_come_down_alike(preset):
     """A dome, and another flat port."""
     rig = Rig.load(preset)
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=2)
-    estimate = calibrate(rig, **observed(rig, errors, useful_poses(rig, 12), seed=3))
-    assert remaining(rig, errors, rig).gaze_deg > 1
-    after = remaining(rig, errors, estimate.calibrated)
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=2)
+    estimate = calibrate(rig, **observed(rig, perturbations, useful_poses(rig, 12), seed=3))
+    assert remaining(rig, perturbations, rig).gaze_deg > 1
+    after = remaining(rig, perturbations, estimate.calibrated)
     assert after.gaze_deg <= WELL_ENOUGH_DEG
     assert after.image_px <= WELL_ENOUGH_PX
     assert after.corners_px <= WELL_ENOUGH_PX
 
 
 def test_gaze_is_as_well_known_as_it_is_said_to_be(rig, found):
-    """Root mean square over the joints' range: the errors of all poses come from the same two dozen numbers."""
-    errors, estimate = found
+    """Root mean square over the joints' range: the perturbations of all poses come from the same two dozen numbers."""
+    perturbations, estimate = found
     q = Layout.from_rig(rig).joint_grid(5)
-    off = np.linalg.norm(estimate.calibrated.gaze(q) - ErrorModel(rig).gaze(errors, q)[0], axis=1)
+    off = np.linalg.norm(estimate.calibrated.gaze(q) - PerturbedTrain(rig).gaze(q, perturbations), axis=1)
     said = estimate.calibrated.gaze_deviation(q)
     assert np.sqrt((off**2).mean()) < 3 * np.sqrt((said**2).mean())
     assert np.degrees(said).max() < WELL_ENOUGH_DEG
@@ -96,11 +104,11 @@ def test_gaze_is_as_well_known_as_it_is_said_to_be(rig, found):
 def test_signs_are_found(rig, poses, pan, tilt):
     """A servo that turns the other way than the rig file says."""
     built = with_signs(rig, pan, tilt)
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=4)
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=4)
     told = poses * [pan, tilt]
     limits = np.radians([[j.min_deg, j.max_deg] for j in (rig.gaze.joints.pan, rig.gaze.joints.tilt)])
     told = told[((told >= limits[:, 0]) & (told <= limits[:, 1])).all(axis=1)]
-    estimate = calibrate(rig, **observed(built, errors, told, seed=4))
+    estimate = calibrate(rig, **observed(built, perturbations, told, seed=4))
     assert estimate.signs_decided
     assert estimate.calibrated.rig.gaze.joints == built.gaze.joints
     assert estimate.trials[1].cost > 100 * estimate.trials[0].cost
@@ -111,43 +119,43 @@ REALISATIONS = 16
 
 @pytest.mark.parametrize("prior", [True, False])
 def test_covariance_is_honest(rig, prior):
-    """Normalised errors of 16 calibrations are chi-square distributed.
+    """Normalised errors squared (NEES) of 16 calibrations are chi-square distributed.
 
-    Rationale: with a prior, both the rig's errors and the noise are drawn anew, and the maximum a posteriori must miss
-    by what its covariance says. Without one the rig stays the same, and of several that would look alike it is the one
+    Rationale: with a prior, both perturbations and noise are drawn again, and the maximum a posteriori must miss by
+    what its covariance says. Without one the rig stays the same, and of several that would look alike it is the one
     that pictures without noise give.
     Expected: the sum of (found - true)' C^-1 (found - true) has as many degrees of freedom as numbers were found.
     """
     q, corner_poses = useful_poses(rig, 8), Layout.from_rig(rig).joint_grid(3)
     scales = standard_deviations(rig, PRINT_TOLERANCES)
-    model = ErrorModel(rig)
+    train = PerturbedTrain(rig)
 
-    def fitted(errors, *, noise_px, seed):
-        target = simulated_target(rig, errors, q, known=True, direct=False, noise_px=noise_px, seed=seed)
+    def fitted(perturbations, *, noise_px, seed):
+        target = simulated_target(rig, perturbations, q, known=True, direct=False, noise_px=noise_px, seed=seed)
         evidence = Evidence(
             target=target.rows(np.arange(len(target.q)) % 3 == 0),
-            edges=simulated_edges(rig, errors, corner_poses, noise_px=noise_px, seed=1000 + seed),
+            edges=simulated_edges(rig, perturbations, corner_poses, noise_px=noise_px, seed=1000 + seed),
             noise_px=NOISE_PX,
             edge_noise_px=NOISE_PX,
-            play=0.0,
+            backlash=0.0,
         )
-        residuals = Residuals(model, evidence, scales, [])
+        residuals = Residuals(train, evidence, scales, [])
         found = fit(residuals, largest_evaluations=100)
         if prior:
             return found
-        return fit(residuals, largest_evaluations=100, held=blind_directions(found), start=found.unknowns)
+        return fit(residuals, largest_evaluations=100, regularised=unobservable_directions(found), start=found.unknowns)
 
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=0)
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=0)
     if not prior:
-        errors = fitted(errors, noise_px=0.0, seed=0).errors
+        perturbations = fitted(perturbations, noise_px=0.0, seed=0).perturbations
     total, freedoms = 0.0, 0
     for seed in range(REALISATIONS):
         if prior:
-            errors = draw_errors(rig, PRINT_TOLERANCES, seed=seed)
-        found = fitted(errors, noise_px=NOISE_PX, seed=2000 + seed)
-        known = knowledge_of(found, scales, prior=prior)
-        off = np.array([found.errors[name] - errors[name] for name in known.names]) / known.scales
-        variance, axes = np.linalg.eigh(known.covariance / np.outer(known.scales, known.scales))
+            perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=seed)
+        found = fitted(perturbations, noise_px=NOISE_PX, seed=2000 + seed)
+        known = covariance_of(found, scales, prior=prior)
+        off = np.array([found.perturbations[name] - perturbations[name] for name in known.names]) / known.scales
+        variance, axes = np.linalg.eigh(known.matrix / np.outer(known.scales, known.scales))
         observable = variance > 1e-12 * variance.max()
         total += float(((axes[:, observable].T @ off) ** 2 / variance[observable]).sum())
         freedoms += int(observable.sum())
@@ -183,8 +191,8 @@ def test_softened_residuals_have_pseudo_hubers_cost():
 
 def test_a_few_wrong_corners_do_little(rig, poses, found):
     """One corner in a hundred is off by up to 50 px."""
-    errors, clean = found
-    evidence = observed(rig, errors, poses, seed=1)
+    perturbations, clean = found
+    evidence = observed(rig, perturbations, poses, seed=1)
     target = evidence["target"]
     rng = np.random.default_rng(7)
     pixels = target.pixels.copy()
@@ -193,35 +201,37 @@ def test_a_few_wrong_corners_do_little(rig, poses, found):
     estimate = calibrate(rig, target=replace(target, pixels=pixels), edges=evidence["edges"])
     assert wrong.sum() >= 3
     assert estimate.outlier_count >= wrong.sum()
-    assert remaining(rig, errors, estimate.calibrated).gaze_deg < WELL_ENOUGH_DEG
+    assert remaining(rig, perturbations, estimate.calibrated).gaze_deg < WELL_ENOUGH_DEG
     assert clean.outlier_count == 0
 
 
 def test_noise_larger_than_said_widens_the_covariance(rig, poses, found):
-    errors, clean = found
-    estimate = calibrate(rig, **observed(rig, errors, poses, seed=1), noise_px=0.1, edge_noise_px=0.1)
+    perturbations, clean = found
+    estimate = calibrate(rig, **observed(rig, perturbations, poses, seed=1), noise_px=0.1, edge_noise_px=0.1)
     assert estimate.residual_width == pytest.approx(3, rel=0.1)
-    wide, narrow = (each.calibrated.knowledge.deviations() for each in (estimate, clean))
+    wide, narrow = (each.calibrated.covariance.standard_deviations() for each in (estimate, clean))
     # Where the data say much, the same noise gives the same deviation, whichever way it is told.
-    seen = clean.calibrated.knowledge.data_deviation < 0.1 * clean.calibrated.knowledge.scales
+    seen = clean.calibrated.covariance.data_deviations < 0.1 * clean.calibrated.covariance.scales
     assert seen.sum() >= 5
     # Three times as wide, the cost is nearly L1, which knows less by up to 1 / sqrt(0.64) (Huber 1981, section 1.1).
     np.testing.assert_allclose(wide[seen], narrow[seen], rtol=0.25)
     assert clean.residual_width == 1
 
 
-def test_play_of_the_joints_is_part_of_what_is_not_known(rig, poses):
-    """0.15 degrees of play in each pose: without saying so the covariance would be far too small."""
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=1)
+def test_backlash_is_part_of_what_is_not_known(rig, poses):
+    """0.15 degrees of backlash in each pose: without saying so the covariance would be far too small."""
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=1)
     moved = poses + np.radians(0.15) * np.random.default_rng(3).standard_normal(poses.shape)
     moved = np.clip(moved, *np.radians([[j.min_deg, j.max_deg] for j in (rig.gaze.joints.pan, rig.gaze.joints.tilt)]).T)
-    target = simulated_target(rig, errors, poses, known=True, direct=False, noise_px=NOISE_PX, seed=1, true_q=moved)
-    said = calibrate(rig, target=target, play_deg=0.15)
+    target = simulated_target(
+        rig, perturbations, poses, known=True, direct=False, noise_px=NOISE_PX, seed=1, true_q=moved
+    )
+    said = calibrate(rig, target=target, backlash_deg=0.15)
     unsaid = calibrate(rig, target=target)
     assert said.residual_width == 1
     assert unsaid.residual_width > 2
     q = Layout.from_rig(rig).joint_grid(5)
-    true = ErrorModel(rig).gaze(errors, q)[0]
+    true = PerturbedTrain(rig).gaze(q, perturbations)
     ratio = [
         np.linalg.norm(each.calibrated.gaze(q) - true, axis=1).max() / each.calibrated.gaze_deviation(q).max()
         for each in (said, unsaid)
@@ -229,34 +239,34 @@ def test_play_of_the_joints_is_part_of_what_is_not_known(rig, poses):
     assert ratio[0] < 3
 
 
-EXACTLY_ALIKE = ({"tilt", "m2_x"}, {"gimbal_z", "tilt_axis_shift_z"})
+EXACTLY_ALIKE = ({"tilt_offset", "m2_turn_x"}, {"gimbal_shift_z", "tilt_axis_shift_z"})
 """Pairs that do the same: tilt and a mirror turned about the tilt axis; the pan axis' height and the tilt axis' height
 on it, whose other effects are shifts of M2 within its plane."""
 
 
-def alike(knowledge) -> list[set[str]]:
+def alike(covariance) -> list[set[str]]:
     """Errors of each combination that the data say nothing of."""
     return [
-        {name for name, part in zip(knowledge.names, row, strict=True) if abs(part) > 0.05}
-        for row in knowledge.unobservable
+        {name for name, part in zip(covariance.names, row, strict=True) if abs(part) > 0.05}
+        for row in covariance.unobservable
     ]
 
 
 def test_what_does_the_same_is_named(found):
-    knowledge = found[1].calibrated.knowledge
+    covariance = found[1].calibrated.covariance
     for pair in EXACTLY_ALIKE:
-        assert pair in alike(knowledge)
-        names = [knowledge.names.index(name) for name in pair]
-        assert np.isinf(knowledge.data_deviation[names]).all()
+        assert pair in alike(covariance)
+        names = [covariance.names.index(name) for name in pair]
+        assert np.isinf(covariance.data_deviations[names]).all()
         # Their sum is known, so each is known to what both tolerances leave of the difference.
-        scales = knowledge.scales[names]
+        scales = covariance.scales[names]
         expected = scales.prod() / np.hypot(*scales)
-        np.testing.assert_allclose(knowledge.deviations()[names], expected, rtol=0.02)
-    combination = next(text for text in knowledge.combinations() if "m2_x" in text)
-    assert set(combination.split(", ")) == {"tilt +1 deg", "m2_x +1 deg"}
+        np.testing.assert_allclose(covariance.standard_deviations()[names], expected, rtol=0.02)
+    combination = next(text for text in covariance.combinations() if "m2_turn_x" in text)
+    assert set(combination.split(", ")) == {"tilt_offset +1 deg", "m2_turn_x +1 deg"}
 
 
-M1 = ("m1_shift", "m1_x", "m1_y")
+M1 = ("m1_shift_z", "m1_turn_x", "m1_turn_y")
 
 
 @pytest.mark.parametrize("what", ["board", "edges"])
@@ -266,32 +276,32 @@ def test_without_a_place_to_hold_on_to_the_fold_mirror_is_unknown(rig, poses, wh
     Expected: none of M1's three freedoms is known from the data; neither is where the rig looks in the body frame.
     The corners' place in the picture is.
     """
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=1)
-    evidence = observed(rig, errors, poses, seed=1, known=False, edges=what == "edges")
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=1)
+    evidence = observed(rig, perturbations, poses, seed=1, known=False, edges=what == "edges")
     if what == "edges":
         evidence["target"] = None
-    free, believed = (calibrate(rig, **evidence, prior=prior) for prior in (False, True))
-    knowledge = free.calibrated.knowledge
+    free, estimated = (calibrate(rig, **evidence, prior=prior) for prior in (False, True))
+    covariance = free.calibrated.covariance
     for name in M1:
-        index = knowledge.names.index(name)
-        assert np.isinf(knowledge.data_deviation[index])
-        assert np.isinf(knowledge.deviations()[index])
+        index = covariance.names.index(name)
+        assert np.isinf(covariance.data_deviations[index])
+        assert np.isinf(covariance.standard_deviations()[index])
         # The tolerance of the gimbal, which would have to be moved along, is all that bounds it.
-        assert believed.calibrated.knowledge.deviations()[index] > 0.2 * knowledge.scales[index]
+        assert estimated.calibrated.covariance.standard_deviations()[index] > 0.2 * covariance.scales[index]
     # What the data say nothing of keeps the prior's variance, to the 1 % that the threshold of observability allows.
-    counted = believed.calibrated.knowledge
-    blind = np.linalg.qr(counted.unobservable.T)[0]
-    kept = blind.T @ (counted.covariance / np.outer(counted.scales, counted.scales)) @ blind
+    counted = estimated.calibrated.covariance
+    unobservable = np.linalg.qr(counted.unobservable.T)[0]
+    kept = unobservable.T @ (counted.matrix / np.outer(counted.scales, counted.scales)) @ unobservable
     np.testing.assert_allclose(kept, np.eye(len(kept)), atol=0.02)
     q = Layout.from_rig(rig).joint_grid(3)
     assert np.isinf(free.calibrated.gaze_deviation(q)).all()
-    said = believed.calibrated.gaze_deviation(q)
+    said = estimated.calibrated.gaze_deviation(q)
     # M1's print tolerance of 1 degree about each axis turns the gaze by up to twice that.
     assert (np.degrees(said) > 0.3).all()
-    off = np.linalg.norm(believed.calibrated.gaze(q) - ErrorModel(rig).gaze(errors, q)[0], axis=1)
+    off = np.linalg.norm(estimated.calibrated.gaze(q) - PerturbedTrain(rig).gaze(q, perturbations), axis=1)
     assert (off < 4 * said).all()
     if what == "edges":
-        assert remaining(rig, errors, believed.calibrated).corners_px < WELL_ENOUGH_PX
+        assert remaining(rig, perturbations, estimated.calibrated).corners_px < WELL_ENOUGH_PX
 
 
 def test_moving_all_behind_the_fold_mirror_along_changes_no_picture(rig, poses):
@@ -299,21 +309,25 @@ def test_moving_all_behind_the_fold_mirror_along_changes_no_picture(rig, poses):
 
     Source: a reflection at n . x = d is x - 2 (n . x - d) n.
     """
-    model, shift_m = ErrorModel(rig), 1e-3
-    normal = model.fold_mirror({}).axes[0, :, 2]
-    step = model.layout.camera_from_gimbal.rotation.inv().apply(2 * shift_m * normal)
+    train, shift_m, outline_m = PerturbedTrain(rig), 1e-3, crop_outline_m(rig)
+    normal = train.layout.camera_from_m1.rotation.as_matrix()[:, 2]
+    step = train.layout.camera_from_gimbal.rotation.inv().apply(2 * shift_m * normal)
     # M2's image over M1 moves by +2 s n; moving M2 itself by a has the image a - 2 (n . a) n: a = 2 s n undoes it.
-    moved = {"m1_shift": shift_m, **dict(zip(("gimbal_x", "gimbal_y", "gimbal_z"), step.tolist(), strict=True))}
-    np.testing.assert_allclose(model.corners(moved, poses)[0], model.corners({}, poses)[0], atol=1e-8)
+    moved = {
+        "m1_shift_z": shift_m,
+        **{f"gimbal_shift_{axis}": part for axis, part in zip("xyz", step.tolist(), strict=True)},
+    }
+    seen, nominal = train.project_face(outline_m, poses, moved), train.project_face(outline_m, poses)
+    np.testing.assert_allclose(seen, nominal, atol=1e-8)
 
 
 def test_boards_seen_directly_give_it_back(rig, poses):
     """Boards in unknown places that are also seen past the mirrors, and the corners: the gaze is known again."""
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=1)
-    held = calibrate(rig, **observed(rig, errors, poses, seed=1, known=False, direct=True))
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=1)
+    held = calibrate(rig, **observed(rig, perturbations, poses, seed=1, known=False, direct=True))
     q = Layout.from_rig(rig).joint_grid(5)
     assert np.degrees(held.calibrated.gaze_deviation(q)).max() < 0.25
-    assert remaining(rig, errors, held.calibrated).gaze_deg < 0.25
+    assert remaining(rig, perturbations, held.calibrated).gaze_deg < 0.25
 
 
 @pytest.mark.parametrize("seed", [5, 8])
@@ -324,31 +338,33 @@ def test_boards_start_near_where_they_are(seed):
     Expected: within 0.4 m and 10 degrees of the truth, 3 m away. The rays are off by up to 5 degrees, 0.3 m there.
     """
     rig = Rig.load("bluerov2")
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=seed)
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=seed)
     few = useful_poses(rig, 48)[:6]
-    evidence = observed(rig, errors, few, seed=seed, known=False, direct=True)
-    model, target = ErrorModel(rig), evidence["target"]
+    evidence = observed(rig, perturbations, few, seed=seed, known=False, direct=True)
+    train, target = PerturbedTrain(rig), evidence["target"]
     truth = {board.name: board.world_from_board for board in tank_boards(0.0)}
-    for name, start in zip(target.boards, board_poses(model, target), strict=True):
-        off = truth[name].inv() * model.layout.body_from_camera * start
+    for name, start in zip(target.boards, board_poses(train, target), strict=True):
+        off = truth[name].inv() * train.layout.body_from_camera * start
         assert np.linalg.norm(off.translation) < 0.4
         assert np.degrees(off.rotation.magnitude()) < 10
     estimate = calibrate(rig, **evidence)
     assert estimate.signs_decided
     assert estimate.calibrated.rig.gaze.joints == rig.gaze.joints
-    assert remaining(rig, errors, estimate.calibrated).gaze_deg < 0.3
+    assert remaining(rig, perturbations, estimate.calibrated).gaze_deg < 0.3
 
 
 def test_what_has_no_tolerance_is_not_looked_for(rig, poses):
     """Only joint offsets of 3 degrees: two unknowns."""
-    errors = {"pan": np.radians(3.0), "tilt": np.radians(-2.0)}
+    perturbations = {"pan_offset": np.radians(3.0), "tilt_offset": np.radians(-2.0)}
     only = Tolerances(**{**NO_TOLERANCES, "joint_offset_deg": 5.0})
-    target = simulated_target(rig, errors, poses, known=True, direct=False, noise_px=NOISE_PX, seed=0)
+    target = simulated_target(rig, perturbations, poses, known=True, direct=False, noise_px=NOISE_PX, seed=0)
     estimate = calibrate(rig, target=target, tolerances=only)
-    assert set(estimate.calibrated.errors) == {"pan", "tilt"}
-    deviation = dict(zip(estimate.calibrated.knowledge.names, estimate.calibrated.knowledge.deviations(), strict=True))
-    for name, value in errors.items():
-        assert estimate.calibrated.errors[name] == pytest.approx(value, abs=4 * deviation[name])
+    assert set(estimate.calibrated.perturbations) == {"pan_offset", "tilt_offset"}
+    deviation = dict(
+        zip(estimate.calibrated.covariance.names, estimate.calibrated.covariance.standard_deviations(), strict=True)
+    )
+    for name, value in perturbations.items():
+        assert estimate.calibrated.perturbations[name] == pytest.approx(value, abs=4 * deviation[name])
         assert np.degrees(deviation[name]) < 0.01
     # A rig file can carry these: the nearest one is the built rig.
     joints = estimate.calibrated.with_joint_offsets().gaze.joints
@@ -359,31 +375,27 @@ def test_what_has_no_tolerance_is_not_looked_for(rig, poses):
 def test_offsets_of_a_fold_up_are_turned_over(rig):
     """Its optical angles are the negatives of the file's (`docs/explanation/fold.md`)."""
     up = rig.with_gaze(fold_mirror={"direction": "up"})
-    knowledge = knowledge_of_nothing()
-    calibrated = CalibratedRig(rig=up, errors={"pan": 0.02, "tilt": -0.01}, knowledge=knowledge)
+    covariance = covariance_of_nothing()
+    calibrated = CalibratedRig(rig=up, perturbations={"pan_offset": 0.02, "tilt_offset": -0.01}, covariance=covariance)
     q = Layout.from_rig(up).joint_grid(3)
-    np.testing.assert_allclose(
-        ErrorModel(calibrated.with_joint_offsets()).gaze({}, q)[0], calibrated.gaze(q), atol=1e-9
-    )
+    np.testing.assert_allclose(PerturbedTrain(calibrated.with_joint_offsets()).gaze(q), calibrated.gaze(q), atol=1e-9)
 
 
-def knowledge_of_nothing():
-    from tracking.calibration.knowledge import Knowledge
-
-    return Knowledge(
-        names=("pan", "tilt"),
+def covariance_of_nothing():
+    return PerturbationCovariance(
+        names=("pan_offset", "tilt_offset"),
         scales=np.ones(2),
-        covariance=np.eye(2),
+        matrix=np.eye(2),
         unobservable=np.empty((0, 2)),
-        data_deviation=np.full(2, np.inf),
+        data_deviations=np.full(2, np.inf),
         has_prior=True,
     )
 
 
 def test_joint_offsets_alone_take_part_of_the_error_away(rig, found):
-    errors, estimate = found
+    perturbations, estimate = found
     offsets_only = estimate.calibrated.with_joint_offsets()
-    before, with_offsets = remaining(rig, errors, rig), remaining(rig, errors, offsets_only)
+    before, with_offsets = remaining(rig, perturbations, rig), remaining(rig, perturbations, offsets_only)
     assert WELL_ENOUGH_DEG < with_offsets.gaze_deg < 0.7 * before.gaze_deg
 
 
@@ -396,7 +408,7 @@ def test_calibration_file_reads_back_the_same(rig, found, tmp_path):
     np.testing.assert_allclose(again.gaze(q), calibrated.gaze(q), atol=1e-14)
     np.testing.assert_allclose(again.gaze_deviation(q), calibrated.gaze_deviation(q), rtol=1e-9)
     np.testing.assert_allclose(again.corners(q), calibrated.corners(q), atol=1e-9)
-    assert again.knowledge.combinations() == calibrated.knowledge.combinations()
+    assert again.covariance.combinations() == calibrated.covariance.combinations()
     assert again.rig.gaze.joints == calibrated.rig.gaze.joints
     again.save(tmp_path / "again.toml")
     assert not list(tmp_path.glob("*.partial"))
@@ -405,10 +417,10 @@ def test_calibration_file_reads_back_the_same(rig, found, tmp_path):
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        (("version = 1", "version = 99"), "expected a calibration file of version 1, got 99"),
+        (("version = 2", "version = 99"), "expected a calibration file of version 2, got 99"),
         (('rig = "aqua2"', 'rig = "bluerov2"'), "expected the calibration of rig 'aqua2', got that of 'bluerov2'"),
         (("pan_sign = 1", "pan = 1"), "expected a calibration as mirrorgaze calibrate writes it"),
-        (("version = 1", "version ="), r"expected a calibration file \(TOML\)"),
+        (("version = 2", "version ="), r"expected a calibration file \(TOML\)"),
     ],
 )
 def test_files_that_are_no_calibration_of_the_rig_are_refused(rig, found, tmp_path, change, expected):
@@ -420,18 +432,18 @@ def test_files_that_are_no_calibration_of_the_rig_are_refused(rig, found, tmp_pa
 
 
 def test_train_and_corners_are_those_of_the_built_rig(rig, found):
-    """What the loop uses: the exact train with the errors found, at most a pixel and a tenth of a degree off."""
-    errors, estimate = found
+    """What the loop uses: the exact train with the perturbations found, at most a pixel and a tenth of a degree off."""
+    perturbations, estimate = found
     q = np.radians([[-20.0, -5.0], [10.0, 10.0]])
     for pose in q:
         pixel = [[rig.camera.cx_px, rig.camera.cy_px]]
         directions = [
             train.trace(pixel).direction[0]
-            for train in (ErrorModel(rig).train(errors, *pose), estimate.calibrated.train(*pose))
+            for train in (*PerturbedTrain(rig).optical_trains([pose], perturbations), estimate.calibrated.train(*pose))
         ]
         assert np.degrees(np.linalg.norm(directions[0] - directions[1])) < WELL_ENOUGH_DEG
     assert estimate.calibrated.corners(q[0]).shape == (4, 2)
-    off = estimate.calibrated.corners(q) - ErrorModel(rig).corners(errors, q)[0]
+    off = estimate.calibrated.corners(q) - PerturbedTrain(rig).project_face(crop_outline_m(rig), q, perturbations)
     assert np.linalg.norm(off, axis=-1).max() < WELL_ENOUGH_PX
     with pytest.raises(ValueError, match=r"expected q1 \(pan\) between"):
         estimate.calibrated.train(3.0, 0.0)
@@ -440,9 +452,9 @@ def test_train_and_corners_are_those_of_the_built_rig(rig, found):
 def test_observations_that_cannot_be_used_are_told_at_once(rig):
     target = TargetObservations.in_body(np.full((3, 2), 3.0), np.zeros((3, 3)), np.array([[1e6, 0.0]] * 3))
     with pytest.raises(ValueError, match="noise_px > 0") as told:
-        calibrate(rig, target=target, noise_px=-1.0, play_deg=-1.0)
+        calibrate(rig, target=target, noise_px=-1.0, backlash_deg=-1.0)
     for sentence in (
-        "expected play_deg >= 0",
+        "expected backlash_deg >= 0",
         "expected at least 12 observations, got 3",
         "expected a pixel inside the 640 x 480 picture",
         "expected q1 between -77.5 and 77.5 deg, got 171.887",

@@ -7,15 +7,15 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from dives.calibration.simulation import remaining
-from optics.layout import Layout
+from optics.perturbation.train import PerturbedTrain
 from rigs import Rig
 from scenes.stage.stage import stage
 from scenes.worlds.tank import BOARD_COLUMNS, BOARD_ROWS, tank_boards
 from tracking.calibration.board_corners import board_corners
 from tracking.calibration.calibrated_rig import with_joints
 from tracking.calibration.estimate import calibrate
-from tracking.calibration.model import ErrorModel
 from tracking.calibration.observations import TargetObservations
+from tracking.perception.exact_corners import crop_outline_m
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 
@@ -39,27 +39,27 @@ def test_rig_built_wrong_is_found_from_rendered_boards():
     what a rig file can say and the renderer follows. Nine pictures of three boards in known places.
     Expected: the gaze comes from about 2 degrees to 0.1, points from 20 px to 1 px; measured 0.01 degrees, 0.2 px.
     """
-    drawn = Rig.load("aqua2")
-    built = built_wrong(drawn)
-    model = ErrorModel(built)
-    scene = stage(drawn, depth_m=DEPTH_M)
+    nominal = Rig.load("aqua2")
+    built = built_wrong(nominal)
+    train = PerturbedTrain(built)
+    scene = stage(nominal, depth_m=DEPTH_M)
     q, places, pixels = [], [], []
     renderer = renderer_of(built, scene)
     for board in tank_boards(DEPTH_M):
         away = (board.world_from_board.translation - scene.world_from_body.translation) * [1, 1, 0]
         hung = RigidTransform.from_translation(-BACK_M * away / np.linalg.norm(away)) * scene.world_from_body
         corners = hung.inv().apply(board.corners_m)
-        for pose in whole_views(model, model.layout.body_from_camera.inv().apply(corners)):
+        for pose in whole_views(train, train.layout.body_from_camera.inv().apply(corners)):
             frame = renderer.render(q1=pose[0], q2=pose[1], world_from_body=hung)
-            outline = model.corners({}, pose[np.newaxis])[0][0]
+            outline = train.project_face(crop_outline_m(built), pose[np.newaxis])[0]
             found = board_corners(as_picture(frame.radiance), outline, columns=BOARD_COLUMNS, rows=BOARD_ROWS)
             assert found is not None, f"{board.name} at {np.degrees(pose)} degrees"
             q.append(np.tile(pose, (len(found), 1)))
             places.append(corners)
             pixels.append(found)
     target = TargetObservations.in_body(np.concatenate(q), np.concatenate(places), np.concatenate(pixels))
-    estimate = calibrate(drawn, target=target, noise_px=FINDER_PX)
-    before, after = remaining(built, {}, drawn), remaining(built, {}, estimate.calibrated)
+    estimate = calibrate(nominal, target=target, noise_px=FINDER_PX)
+    before, after = remaining(built, {}, nominal), remaining(built, {}, estimate.calibrated)
     assert before.gaze_deg > 1.5
     assert before.image_px > 15
     assert after.gaze_deg <= 0.1
@@ -88,17 +88,17 @@ def test_corners_of_a_drawn_board_are_found_where_they_are():
     assert np.abs(found - expected).max() < FINDER_PX
 
 
-def built_wrong(drawn: Rig) -> Rig:
-    pan = drawn.gaze.joints.pan.model_copy(update={"offset_deg": 1.2})
-    tilt = drawn.gaze.joints.tilt.model_copy(update={"offset_deg": -0.9})
+def built_wrong(nominal: Rig) -> Rig:
+    pan = nominal.gaze.joints.pan.model_copy(update={"offset_deg": 1.2})
+    tilt = nominal.gaze.joints.tilt.model_copy(update={"offset_deg": -0.9})
     changes = {
-        "port": drawn.port.model_copy(
-            update={"distance_mm": drawn.port.distance_mm + 1, "normal": (0.017, -0.012, 1.0)}
+        "port": nominal.port.model_copy(
+            update={"distance_mm": nominal.port.distance_mm + 1, "normal": (0.017, -0.012, 1.0)}
         ),
     }
-    moved = drawn.with_gaze(
-        fold_mirror={"distance_mm": drawn.gaze.fold_mirror.distance_mm + 1},
-        gaze_mirror={"distance_mm": drawn.gaze.gaze_mirror.distance_mm - 1},
+    moved = nominal.with_gaze(
+        fold_mirror={"distance_mm": nominal.gaze.fold_mirror.distance_mm + 1},
+        gaze_mirror={"distance_mm": nominal.gaze.gaze_mirror.distance_mm - 1},
     )
     return with_joints(moved, pan, tilt).model_copy(update=changes)
 
@@ -114,16 +114,16 @@ def as_picture(radiance: np.ndarray) -> np.ndarray:
     return (255 * np.clip(radiance / bright, 0, 1) ** (1 / 2.2)).astype(np.uint8)
 
 
-def whole_views(model: ErrorModel, corners_m: np.ndarray) -> np.ndarray:
+def whole_views(train: PerturbedTrain, corners_m: np.ndarray) -> np.ndarray:
     """Poses in which all corners of a board are inside the gaze mirror's outline, far from each other."""
-    q = Layout.from_rig(model.rig).joint_grid(60)
+    q = train.layout.joint_grid(60)
     count = len(corners_m)
-    pixels = model.points({}, np.repeat(q, count, axis=0), np.tile(corners_m, (len(q), 1)), ())[0]
-    outline = model.corners({}, q)[0][:, np.newaxis]
+    pixels = train.project(np.tile(corners_m, (len(q), 1)), np.repeat(q, count, axis=0))
+    outline = train.project_face(crop_outline_m(train.rig), q)[:, np.newaxis]
     offset = pixels.reshape(len(q), count, 1, 2) - outline
     edge = np.roll(outline, -1, axis=2) - outline
     inside = (edge[..., 0] * offset[..., 1] > edge[..., 1] * offset[..., 0]).all(axis=2)
-    high = [model.camera.width_px - 1, model.camera.height_px - 1]
+    high = [train.camera.width_px - 1, train.camera.height_px - 1]
     shown = ((pixels >= 0) & (pixels <= high)).all(axis=1).reshape(len(q), count)
     whole = q[(inside & shown).all(axis=1)]
     assert len(whole) >= VIEWS

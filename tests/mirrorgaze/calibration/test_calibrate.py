@@ -13,8 +13,8 @@ from mirrorgaze.cli import app
 from optics.layout import Layout
 from rigs import Rig
 from tracking.calibration.calibrated_rig import CalibratedRig
-from tracking.calibration.errors import PRINT_TOLERANCES, draw_errors
 from tracking.calibration.observation_files import write_observations
+from tracking.calibration.prior import PRINT_TOLERANCES, draw_perturbations
 
 
 def mirrorgaze(*arguments: str):
@@ -26,10 +26,10 @@ def files(tmp_path_factory):
     """Files of a session with a rig that was built wrong."""
     folder = tmp_path_factory.mktemp("session")
     rig = Rig.load("aqua2")
-    errors = draw_errors(rig, PRINT_TOLERANCES, seed=1)
-    target = simulated_target(rig, errors, useful_poses(rig, 8), known=True, direct=False, noise_px=0.3, seed=1)
+    perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=1)
+    target = simulated_target(rig, perturbations, useful_poses(rig, 8), known=True, direct=False, noise_px=0.3, seed=1)
     write_observations(folder / "observations.csv", target)
-    simulated_edges(rig, errors, Layout.from_rig(rig).joint_grid(4), noise_px=0.3, seed=2).to_csv(
+    simulated_edges(rig, perturbations, Layout.from_rig(rig).joint_grid(4), noise_px=0.3, seed=2).to_csv(
         folder / "corners.csv"
     )
     return folder
@@ -43,7 +43,7 @@ def test_it_tells_and_writes(files, here):
     lines = result.stdout.splitlines()
     assert lines[0] == "signs: pan +1, tilt +1"
     assert lines[1].split() == ["parameter", "estimate", "std.", "dev.", "from", "the", "images", "alone", "tolerance"]
-    assert any({"tilt +1 deg", "m2_x +1 deg"} == set(line.strip().split(", ")) for line in lines)
+    assert any({"tilt_offset +1 deg", "m2_turn_x +1 deg"} == set(line.strip().split(", ")) for line in lines)
     assert lines[-1] == "calibration.toml"
     assert [path.name for path in here.iterdir()] == ["calibration.toml"]
     calibrated = CalibratedRig.load(here / "calibration.toml", Rig.load("aqua2"))
@@ -55,7 +55,7 @@ def test_json_holds_the_same(files):
     assert result.exit_code == 0, result.stderr
     summary = json.loads(result.stdout)
     assert (summary["pan_sign"], summary["tilt_sign"], summary["signs_decided"]) == (1, 1, True)
-    of_m1 = next(row for row in summary["errors"] if row["error"] == "m1_x")
+    of_m1 = next(row for row in summary["perturbations"] if row["parameter"] == "m1_turn_x")
     # Numbers that JSON does not know are text.
     assert of_m1["standard_deviation"] == "inf"
     assert summary["gaze_deviation_deg"] == "inf"

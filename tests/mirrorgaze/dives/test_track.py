@@ -19,7 +19,7 @@ from mirrorgaze.cli import app
 from optics.layout import camera_pose
 from rigs import Rig
 from tracking.calibration.calibrated_rig import CalibratedRig
-from tracking.calibration.knowledge import Knowledge
+from tracking.calibration.covariance import PerturbationCovariance
 from tracking.cameras import VideoCamera
 from tracking.perception import Crop, ExactCorners
 
@@ -96,15 +96,15 @@ def test_with_a_calibration_the_target_is_where_the_built_rig_sees_it(tmp_path):
 
     The ray leaves M2 beside its middle, from which the loop counts: 0.1 degrees at the distance it expects.
     """
-    knowledge = Knowledge(
-        names=("pan",),
+    covariance = PerturbationCovariance(
+        names=("pan_offset",),
         scales=np.ones(1),
-        covariance=np.eye(1),
+        matrix=np.eye(1),
         unobservable=np.empty((0, 1)),
-        data_deviation=np.ones(1),
+        data_deviations=np.ones(1),
         has_prior=True,
     )
-    built = CalibratedRig(rig=Rig.load("aqua2"), errors={"pan": np.radians(2.0)}, knowledge=knowledge)
+    built = CalibratedRig(rig=Rig.load("aqua2"), perturbations={"pan_offset": np.radians(2.0)}, covariance=covariance)
     built.save(tmp_path / "calibration.toml")
     folder = recorded(built, tmp_path)
     q = np.radians([10.0, -5.0])

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from optics.layout import Layout
+from optics.perturbation.parameters import MIRRORS, PORT, rig_parameters
+from optics.perturbation.train import PerturbedTrain
 from optics.tolerance import tolerance as tolerance_module
 from optics.tolerance.after_calibration import calibrated_offsets
 from optics.tolerance.sources import NO_TOLERANCES, Tolerances, combined, draw_all, error_sources, pulse_angle
 from optics.tolerance.tolerance import representative_poses, tolerance_study
-from optics.tolerance.train import DEVIATIONS, DeviantTrain
 from optics.train import OpticalTrain
 from optics.water.water import water_index
 from rigs import Rig
@@ -48,63 +49,63 @@ def rig(request: pytest.FixtureRequest) -> Rig:
 
 
 @pytest.fixture(scope="module")
-def train(rig: Rig) -> DeviantTrain:
-    return DeviantTrain(rig, Q)
+def train(rig: Rig) -> PerturbedTrain:
+    return PerturbedTrain(rig)
 
 
-def test_without_deviations_it_is_the_train(rig: Rig, train: DeviantTrain) -> None:
+def test_without_perturbations_it_is_the_train(rig: Rig, train: PerturbedTrain) -> None:
     pixel = (rig.camera.cx_px + 31.0, rig.camera.cy_px - 17.0)
-    origin, direction = train.view({}, pixel=pixel)
-    targets = origin[0] + 2.5 * direction[0]
+    origin, direction = train.trace(Q, pixels=pixel)
+    targets = origin + 2.5 * direction
     for position, (q1, q2) in enumerate(Q):
         exact = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
         rays = exact.trace([pixel])
-        np.testing.assert_allclose(origin[0, position], rays.origin_m[0], atol=ROUNDING)
-        np.testing.assert_allclose(direction[0, position], rays.direction[0], atol=ROUNDING)
+        np.testing.assert_allclose(origin[position], rays.origin_m[0], atol=ROUNDING)
+        np.testing.assert_allclose(direction[position], rays.direction[0], atol=ROUNDING)
         expected = exact.project(targets[position : position + 1]).pixels[0]
-        np.testing.assert_allclose(train.image(targets, {})[0, position], expected, atol=ROUNDING_PX)
+        np.testing.assert_allclose(train.project(targets, Q)[position], expected, atol=ROUNDING_PX)
 
 
 @pytest.mark.parametrize("error", [1e-4, 0.02, -0.1])
-def test_a_tilted_gaze_mirror_turns_the_gaze_twice_as_far(train: DeviantTrain, error: float) -> None:
+def test_a_tilted_gaze_mirror_turns_the_gaze_twice_as_far(train: PerturbedTrain, error: float) -> None:
     # About the tilt axis the mirror turns in the plane of incidence, which holds the axis and the gaze.
-    straight = train.view({})[1]
-    for name in ("m2_x", "tilt"):
-        turned = train.view({name: np.full((1, 1), error)})[1]
+    straight = train.trace(Q)[1]
+    for name in ("m2_turn_x", "tilt_offset"):
+        turned = train.trace(Q, {name: error})[1]
         np.testing.assert_allclose(angle(turned, straight), 2 * abs(error), atol=ROUNDING)
     # The mirror's x axis is the tilt axis: the same turn, counted the other way.
-    both = train.view({"m2_x": np.full((1, 1), error), "tilt": np.full((1, 1), error)})[1]
+    both = train.trace(Q, {"m2_turn_x": error, "tilt_offset": error})[1]
     np.testing.assert_allclose(both, straight, atol=ROUNDING)
 
 
 @pytest.mark.parametrize("error", [1e-4, 0.05])
-def test_a_panned_mirror_turns_the_gaze_by_the_cosine_of_its_elevation(train: DeviantTrain, error: float) -> None:
+def test_a_panned_mirror_turns_the_gaze_by_the_cosine_of_its_elevation(train: PerturbedTrain, error: float) -> None:
     # The folded axis is the pan axis: the gaze goes round it on a cone, whose chord is 2 cos(2 t) sin(e / 2).
-    straight, turned = train.view({})[1], train.view({"pan": np.full((1, 1), error)})[1]
+    straight, turned = train.trace(Q)[1], train.trace(Q, {"pan_offset": error})[1]
     chord = 2 * np.abs(np.cos(2 * Q[:, 1])) * np.sin(error / 2)
-    np.testing.assert_allclose(np.linalg.norm(turned - straight, axis=-1)[0], chord, atol=ROUNDING)
+    np.testing.assert_allclose(np.linalg.norm(turned - straight, axis=-1), chord, atol=ROUNDING)
 
 
-def test_a_mirror_turned_about_its_own_upward_axis_by_geometry(train: DeviantTrain) -> None:
+def test_a_mirror_turned_about_its_own_upward_axis_by_geometry(train: PerturbedTrain) -> None:
     # The normal moves by e sideways; the gaze d = i - 2 (i . n) n by 2 |i . n| e to first order (i . x = 0), and
     # i . n = -cos(incidence) = -sin(45 degrees + t).
     error = 1e-5
-    straight, turned = train.view({})[1], train.view({"m2_y": np.full((1, 1), error)})[1]
+    straight, turned = train.trace(Q)[1], train.trace(Q, {"m2_turn_y": error})[1]
     expected = 2 * np.sin(np.pi / 4 + Q[:, 1]) * error
-    np.testing.assert_allclose(angle(turned, straight)[0], expected, rtol=1e-4)
+    np.testing.assert_allclose(angle(turned, straight), expected, rtol=1e-4)
 
 
-def test_a_shifted_gaze_mirror_moves_the_view_by_twice_its_shift(rig: Rig, train: DeviantTrain) -> None:
+def test_a_shifted_gaze_mirror_moves_the_view_by_twice_its_shift(rig: Rig, train: PerturbedTrain) -> None:
     shift = 0.004
-    off = {"m2_shift": np.full((1, 1), shift)}
-    np.testing.assert_allclose(train.view(off)[1], train.view({})[1], atol=ROUNDING)
+    off = {"m2_shift_z": shift}
+    np.testing.assert_allclose(train.trace(Q, off)[1], train.trace(Q)[1], atol=ROUNDING)
     # What is 2 x further along the mirror's normal appears where the target appeared before.
-    origin, direction = train.view({}, pixel=(rig.camera.cx_px + 40.0, rig.camera.cy_px + 25.0))
-    targets = (origin + 3.0 * direction)[0]
+    origin, direction = train.trace(Q, pixels=(rig.camera.cx_px + 40.0, rig.camera.cy_px + 25.0))
+    targets = origin + 3.0 * direction
     layout = Layout.from_rig(rig)
     normals = np.array([layout.camera_from_m2(q1, q2).rotation.as_matrix()[:, 2] for q1, q2 in Q])
-    seen = train.image(targets + 2 * shift * normals, off)
-    np.testing.assert_allclose(seen, train.image(targets, {}), atol=ROUNDING_PX)
+    seen = train.project(targets + 2 * shift * normals, Q, off)
+    np.testing.assert_allclose(seen, train.project(targets, Q), atol=ROUNDING_PX)
 
 
 def test_parts_can_be_moved_in_the_rig_file_instead(rig: Rig) -> None:
@@ -120,48 +121,45 @@ def test_parts_can_be_moved_in_the_rig_file_instead(rig: Rig) -> None:
         document["port"]["centre_mm"] = (0.3, -0.2, 0.9)
     moved = Rig.model_validate(document)
     off = {
-        "pan": np.radians(0.7),
-        "tilt": np.radians(-0.4),
+        "pan_offset": np.radians(0.7),
+        "tilt_offset": np.radians(-0.4),
         # Along the axis by 1.5 mm is along the normal, at 45 degrees to it and towards the camera, by -1.5 / sqrt(2).
-        "m1_shift": -1.5e-3 / np.sqrt(2),
-        "gimbal_x": 1.5e-3,
-        "port_z": 0.9e-3,
-        "port_x": 0.3e-3,
-        "port_y": -0.2e-3,
+        "m1_shift_z": -1.5e-3 / np.sqrt(2),
+        "gimbal_shift_x": 1.5e-3,
         "port_thickness": 0.6e-3,
     }
-    deviations = {name: np.full((1, 1), value) for name, value in off.items()}
-    train, expected = DeviantTrain(rig, Q), DeviantTrain(moved, Q)
-    np.testing.assert_allclose(train.view(deviations)[1], expected.view({})[1], atol=ROUNDING)
-    origin, direction = expected.view({}, pixel=(rig.camera.cx_px + 40.0, rig.camera.cy_px + 25.0))
-    targets = (origin + 3.0 * direction)[0]
-    np.testing.assert_allclose(train.image(targets, deviations), expected.image(targets, {}), atol=ROUNDING_PX)
+    if rig.port.shape == "flat":
+        off["port_distance"] = 0.9e-3
+    else:
+        off |= {"port_centre_x": 0.3e-3, "port_centre_y": -0.2e-3, "port_centre_z": 0.9e-3}
+    train, expected = PerturbedTrain(rig), PerturbedTrain(moved)
+    np.testing.assert_allclose(train.trace(Q, off)[1], expected.trace(Q)[1], atol=ROUNDING)
+    origin, direction = expected.trace(Q, pixels=(rig.camera.cx_px + 40.0, rig.camera.cy_px + 25.0))
+    targets = origin + 3.0 * direction
+    np.testing.assert_allclose(train.project(targets, Q, off), expected.project(targets, Q), atol=ROUNDING_PX)
 
 
 def test_sensitivities_are_the_limit_of_difference_quotients(rig: Rig) -> None:
-    """Two codes: automatic derivatives chained to each deviation, and the Monte Carlo's own train a little off.
+    """Automatic derivatives by each parameter, and the Monte Carlo's own observations of a slightly perturbed train.
 
     Central differences at two steps, extrapolated (Richardson), leave an error of the fourth order in the step and the
     rounding of pixels, 1e-11, over the step.
     """
     bench = tolerance_module._Bench.of(rig, Q, 3.0)
-    names = [name for name in DEVIATIONS if rig.port.shape == "dome" or name not in ("port_x", "port_y")]
-    names = [name for name in names if rig.port.shape == "flat" or not name.startswith("port_tilt")]
-    slopes = bench.sensitivities(names)
+    names = [*PORT[rig.port.shape], *MIRRORS]
+    jacobians = bench.jacobians(names)
     for position, name in enumerate(names):
         wide, narrow = (
             [
                 (up - down)[0] / (2 * step)
-                for up, down in zip(
-                    *(bench.observe({name: np.full((1, 1), way * step)}, 1) for way in (1, -1)), strict=True
-                )
+                for up, down in zip(*(bench.observe({name: way * step}, 1) for way in (1, -1)), strict=True)
             ]
             for step in (2e-4, 1e-4)
         )
-        for found, coarse, fine in zip(slopes, wide, narrow, strict=True):
+        for found, coarse, fine in zip(jacobians, wide, narrow, strict=True):
             expected = (4 * fine - coarse) / 3
             scale = max(1.0, np.abs(expected).max())
-            np.testing.assert_allclose(found[position], expected, atol=QUOTIENT * scale, err_msg=name)
+            np.testing.assert_allclose(found[..., position], expected, atol=QUOTIENT * scale, err_msg=name)
 
 
 def test_small_errors_add_up_linearly(rig: Rig) -> None:
@@ -228,24 +226,24 @@ def test_calibration_takes_away_pure_joint_offsets(rig: Rig) -> None:
     assert study.offsets_deg.std(axis=0) == pytest.approx([1, 1], rel=0.2)
 
 
-def test_calibration_finds_known_offsets(rig: Rig, train: DeviantTrain) -> None:
+def test_calibration_finds_known_offsets(rig: Rig, train: PerturbedTrain) -> None:
     offsets = np.radians([[0.5, -0.3], [-1.2, 0.8]])
-    off = {name: offsets[:, column, np.newaxis] for column, name in enumerate(("pan", "tilt"))}
-    found = calibrated_offsets(train, train.view(off, 2)[1])
+    off = {name: offsets[:, column, np.newaxis] for column, name in enumerate(("pan_offset", "tilt_offset"))}
+    found = calibrated_offsets(train, Q, train.gaze(np.stack([Q, Q]), off))
     np.testing.assert_allclose(found, offsets, atol=1e-7)
 
 
 def test_calibration_cannot_know_what_changes_in_each_pose(rig: Rig) -> None:
-    # Nine poses average play away, and the two offsets fitted to it add 2 / 9 of its variance at most.
+    # Nine poses average backlash away, and the two offsets fitted to it add 2 / 9 of its variance at most.
     study = tolerance_study(rig, only(backlash_deg=0.25), samples=2000)
     before, after = (np.mean(errors.gaze_deg**2) for errors in (study.built, study.calibrated))
     assert before * 0.95 < after < before * (1 + 2 / 9)
 
 
 def test_a_single_pose_at_the_zenith_says_nothing_about_pan(rig: Rig) -> None:
-    zenith = DeviantTrain(rig, np.radians([[0.0, 45.0]]))
+    train, zenith = PerturbedTrain(rig), np.radians([[0.0, 45.0]])
     with pytest.raises(ValueError, match=r"poses that determine both joint offsets, got q = \[\[0\.0, 45\.0\]\]"):
-        calibrated_offsets(zenith, zenith.view({})[1])
+        calibrated_offsets(train, zenith, train.gaze(zenith[np.newaxis]))
 
 
 def test_the_same_seed_gives_the_same_bytes(rig: Rig) -> None:
@@ -266,7 +264,7 @@ def test_leaving_one_source_out_changes_no_other(rig: Rig) -> None:
             assert same is not source.each_pose
             if source.name in rest:
                 np.testing.assert_array_equal(whole[source.name][name], rest[source.name][name])
-    assert set(combined(whole.values())) <= set(DEVIATIONS)
+    assert set(combined(whole.values())) <= set(rig_parameters(rig))
 
 
 def test_water_acts_through_the_slope_of_its_index() -> None:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
+import plain_perturbations
 import pytest
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.camera import camera_from_spec
-from optics.derivatives import DISTORTION, POSE, parameter_names, projection_jacobian, ray_jacobian
 from optics.gaze.jacobian import direction_jacobian
 from optics.kernels.backend import Array3f64, Float64, dr
 from optics.layout import Layout
-from optics.mirror import PlaneMirror
+from optics.perturbation.derivatives import parameter_names, projection_jacobian, ray_jacobian
+from optics.perturbation.train import PerturbedTrain
 from optics.ports.port import port_from_spec
 from optics.status import Status
-from optics.train import OpticalTrain, pixel_grid
+from optics.train import pixel_grid
 from rigs import Joint, Rig
 
 Q1, Q2 = 0.3, 0.1
@@ -83,52 +81,15 @@ def points_of(rig, count=12):
     return (rays.origin_m + reach * rays.direction)[seen]
 
 
-def unbounded(rig, q1=Q1, q2=Q2):
-    train = OpticalTrain.from_rig(rig, q1=q1 if rig.gaze else 0.0, q2=q2 if rig.gaze else 0.0)
-    mirrors = tuple(replace(mirror, outline_m=None) for mirror in train.mirrors)
-    return replace(train, port=replace(train.port, aperture_radius_m=None), mirrors=mirrors)
+def unbounded(rig, perturbations=(), q1=Q1, q2=Q2):
+    return plain_perturbations.unbounded(rig, dict(perturbations), q1, q2)
 
 
 def changed(rig, name, step):
-    """The train with one parameter changed, made by the public classes and `from_rig`."""
-    train = unbounded(rig)
+    """The train with one parameter changed, made by the public classes."""
     if name in ("q1", "q2"):
         return unbounded(rig, **{"q1": Q1, "q2": Q2, name: {"q1": Q1, "q2": Q2}[name] + step})
-    if name.endswith("_mirror_distance_m"):
-        section = name.removesuffix("_distance_m")
-        distance_mm = getattr(rig.gaze, section).distance_mm + 1000 * step
-        return unbounded(rig.with_gaze(**{section: {"distance_mm": distance_mm}}))
-    if name.startswith(("m1_", "m2_")):
-        return replace(train, mirrors=changed_mirrors(rig, name, step))
-    if name in ("fx_px", "fy_px", "cx_px", "cy_px"):
-        return replace(train, camera=replace(train.camera, **{name: getattr(train.camera, name) + step}))
-    if name in DISTORTION[rig.camera.model]:
-        coefficients = list(train.camera.distortion)
-        coefficients[DISTORTION[rig.camera.model].index(name)] += step
-        return replace(train, camera=replace(train.camera, distortion=tuple(coefficients)))
-    return replace(train, port=changed_port(train.port, name, step))
-
-
-def changed_mirrors(rig, name, step):
-    which, freedom = name.split("_", 1)
-    offset = step * np.eye(6)[POSE.index(freedom)]
-    motion = RigidTransform.from_components(offset[:3], Rotation.from_rotvec(offset[3:]))
-    layout = Layout.from_rig(rig)
-    poses = [layout.camera_from_m1, layout.camera_from_m2(Q1, Q2)]
-    index = ("m1", "m2").index(which)
-    poses[index] = poses[index] * motion
-    return tuple(PlaneMirror.from_pose(pose) for pose in poses)
-
-
-def changed_port(port, name, step):
-    if name.startswith("port_tilt"):
-        turn = Rotation.from_rotvec(step * np.eye(3)["xy".index(name[-1])])
-        return replace(port, normal=tuple(turn.apply(port.normal)))
-    if name.startswith("port_centre"):
-        shift = step * np.eye(3)["xyz".index(name.split("_")[2])]
-        return replace(port, centre_m=tuple(np.asarray(port.centre_m) + shift))
-    field = name.removeprefix("port_")
-    return replace(port, **{field: getattr(port, field) + step})
+    return unbounded(rig, {name: step})
 
 
 def quotient(rig, points, name, step):
@@ -152,7 +113,7 @@ def test_every_derivative_is_the_limit_of_difference_quotients(rig):
     """
     rig = RIGS[rig]
     points = points_of(rig)
-    found = projection_jacobian(rig, points, q1=Q1, q2=Q2)
+    found = projection_jacobian(PerturbedTrain(rig), points, q1=Q1, q2=Q2)
     np.testing.assert_allclose(found.pixels, unbounded(rig).project(points).pixels, rtol=0, atol=ROUNDING_PX)
     for name in parameter_names(rig):
         coarse, fine = (quotient(rig, points, name, step) for step in (STEP, STEP / 2))
@@ -171,15 +132,15 @@ def test_without_a_port_the_slopes_are_those_of_a_pinhole():
     camera = rig.camera.model_copy(update={"distortion": (0.0,) * 5})
     rig = rig.model_copy(update={"camera": camera})
     x, y, z = point = np.array([0.1, -0.2, 2.0])
-    found = projection_jacobian(rig, [point])
+    found = projection_jacobian(PerturbedTrain(rig), [point])
     expected = {
-        "point_x_m": (camera.fx_px / z, 0),
-        "point_y_m": (0, camera.fy_px / z),
-        "point_z_m": (-camera.fx_px * x / z**2, -camera.fy_px * y / z**2),
-        "fx_px": (x / z, 0),
-        "fy_px": (0, y / z),
-        "cx_px": (1, 0),
-        "cy_px": (0, 1),
+        "point_x": (camera.fx_px / z, 0),
+        "point_y": (0, camera.fy_px / z),
+        "point_z": (-camera.fx_px * x / z**2, -camera.fy_px * y / z**2),
+        "fx": (x / z, 0),
+        "fy": (0, y / z),
+        "cx": (1, 0),
+        "cy": (0, 1),
     }
     # Brown-Conrady about no distortion: a unit of k1 moves u by fx x' r^2, of p1 by fx 2 x' y', and so on.
     a, b = x / z, y / z
@@ -203,7 +164,7 @@ def test_on_the_axis_of_a_flat_port_the_slope_is_the_apparent_depth():
     rig = rig.model_copy(update={"camera": camera})
     depth = 1.5 - port.distance_m - port.thickness_m
     apparent = port.distance_m + port.thickness_m / port.n_port + depth / port.n_water
-    found = projection_jacobian(rig, [[0, 0, 1.5]], parameters=("point_x_m", "point_y_m"))
+    found = projection_jacobian(PerturbedTrain(rig), [[0, 0, 1.5]], parameters=("point_x", "point_y"))
     np.testing.assert_allclose(
         found.values[0], np.diag([camera.fx_px, camera.fy_px]) / apparent, rtol=1e-13, atol=1e-10
     )
@@ -215,7 +176,9 @@ def test_a_fisheye_has_slopes_on_its_axis():
     rig = Rig.model_validate(
         {**RIGS["bench"].model_dump(), "camera": {"model": "fisheye", **pinhole}, "port": {"shape": "none"}}
     )
-    found = projection_jacobian(rig, [[0, 0, 2.0], [1e-7, 0, 2.0]], parameters=("point_x_m", "point_y_m", "point_z_m"))
+    found = projection_jacobian(
+        PerturbedTrain(rig), [[0, 0, 2.0], [1e-7, 0, 2.0]], parameters=("point_x", "point_y", "point_z")
+    )
     expected = np.array([[rig.camera.fx_px / 2, 0, 0], [0, rig.camera.fy_px / 2, 0]])
     # Off the axis by 5e-8 the slope along z is f times that, over 2 m.
     np.testing.assert_allclose(found.values, np.stack([expected] * 2), rtol=0, atol=1e-4)
@@ -226,7 +189,7 @@ def test_the_last_newton_step_carries_the_same_derivative(rig):
     """Where F = 0, d(x - F/F')/dp = -F_p/F': `project` differentiated as it stands, off the axis, gives the same."""
     rig = Rig.model_validate({**RIGS["bench"].model_dump(), "port": RIGS[rig].port.model_dump()})
     points = points_of(rig)[:-1]
-    found = projection_jacobian(rig, points, parameters=("point_x_m", "point_y_m", "point_z_m"))
+    found = projection_jacobian(PerturbedTrain(rig), points, parameters=("point_x", "point_y", "point_z"))
     camera, port = camera_from_spec(rig.camera), port_from_spec(rig.port, rig.water)
     leaves = [Float64(np.ascontiguousarray(column)) for column in points.T]
     dr.enable_grad(*leaves)
@@ -247,7 +210,7 @@ def test_rays_turn_by_the_limit_of_difference_quotients(rig):
     pixels = pixel_grid(unbounded(rig).camera, 4, 3)
     pixels = pixels[unbounded(rig).trace(pixels).status == Status.OK]
     in_air, _ = unbounded(rig).camera.unproject(pixels)
-    found = ray_jacobian(rig, in_air, q1=Q1, q2=Q2)
+    found = ray_jacobian(PerturbedTrain(rig), in_air, q1=Q1, q2=Q2)
     np.testing.assert_allclose(found.directions, unbounded(rig).trace(pixels).direction, rtol=0, atol=1e-15)
     for index, name in enumerate(found.parameters):
         coarse, fine = (
@@ -264,25 +227,25 @@ def test_rays_turn_by_the_limit_of_difference_quotients(rig):
 def test_the_gaze_turns_as_the_closed_form_says():
     """`optics.gaze.jacobian` has the direction's Jacobian by the joints in closed form, in the body frame."""
     layout = Layout.from_rig(AQUA2)
-    found = ray_jacobian(AQUA2, [[0.0, 0.0, 1.0]], q1=Q1, q2=Q2, parameters=("q1", "q2"))
+    found = ray_jacobian(PerturbedTrain(AQUA2), [[0.0, 0.0, 1.0]], q1=Q1, q2=Q2, parameters=("q1", "q2"))
     turn = layout.body_from_camera.rotation.as_matrix()
     np.testing.assert_allclose(turn @ found.values[0], direction_jacobian(layout, Q1, Q2), rtol=0, atol=1e-14)
 
 
 def test_a_ray_without_a_direction_has_no_derivative():
     rig = RIGS["bench"]
-    found = ray_jacobian(rig, [[0.0, 0.0, 1.0], [np.nan, 0.0, 1.0]])
+    found = ray_jacobian(PerturbedTrain(rig), [[0.0, 0.0, 1.0], [np.nan, 0.0, 1.0]])
     assert np.isnan(found.directions[1]).all()
     assert np.isnan(found.values[1]).all()
-    assert ray_jacobian(rig, np.empty((0, 3))).values.shape == (0, 3, len(found.parameters))
-    with pytest.raises(ValueError, match=r"expected parameters among .*, got fx_px"):
-        ray_jacobian(rig, [[0.0, 0.0, 1.0]], parameters=("fx_px",))
+    assert ray_jacobian(PerturbedTrain(rig), np.empty((0, 3))).values.shape == (0, 3, len(found.parameters))
+    with pytest.raises(ValueError, match=r"expected parameters among .*, got fx"):
+        ray_jacobian(PerturbedTrain(rig), [[0.0, 0.0, 1.0]], parameters=("fx",))
 
 
 def test_a_plane_does_not_mind_being_moved_within_itself():
-    found = projection_jacobian(AQUA2, points_of(AQUA2), q1=Q1, q2=Q2)
+    found = projection_jacobian(PerturbedTrain(AQUA2), points_of(AQUA2), q1=Q1, q2=Q2)
     for mirror in ("m1", "m2"):
-        for freedom in ("x_m", "y_m", "turn_z"):
+        for freedom in ("shift_x", "shift_y", "turn_z"):
             np.testing.assert_allclose(found.of(f"{mirror}_{freedom}"), 0, atol=1e-10)
     # The tilt axis is M2's x; a positive tilt raises the normal, which is a negative turn about it.
     np.testing.assert_allclose(found.of("m2_turn_x"), -found.of("q2"), rtol=1e-12, atol=1e-9)
@@ -291,24 +254,28 @@ def test_a_plane_does_not_mind_being_moved_within_itself():
 def test_poses_may_differ_from_point_to_point():
     q1, q2 = np.array([0.3, -0.8, 1.1]), np.array([0.1, 0.4, -0.2])
     points = np.stack([points_of(AQUA2)[0]] * 3)
-    together = projection_jacobian(AQUA2, points, q1=q1, q2=q2)
+    together = projection_jacobian(PerturbedTrain(AQUA2), points, q1=q1, q2=q2)
     for index in range(3):
-        alone = projection_jacobian(AQUA2, points[[index]], q1=q1[index], q2=q2[index])
+        alone = projection_jacobian(PerturbedTrain(AQUA2), points[[index]], q1=q1[index], q2=q2[index])
         np.testing.assert_allclose(together.pixels[index], alone.pixels[0], rtol=0, atol=ROUNDING_PX)
         np.testing.assert_allclose(together.values[index], alone.values[0], rtol=1e-12, atol=1e-9)
 
 
 def test_a_point_without_a_pixel_has_no_derivative():
     bench = RIGS["bench"]
-    found = projection_jacobian(bench, [[0, 0, 1e-3], [np.nan, 0, 1], [0.1, 0.1, 1.0]])
+    found = projection_jacobian(PerturbedTrain(bench), [[0, 0, 1e-3], [np.nan, 0, 1], [0.1, 0.1, 1.0]])
     assert np.isnan(found.values[:2]).all()
     assert np.isnan(found.pixels[:2]).all()
     assert np.isfinite(found.values[2]).all()
-    assert projection_jacobian(bench, np.empty((0, 3))).values.shape == (0, 2, len(parameter_names(bench)))
+    assert projection_jacobian(PerturbedTrain(bench), np.empty((0, 3))).values.shape == (
+        0,
+        2,
+        len(parameter_names(bench)),
+    )
 
 
 def test_wrong_arguments_are_refused():
-    with pytest.raises(ValueError, match=r"expected parameters among point_x_m, .*, got q1"):
-        projection_jacobian(RIGS["bench"], [[0, 0, 1]], parameters=("q1",))
+    with pytest.raises(ValueError, match=r"expected parameters among point_x, .*, got q1"):
+        projection_jacobian(PerturbedTrain(RIGS["bench"]), [[0, 0, 1]], parameters=("q1",))
     with pytest.raises(ValueError, match=r"expected q2 of shape \(\) or \(1,\), got \(2,\)"):
-        projection_jacobian(AQUA2, [[0, 0, 1]], q2=[0.0, 0.1])
+        projection_jacobian(PerturbedTrain(AQUA2), [[0, 0, 1]], q2=[0.0, 0.1])

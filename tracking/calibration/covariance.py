@@ -1,8 +1,8 @@
-"""What observations say of each error, and of which combinations they say nothing.
+"""Covariance of estimated perturbations, and the combinations of them that are unobservable.
 
-With J the slopes of the residuals by the errors, each counted in its tolerance, and what nobody asks for projected out,
-J = U S V': the combination V_i is known from the data alone to 1 / s_i of a tolerance. One that is known no better than
-to `BLIND` tolerances counts as not observable: it keeps what was believed beforehand, or infinity when nothing was.
+With J the Jacobian of the residuals by the perturbations, each counted in its tolerance, and the nuisance parameters
+projected out, J = U S V': the combination V_i is known from the data alone to 1 / s_i of a tolerance. One that is known
+no better than to `UNOBSERVABLE` tolerances counts as unobservable: it keeps its prior, or infinity when there is none.
 """
 
 from __future__ import annotations
@@ -14,60 +14,60 @@ from scipy.linalg import qr
 from scipy.stats import norm
 
 from optics.kernels.arrays import FloatArray
-from tracking.calibration.errors import shown_per_si, unit_of
+from optics.perturbation.parameters import shown_per_si, shown_unit
 from tracking.calibration.fit import TURNING_POINT, Fit
 
-BLIND = 10.0
-"""Tolerances to which a combination must be known to count as observable: beyond, the slopes mean nothing."""
+UNOBSERVABLE = 10.0
+"""Tolerances to which a combination must be known to count as observable: beyond, the Jacobian means nothing."""
 
 SHOWN = 0.05
-"""Share of a tolerance below which an error is left out of a combination's description."""
+"""Share of a tolerance below which a perturbation is left out of a combination's description."""
 
 NO_PART = 1e-3
 """Part of a direction that counts as none: less than this of its length."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Knowledge:
-    """How well errors are known; arrays in metres, radians and units of index.
+class PerturbationCovariance:
+    """How well perturbations are known; arrays in metres, radians and units of index.
 
     Attributes
     ----------
     names : tuple of str, length k
     scales : array, shape (k,)
         Tolerances in which they are counted.
-    covariance : array, shape (k, k)
-        With a prior, of all errors; without one, of the observable part, and infinite besides.
+    matrix : array, shape (k, k)
+        With a prior, of all perturbations; without one, of the observable part, and infinite besides.
     unobservable : array, shape (j, k)
-        Combinations that the data say nothing of, in scales, each with 1 at an error of its own.
-    data_deviation : array, shape (k,)
-        Standard deviation of each error from the data alone, all the others unknown; infinite where not observable.
+        Combinations that the data say nothing of, in scales, each with 1 at a perturbation of its own.
+    data_deviations : array, shape (k,)
+        Standard deviations from the data alone, all the others unknown; infinite where unobservable.
     has_prior : bool
     """
 
     names: tuple[str, ...]
     scales: FloatArray
-    covariance: FloatArray
+    matrix: FloatArray
     unobservable: FloatArray
-    data_deviation: FloatArray
+    data_deviations: FloatArray
     has_prior: bool
 
-    def deviations(self) -> FloatArray:
-        """Standard deviation of each error, shape (k,)."""
-        return self.deviation_of(np.eye(len(self.names)))
+    def standard_deviations(self) -> FloatArray:
+        """Of each perturbation, shape (k,)."""
+        return self.standard_deviations_of(np.eye(len(self.names)))
 
-    def deviation_of(self, slopes: FloatArray) -> FloatArray:
-        """Standard deviation of quantities with slopes of shape (..., k) by the errors; infinite where not known."""
-        known = np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", slopes, self.covariance, slopes), 0.0))
+    def standard_deviations_of(self, jacobian: FloatArray) -> FloatArray:
+        """Of quantities with derivatives, shape (..., k), by the perturbations; infinite where unobservable."""
+        known = np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", jacobian, self.matrix, jacobian), 0.0))
         if self.has_prior or not len(self.unobservable):
             return np.asarray(known)
-        counted = slopes * self.scales
+        counted = jacobian * self.scales
         basis = np.linalg.qr(self.unobservable.T)[0]
-        blind = np.linalg.norm(counted @ basis, axis=-1) > NO_PART * np.linalg.norm(counted, axis=-1)
-        return np.where(blind, np.inf, known)
+        unknown = np.linalg.norm(counted @ basis, axis=-1) > NO_PART * np.linalg.norm(counted, axis=-1)
+        return np.where(unknown, np.inf, known)
 
     def combinations(self) -> tuple[str, ...]:
-        """Each combination that the data say nothing of, in words and units."""
+        """Each unobservable combination, in words and units."""
         return tuple(self._described(row) for row in self.unobservable)
 
     def _described(self, row: FloatArray) -> str:
@@ -77,11 +77,11 @@ class Knowledge:
             return self.names[leader]
         units = np.array([shown_per_si(name) for name in self.names]) * self.scales * row
         units = units / units[leader]
-        return ", ".join(f"{self.names[i]} {units[i]:+.3g} {unit_of(self.names[i])}".rstrip() for i in parts)
+        return ", ".join(f"{self.names[i]} {units[i]:+.3g} {shown_unit(self.names[i])}".rstrip() for i in parts)
 
 
-def knowledge_of(fit: Fit, scales: dict[str, float], *, prior: bool) -> Knowledge:
-    """What a fit knows.
+def covariance_of(fit: Fit, scales: dict[str, float], *, prior: bool) -> PerturbationCovariance:
+    """Covariance of the perturbations that a fit found.
 
     Notes
     -----
@@ -92,38 +92,38 @@ def knowledge_of(fit: Fit, scales: dict[str, float], *, prior: bool) -> Knowledg
     """
     inflation = spread_factor(residual_width(fit.residuals))
     singular, rows = _spectrum(fit)
-    blind = singular * BLIND < 1
+    unobservable = singular * UNOBSERVABLE < 1
     count = rows.shape[1]
     if prior:
         precision = np.linalg.inv((rows.T * singular**2) @ rows + np.eye(count))
         counted = precision @ ((rows.T * inflation * singular**2) @ rows + np.eye(count)) @ precision
     else:
-        seen = ~blind
-        counted = (rows[seen].T * (inflation / singular[seen] ** 2)) @ rows[seen]
-    seen_rows = rows[~blind]
-    from_data = np.sqrt(inflation * (seen_rows**2 / singular[~blind, np.newaxis] ** 2).sum(axis=0))
-    touched = np.linalg.norm(rows[blind], axis=0) > NO_PART
+        observable = ~unobservable
+        counted = (rows[observable].T * (inflation / singular[observable] ** 2)) @ rows[observable]
+    observable_rows = rows[~unobservable]
+    from_data = np.sqrt(inflation * (observable_rows**2 / singular[~unobservable, np.newaxis] ** 2).sum(axis=0))
+    touched = np.linalg.norm(rows[unobservable], axis=0) > NO_PART
     sizes = np.array(list(scales.values()))
-    return Knowledge(
+    return PerturbationCovariance(
         names=tuple(scales),
         scales=sizes,
-        covariance=counted * np.outer(sizes, sizes),
-        unobservable=_sparse(rows[blind]),
-        data_deviation=np.where(touched, np.inf, from_data) * sizes,
+        matrix=counted * np.outer(sizes, sizes),
+        unobservable=_sparse(rows[unobservable]),
+        data_deviations=np.where(touched, np.inf, from_data) * sizes,
         has_prior=prior,
     )
 
 
-def blind_directions(fit: Fit) -> FloatArray:
-    """Orthonormal combinations of the errors, in their scales, that the data say nothing of, shape (j, k)."""
+def unobservable_directions(fit: Fit) -> FloatArray:
+    """Orthonormal unobservable combinations of the perturbations, in their scales, shape (j, k)."""
     singular, rows = _spectrum(fit)
-    return rows[singular * BLIND < 1]
+    return rows[singular * UNOBSERVABLE < 1]
 
 
 def _spectrum(fit: Fit) -> tuple[FloatArray, FloatArray]:
     """Singular values, shape (k,), and combinations, shape (k, k), of what the data say."""
     weights = (1 + (np.nan_to_num(fit.residuals) / TURNING_POINT) ** 2) ** -0.75
-    reduced = _projected_out(weights[:, np.newaxis] * fit.slopes, fit.nuisance, weights)
+    reduced = _projected_out(weights[:, np.newaxis] * fit.jacobian, fit.nuisance, weights)
     singular, rows = np.linalg.svd(reduced)[1:]
     return np.pad(singular, (0, len(rows) - len(singular))), rows
 
@@ -144,10 +144,10 @@ def spread_factor(width: float) -> float:
     return float((density * (width * r) ** 2 / stretched).sum() / (density * stretched**-1.5).sum())
 
 
-def _projected_out(slopes: FloatArray, nuisance: FloatArray, weights: FloatArray) -> FloatArray:
-    """Part of the slopes that no change of the nuisances can imitate, square or smaller."""
-    below = len(nuisance) - len(slopes)
-    whole = np.concatenate([slopes, np.zeros((below, slopes.shape[1]))])
+def _projected_out(jacobian: FloatArray, nuisance: FloatArray, weights: FloatArray) -> FloatArray:
+    """Part of the Jacobian that no change of the nuisance parameters can imitate, square or smaller."""
+    below = len(nuisance) - len(jacobian)
+    whole = np.concatenate([jacobian, np.zeros((below, jacobian.shape[1]))])
     if nuisance.shape[1]:
         weighted = nuisance * np.concatenate([weights, np.ones(below)])[:, np.newaxis]
         basis, triangle, _ = qr(weighted, mode="economic", pivoting=True)
@@ -158,7 +158,7 @@ def _projected_out(slopes: FloatArray, nuisance: FloatArray, weights: FloatArray
 
 
 def _sparse(rows: FloatArray) -> FloatArray:
-    """Other combinations that span the same, each with an error of its own that the others lack."""
+    """Other combinations that span the same, each with a perturbation of its own that the others lack."""
     if not len(rows):
         return rows
     own = qr(rows, mode="r", pivoting=True)[1][: len(rows)]
