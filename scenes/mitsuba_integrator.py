@@ -8,11 +8,12 @@ surface that scatters light ends them. Water between is closed form, as in `scen
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 from optics.kernels.backend import Bool, Float32, UInt32, dr, mi
-from optics.kernels.packing import Numbers, Packing, vector
+from optics.kernels.packing import on_device
 from rigs import Water
 from scenes.kernels.shading import (
     Illumination,
@@ -31,6 +32,7 @@ from scenes.light.sea import Sea
 from scenes.light.sky import Daylight
 from scenes.light.spectrum import water_bands
 from scenes.light.sun import Sun
+from scenes.light.uniforms import LightUniforms
 from scenes.light.waves import Wind
 
 NAME = "mirrorgaze_water"
@@ -46,6 +48,36 @@ INDEX_TOLERANCE = 0.05
 
 REFRACTED_BRANCH = 1 - 2.0**-24
 """Random number at which a dielectric is left behind unless it reflects all light."""
+
+
+@dataclass(kw_only=True)
+class SensorPath:
+    """State of the loop over segments: Dr.Jit arrays. Not frozen, as Dr.Jit writes into it.
+
+    Attributes
+    ----------
+    bounce : UInt32
+        Surfaces passed.
+    ray : mi.Ray3f
+        The next segment.
+    active : Bool
+        Whether it goes on.
+    index : Float32
+        Index of refraction of what it is in.
+    throughput, rgb : list of Float32
+        By wavelength, what of the light from here on arrives; by channel, the light found so far.
+    lit, hit : Bool
+        Whether it ends at a surface in the water; whether it met one at all.
+    """
+
+    bounce: Any
+    ray: Any
+    active: Any
+    index: Any
+    throughput: Spectrum
+    rgb: list[Any]
+    lit: Any
+    hit: Any
 
 
 class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
@@ -65,7 +97,7 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
         self._camera_in_water = bool(props.get("camera_in_water", True))
         self._light = light_of(props)
         self._tables = self._light.tables()
-        self._numbers: Numbers | None = None
+        self._uniforms: LightUniforms | None = None
 
     def render(  # noqa: PLR0917 - Mitsuba's own
         self,
@@ -79,7 +111,7 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
         """Render the scene; light divides among a channel's wavelengths as it does at the sensor's depth."""
         if isinstance(sensor, int):
             sensor = scene.sensors()[sensor]
-        self._numbers = self._numbers_for(sensor)
+        self._uniforms = self._uniforms_for(sensor)
         return super().render(scene, sensor, seed, spp, develop, evaluate)
 
     def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
@@ -87,53 +119,52 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
 
         Derivatives are not followed.
         """
-        if self._numbers is None:
-            self._numbers = self._numbers_for(scene.sensors()[0])
-        light = self._numbers
+        if self._uniforms is None:
+            self._uniforms = self._uniforms_for(scene.sensors()[0])
+        light = self._uniforms
         with dr.suspend_grad():
             path = self._follow(light, scene, mi.Ray3f(ray), Bool(active))
             reflected = self._lit(light, scene, path)
-            rgb = [a + b for a, b in zip(path["rgb"], reflected, strict=True)]
-        return mi.Color3f(*rgb), path["met"], []
+            rgb = [a + b for a, b in zip(path.rgb, reflected, strict=True)]
+        return mi.Color3f(*rgb), path.hit, []
 
     def to_string(self) -> str:
         """What Mitsuba prints of a scene."""
         return f"WaterIntegrator[{self._light.daylight.sun}, surface_z = {self._surface_z:g}]"
 
-    def _numbers_for(self, sensor: Any) -> Numbers:
+    def _uniforms_for(self, sensor: Any) -> LightUniforms:
         height = float(sensor.world_transform().translation().z[0])
         flat_sea = Sea(light=self._light, wind=Wind(speed_m_per_s=0.0))
-        numbers = self._light.numbers(max(self._surface_z - height, 0.0)) | flat_sea.numbers()
-        packing = Packing.of(numbers)
-        unpacked = packing.unpack(packing.upload(numbers), UInt32(0))
-        self._tables["field_layer"] = layer(unpacked, self._tables["field"], unpacked["reference_depth"][0])
-        dr.eval(unpacked, self._tables["field_layer"])
-        return unpacked
+        light = on_device(flat_sea.uniforms(max(self._surface_z - height, 0.0)))
+        self._tables = replace(self._tables, field_layer=layer(light, self._tables.field, light.reference_depth_m))
+        dr.eval(light, self._tables.field_layer)
+        return light
 
-    def _follow(self, light: Numbers, scene: Any, ray: Any, active: Any) -> dict[str, Any]:
+    def _follow(self, light: LightUniforms, scene: Any, ray: Any, active: Any) -> SensorPath:
         count = dr.width(ray)
-        start = {
-            "bounce": dr.zeros(UInt32, count),
-            "ray": ray,
-            "active": active & dr.full(Bool, True, count),
-            "index": dr.full(Float32, self._light.n_water if self._camera_in_water else 1.0, count),
-            "throughput": [dr.ones(Float32, count) for _ in light["c"]],
-            "rgb": [dr.zeros(Float32, count) for _ in range(3)],
-            "lit": dr.zeros(Bool, count),
-            "met": dr.zeros(Bool, count),
-        }
+        start = SensorPath(
+            bounce=dr.zeros(UInt32, count),
+            ray=ray,
+            active=active & dr.full(Bool, True, count),
+            index=dr.full(Float32, self._light.n_water if self._camera_in_water else 1.0, count),
+            throughput=[dr.ones(Float32, count) for _ in light.beam_attenuation],
+            rgb=[dr.zeros(Float32, count) for _ in range(3)],
+            lit=dr.zeros(Bool, count),
+            hit=dr.zeros(Bool, count),
+        )
 
-        def segment(path: dict[str, Any]) -> tuple[dict[str, Any]]:
+        def segment(path: SensorPath) -> tuple[SensorPath]:
             return (self._segment(path, light, scene),)
 
-        return dr.while_loop((start,), lambda path: path["active"], segment)[0]  # type: ignore[no-any-return]
+        found: tuple[SensorPath] = dr.while_loop((start,), lambda path: path.active, segment)
+        return found[0]
 
-    def _segment(self, path: dict[str, Any], light: Numbers, scene: Any) -> dict[str, Any]:
-        """One more piece of the path: up to the next surface, or to where the sea ends."""
-        ray, active = path["ray"], path["active"]
+    def _segment(self, path: SensorPath, light: LightUniforms, scene: Any) -> SensorPath:
+        """One more segment of the path: up to the next surface, or to where the sea ends."""
+        ray, active = path.ray, path.active
         found = scene.ray_intersect(ray, active)
         distance = dr.select(found.is_valid(), found.t, FAR_M)
-        in_water = active & self._is_water(path["index"])
+        in_water = active & self._is_water(path.index)
         depth, rise = self._surface_z - ray.o.z, ray.d.z
         to_surface = dr.select(in_water & (rise > 0) & (depth > 0), depth / rise, FAR_M)
         at_surface = to_surface < distance
@@ -141,7 +172,7 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
         added, dimmed = scattered_in(
             light,
             self._tables,
-            path["throughput"],
+            path.throughput,
             Segment(
                 direction=ray.d,
                 depth=depth,
@@ -153,9 +184,9 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
                 veil=[mi.Float(0)] * 3,
             ),
         )
-        throughput = [dr.select(in_water, after, t) for after, t in zip(dimmed, path["throughput"], strict=True)]
+        throughput = [dr.select(in_water, after, t) for after, t in zip(dimmed, path.throughput, strict=True)]
         up = mi.Vector3f(0, 0, 1)
-        sky, below_surface, _ = seen_through_surface(light, self._tables["sky"], throughput, ray.d, up)
+        sky, below_surface, _ = seen_through_surface(light, self._tables.sky, throughput, ray.d, up)
 
         solid = active & found.is_valid() & ~at_surface
         shines = found.emitter(scene).eval(found, solid)
@@ -166,55 +197,62 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
         # Mitsuba's weight is over the chance of the branch, which is not left to chance here.
         weight = weight * chosen.pdf
 
-        rgb = zip(path["rgb"], added, channels(light, sky), channels(light, _coloured(throughput, shines)), strict=True)
-        bounce = path["bounce"] + 1
+        rgb = zip(path.rgb, added, channels(light, sky), channels(light, _coloured(throughput, shines)), strict=True)
+        bounce = path.bounce + 1
         goes_on = (at_surface | passes) & (bounce < LARGEST_BOUNCE_COUNT)
         behind = found.spawn_ray(found.to_world(chosen.wo))
         reflected = mi.Vector3f(ray.d.x, ray.d.y, -rise)
         below = mi.Ray3f(ray(to_surface) + reflected * START_OFFSET_M, reflected)
         onward = dr.select(at_surface, below, behind)
-        return {
-            "bounce": bounce,
-            "ray": dr.select(goes_on, onward, ray),
-            "active": goes_on,
-            "index": dr.select(passes, path["index"] * chosen.eta, path["index"]),
-            "throughput": [
+        return SensorPath(
+            bounce=bounce,
+            ray=dr.select(goes_on, onward, ray),
+            active=goes_on,
+            index=dr.select(passes, path.index * chosen.eta, path.index),
+            throughput=[
                 dr.select(at_surface, s, dr.select(passes, w, t))
                 for t, s, w in zip(throughput, below_surface, _coloured(throughput, weight), strict=True)
             ],
-            "rgb": [
+            rgb=[
                 total + dr.select(in_water, water, 0) + dr.select(at_surface, above, 0) + dr.select(solid, own, 0)
                 for total, water, above, own in rgb
             ],
             # In the air of a housing there is no light.
-            "lit": path["lit"] | (solid & scatters & in_water),
-            "met": path["met"] | solid,
-        }
+            lit=path.lit | (solid & scatters & in_water),
+            hit=path.hit | solid,
+        )
 
-    def _lit(self, light: Numbers, scene: Any, path: dict[str, Any]) -> list[Any]:
+    def _lit(self, light: LightUniforms, scene: Any, path: SensorPath) -> list[Any]:
         """Light that the surfaces at the ends of the paths send back, by channel."""
-        ray, lit = path["ray"], path["lit"]
+        ray, lit = path.ray, path.lit
         found = scene.ray_intersect(ray, lit)
         bsdf = found.bsdf(ray)
         depth = self._surface_z - found.p.z
-        towards_sun = mi.Vector3f(vector(light, "refracted_sun"))
+        towards_sun = mi.Vector3f(*light.refracted_sun)
         from_sun = bsdf.eval(mi.BSDFContext(), found, found.to_local(towards_sun), lit)
         bright = lit & (dr.max(from_sun) > 0)
         in_sun = self._reaches_sun(scene, found, towards_sun, depth, bright)
         faces = mi.has_flag(bsdf.flags(), mi.BSDFFlags.BackSide) | (found.wi.z > 0)
         reflectance = bsdf.eval_diffuse_reflectance(found, lit) & faces
         normal = dr.mulsign(found.sh_frame.n, found.wi.z)
-        ambient = ambient_irradiance(light, self._tables["ambient"], normal, depth)
+        ambient = ambient_irradiance(light, self._tables.ambient, normal, depth)
         # The cosine to the sun is within `from_sun` already.
         by_sun = self._reflected(light, path, from_sun * dr.pi, depth, sun_cosine=dr.select(in_sun, Float32(1), 0))
         by_others = self._reflected(light, path, reflectance, depth, ambient=ambient)
         return [dr.select(lit, a + b, 0) for a, b in zip(by_sun, by_others, strict=True)]
 
     def _reflected(
-        self, light: Numbers, path: dict[str, Any], albedo: Any, depth: Any, *, ambient: Any = None, sun_cosine: Any = 0
+        self,
+        light: LightUniforms,
+        path: SensorPath,
+        albedo: Any,
+        depth: Any,
+        *,
+        ambient: Any = None,
+        sun_cosine: Any = 0,
     ) -> list[Any]:
         """Light that a surface of an albedo by channel sends back under the sun or under other light."""
-        throughput = path["throughput"]
+        throughput = path.throughput
         return reflected_radiance(
             light,
             throughput,
@@ -233,26 +271,18 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
         ray = found.spawn_ray(towards_sun)
         # What is above the surface throws no shadow: it is not in the water.
         ray.maxt = dr.maximum(depth, 0) / towards_sun.z
-        start = {"ray": ray, "free": Bool(active), "tried": Bool(active), "count": dr.zeros(UInt32, dr.width(ray))}
+        start = (ray, Bool(active), Bool(active), dr.zeros(UInt32, dr.width(ray)))
 
-        def pane(state: dict[str, Any]) -> tuple[dict[str, Any]]:
-            ray, tried = state["ray"], state["tried"]
-            met = scene.ray_intersect(ray, tried)
-            blocks = met.is_valid() & ~mi.has_flag(met.bsdf(ray).flags(), mi.BSDFFlags.Transmission)
-            blocks = blocks | (state["count"] == LARGEST_GLASS_COUNT)
-            onward = met.spawn_ray(towards_sun)
-            onward.maxt = ray.maxt - met.t
-            goes_on = tried & met.is_valid() & ~blocks
-            return (
-                {
-                    "ray": dr.select(goes_on, onward, ray),
-                    "free": state["free"] & ~(tried & blocks),
-                    "tried": goes_on,
-                    "count": state["count"] + 1,
-                },
-            )
+        def pane(ray: Any, free: Any, tried: Any, count: Any) -> tuple[Any, ...]:
+            hit = scene.ray_intersect(ray, tried)
+            blocks = hit.is_valid() & ~mi.has_flag(hit.bsdf(ray).flags(), mi.BSDFFlags.Transmission)
+            blocks = blocks | (count == LARGEST_GLASS_COUNT)
+            onward = hit.spawn_ray(towards_sun)
+            onward.maxt = ray.maxt - hit.t
+            goes_on = tried & hit.is_valid() & ~blocks
+            return dr.select(goes_on, onward, ray), free & ~(tried & blocks), goes_on, count + 1
 
-        return dr.while_loop((start,), lambda state: state["tried"], pane)[0]["free"]
+        return dr.while_loop(start, lambda ray, free, tried, count: tried, pane)[1]
 
     def _is_water(self, index: Any) -> Any:
         return dr.abs(index - self._light.n_water) < INDEX_TOLERANCE

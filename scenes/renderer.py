@@ -24,21 +24,13 @@ from scenes.baking.sun_shadow import at_rest, with_shade
 from scenes.kernels.geometry import geometry_of
 from scenes.kernels.kernel import Shape, compiled_frame, compiled_prefix
 from scenes.kernels.port_rays import port_rays
+from scenes.kernels.state_records import StateRecords
 from scenes.kernels.tracing import FixedHit, Primitive, Rays
-from scenes.kernels.uniforms import StateNumbers
 from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS
-from scenes.light.lamps import lamp_numbers
+from scenes.light.lamps import LampUniforms
 from scenes.stage.frame import Frame, FrameArrays, frames_of
-from scenes.stage.group_mesh import (
-    SNOW,
-    TARGET,
-    WORLD,
-    mirror_plates,
-    rig_meshes_by_group,
-    snow_mesh,
-    target_mesh,
-    world_mesh,
-)
+from scenes.stage.group_mesh import mirror_plates, rig_meshes_by_group, snow_mesh, target_mesh, world_mesh
+from scenes.stage.records import SNOW, TARGET, WORLD, MirrorPlate
 from scenes.stage.stage import Stage
 from scenes.stage.state import State
 from scenes.stage.targets import MeshShape
@@ -83,39 +75,38 @@ class FastRenderer:
         self.stage = stage
         meshes, names = rig_meshes_by_group(parts)
         self.instance_names = (*names, *stage.world.instance_names, TARGET)
-        self._state_numbers = StateNumbers(rig, stage, target_instance=len(self.instance_names))
-        water = shade = None
+        self._records = StateRecords(rig, stage, target_instance=len(self.instance_names))
+        in_water = on_world = None
         if meshes:
             hung = at_rest(stage.world_from_body)
-            body_from = self._state_numbers.body_from([State()])
+            body_from = self._records.body_from([State()])
             poses = {group: RigidTransform.from_matrix(matrix) for group, (matrix,) in body_from.items()}
-            mirrors = {name: mirror for name, (mirror,) in self._state_numbers.mirrors(body_from).items()}
+            mirrors = {name: batch[0] for name, batch in self._records.mirrors(body_from).items()}
             plates = mirror_plates(parts, poses, mirrors)
             meshes, robot = with_shade(meshes, poses, plates, stage.light, hung=hung)
-            water = water_shade(robot, hung, self._line_begins(mirrors), stage.light)
-            shade = world_shade(robot, hung, stage.light)
-        volume = source = None
+            in_water = water_shade(robot, hung, self._line_begins(mirrors), stage.light)
+            on_world = world_shade(robot, hung, stage.light)
+        irradiance = source = None
         if len(stage.world.faces):
             meshes[WORLD], source = lit_world(world_mesh(stage.world, len(names)), stage.light)
-            volume = ambient_volume(meshes[WORLD], stage.light, source)
+            irradiance = ambient_volume(meshes[WORLD], stage.light, source)
         if stage.target is not None and isinstance(stage.target.shape, MeshShape):
             meshes[TARGET] = target_mesh(stage.target.shape, len(self.instance_names) - 1)
         if stage.snow is not None:
             meshes[SNOW] = snow_mesh(stage.snow)
         self._geometry = replace(
             geometry_of(meshes, stage.light.towards_sun),
-            volume=volume,
+            irradiance=irradiance,
             source=source,
-            water=water,
-            shade=shade,
+            shadow_in_water=in_water,
+            shadow_on_world=on_world,
             eyes=vectors(self._eyes()),
         )
-        self._tables = stage.light.tables() | stage.sea.tables()
-        lamps = rig.lamps
-        self._lamp_numbers = lamp_numbers(lamps, stage.light.bands.wavelength_nm) if lamps else {}
+        self._tables = stage.sea.tables()
+        self._lamps = LampUniforms.of(rig.lamps, stage.light.bands.wavelength_nm) if rig.lamps else None
         rays = port_rays(rig, *self.shape, samples)
-        self._packing = Packing.of(self._state_numbers.of([State()]))
-        prefix = compiled_prefix(self._packing)(rays, self._geometry.groups, self._rows([State()]))
+        self._packing = Packing.of(self._records.of([State()]), batched=True)
+        prefix = compiled_prefix(self._packing)(rays, self._geometry.groups, self._uploaded([State()]))
         self._rays = replace(rays, prefix=tuple(prefix))
         self._light: tuple[float, Any] | None = None
 
@@ -170,21 +161,21 @@ class FastRenderer:
             raise ValueError("expected at least one state, got none")
         count = len(states)
         rays = self._rays if count == 1 else self._repeated_rays(count)
-        return self._computed(rays, self._rows(states), self._depth(states), frames=count, truth=truth)
+        return self._computed(rays, self._uploaded(states), self._depth(states), frames=count, truth=truth)
 
     def sweep_arrays(self, states: Sequence[State], *, truth: bool = True) -> FrameArrays:
         """Same as `render_sweep`, left on the device as `arrays` does."""
         if len(states) < 2:
             raise ValueError(f"expected the states of the first and the last row at least, got {len(states)}")
-        numbers = self._state_numbers.still_between(self._state_numbers.of(states))
-        knots = self._packing.upload(numbers, len(states))
+        records = self._records.still_between(self._records.of(states))
+        knots = self._packing.upload(records, len(states))
         sweep = {"rows": self.shape[0], "knots": len(states)}
         return self._computed(self._swept_rays, knots, self._depth(states), frames=1, truth=truth, **sweep)
 
     def _computed(
         self,
         rays: Rays,
-        state_rows: Any,
+        state_records: Any,
         depth_m: float,
         *,
         frames: int,
@@ -193,7 +184,7 @@ class FastRenderer:
         knots: int = 0,
     ) -> FrameArrays:
         """What the kernel of `scenes.kernels.kernel.Shape` returns."""
-        light_packing, light_row = self._light_row(depth_m)
+        light_packing, light_record = self._light_record(depth_m)
         shape = Shape(
             light=light_packing,
             state=self._packing,
@@ -205,12 +196,12 @@ class FastRenderer:
             rows=rows,
             knots=knots,
         )
-        result: FrameArrays = compiled_frame(shape)(rays, self._geometry.arrays, self._tables, light_row, state_rows)
+        result: FrameArrays = compiled_frame(shape)(rays, self._geometry, self._tables, light_record, state_records)
         return result
 
     def _depth(self, states: Sequence[State]) -> float:
         """Mean depth of the robot, metres."""
-        return float(np.mean([-self._state_numbers.body_pose(state).translation[2] for state in states]))
+        return float(np.mean([-self._records.body_pose(state).translation[2] for state in states]))
 
     @cached_property
     def _swept_rays(self) -> Rays:
@@ -219,18 +210,18 @@ class FastRenderer:
         dr.eval(row)
         return replace(self._rays, row=row)
 
-    def _rows(self, states: Sequence[State]) -> Any:
-        """Packed numbers of the states."""
-        return self._packing.upload(self._state_numbers.of(states), len(states))
+    def _uploaded(self, states: Sequence[State]) -> Any:
+        """Records of the states."""
+        return self._packing.upload(self._records.of(states), len(states))
 
-    def _light_row(self, depth_m: float) -> tuple[Packing, Any]:
-        """Packed numbers of the light at a depth; the last is kept, since robots hover."""
+    def _light_record(self, depth_m: float) -> tuple[Packing, Any]:
+        """Uniforms of the light at a depth; the last are kept, since robots hover."""
         if self._light is None or self._light[0] != depth_m:
-            numbers = self.stage.light.numbers(depth_m) | self.stage.sea.numbers() | self._lamp_numbers
-            packing = Packing.of(numbers)
-            self._light = (depth_m, (packing, packing.upload(numbers)))
-        row: tuple[Packing, Any] = self._light[1]
-        return row
+            uniforms = replace(self.stage.sea.uniforms(depth_m), lamps=self._lamps)
+            packing = Packing.of(uniforms)
+            self._light = (depth_m, (packing, packing.upload(uniforms)))
+        record: tuple[Packing, Any] = self._light[1]
+        return record
 
     def _eyes(self) -> NDArray[np.float64]:
         """Where lines of sight begin, body frame: the camera, and the mirrors' centres; shape (1 or 3, 3)."""
@@ -240,7 +231,7 @@ class FastRenderer:
             eyes += [layout.body_from_m1.translation, layout.body_from_gimbal.translation]
         return np.array(eyes)
 
-    def _line_begins(self, mirrors: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    def _line_begins(self, mirrors: dict[str, MirrorPlate]) -> NDArray[np.float64]:
         """Where each eye's lines of sight begin, by direction (`scenes.baking.robot_shadow_in_water`), body frame."""
         eyes = self._eyes()
         begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)

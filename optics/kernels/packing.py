@@ -5,73 +5,152 @@ A frame has hundreds of numbers, and handing over each by itself costs more than
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from optics.kernels.backend import Array3f32, ArrayXf32, Float32, dr
+from optics.kernels.backend import Array3f32, ArrayXf32, Float32, UInt32, dr
 
 AT_ONCE = 8
-"""Numbers of a row that are read together."""
+"""Numbers of a record that are read together."""
 
-Numbers = dict[str, list[Any]]
-"""Unpacked numbers by name, each a list of Dr.Jit arrays of width 1 or of one entry per lane."""
+Tree = TypeVar("Tree")
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """Place of an array in a tree: its shape, and so many numbers of a record."""
+
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, value: Any, *, batched: bool) -> Leaf:
+        """Leaf of an array; of a batch the first axis are its records."""
+        return cls(np.shape(value)[batched:])
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """How many numbers it has."""
+        return (math.prod(self.shape),)
+
+    def filled(self, numbers: Iterator[Any]) -> Any:
+        """Numbers in nested lists of the shape."""
+        return _nested(numbers, self.shape)
+
+
+@dataclass(frozen=True)
+class Node:
+    """Place of a dataclass or a dict in a tree, with its children by name; those that are None are left out."""
+
+    make: Callable[..., Any]
+    children: tuple[tuple[str, Leaf | Node], ...]
+
+    @classmethod
+    def of(cls, tree: Any, *, batched: bool) -> Node:
+        """Node of a tree."""
+        children = tree if isinstance(tree, dict) else vars(tree)
+        return cls(
+            type(tree),
+            tuple(
+                (name, (Node if _is_inner(child) else Leaf).of(child, batched=batched))
+                for name, child in children.items()
+                if child is not None
+            ),
+        )
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """How many numbers each leaf has."""
+        return tuple(count for _, child in self.children for count in child.counts)
+
+    def filled(self, numbers: Iterator[Any]) -> Any:
+        """The tree with numbers at its leaves."""
+        return self.make(**{name: child.filled(numbers) for name, child in self.children})
 
 
 @dataclass(frozen=True)
 class Packing:
-    """Order of named numbers in a row; hashable, so that a kernel is compiled for it once.
+    """Order of the numbers of a record; hashable, so that a kernel is compiled for it once.
+
+    Numbers are the leaves of a tree: of a dataclass whose fields are numbers, arrays, dicts and dataclasses, or None.
+    The same dataclass holds arrays on the host, and Dr.Jit's numbers in a kernel.
 
     Attributes
     ----------
-    counts : tuple of (name, count)
+    tree : Node
+    counts : tuple of int
+        How many numbers each leaf has.
     """
 
-    counts: tuple[tuple[str, int], ...]
+    tree: Node
+    counts: tuple[int, ...]
 
     @classmethod
-    def of(cls, numbers: Mapping[str, Any], rows: int = 1) -> Packing:
-        """Packing that fits these numbers; each has as many of them for every row."""
-        return cls(tuple((name, int(np.size(value)) // rows) for name, value in numbers.items()))
+    def of(cls, tree: Any, *, batched: bool = False) -> Packing:
+        """Packing that fits a tree; of a batch, the first axis of each array are the records."""
+        node = Node.of(tree, batched=batched)
+        return cls(node, node.counts)
 
     @property
     def width(self) -> int:
-        """Numbers in a row, which is filled up to a multiple of what is read at once."""
-        return -(-sum(count for _, count in self.counts) // AT_ONCE) * AT_ONCE
+        """Numbers of a record, which is filled up to a multiple of what is read at once."""
+        return -(-sum(self.counts) // AT_ONCE) * AT_ONCE
 
-    def rows(self, numbers: Mapping[str, Any], rows: int = 1) -> NDArray[np.float32]:
-        """Numbers in their order, shape (rows, width); with several rows, they are the first axis of each value."""
-        if Packing.of(numbers, rows) != self:
-            raise ValueError(f"expected numbers {self.counts}, got {Packing.of(numbers, rows).counts}")
-        result = np.zeros((rows, self.width), dtype=np.float32)
-        found = [np.reshape(value, (rows, -1)) for value in numbers.values()]
-        np.concatenate(found, axis=1, out=result[:, : sum(count for _, count in self.counts)], casting="same_kind")
+    def records(self, tree: Any, count: int = 1) -> NDArray[np.float32]:
+        """Numbers in their order, shape (count, width)."""
+        found = [np.reshape(leaf, (count, -1)) for leaf in leaves(tree)]
+        counts = tuple(each.shape[1] for each in found)
+        if counts != self.counts:
+            raise ValueError(f"expected numbers {self.counts}, got {counts}")
+        result = np.zeros((count, self.width), dtype=np.float32)
+        np.concatenate(found, axis=1, out=result[:, : sum(counts)], casting="same_kind")
         return result
 
-    def upload(self, numbers: Mapping[str, Any], rows: int = 1) -> Any:
-        """Rows of numbers, one after the other, as a kernel takes them."""
+    def upload(self, tree: Any, count: int = 1) -> Any:
+        """Records, one after the other, as a kernel takes them."""
         # As a list, which is copied into Dr.Jit's own memory: it would use an array's as it is, and trace a kernel anew
         # for each alignment that comes along.
-        return Float32(self.rows(numbers, rows).ravel().tolist())
+        return Float32(self.records(tree, count).ravel().tolist())
 
-    def unpack(self, packed: Any, row: Any) -> Numbers:
-        """Kernel: numbers of a row for every lane; of width 1 when `row` is."""
-        pieces = self.width // AT_ONCE
-        every = [number for piece in range(pieces) for number in row_of(packed, row * pieces + piece, AT_ONCE)]
-        result: Numbers = {}
-        position = 0
-        for name, count in self.counts:
-            result[name] = every[position : position + count]
-            position += count
-        return result
+    def unpack(self, packed: Any, record: Any) -> Any:
+        """Kernel: the tree with the numbers of a record for every lane; of width 1 when `record` is."""
+        chunks = self.width // AT_ONCE
+        every = [number for chunk in range(chunks) for number in row_of(packed, record * chunks + chunk, AT_ONCE)]
+        return self.tree.filled(iter(every))
 
 
-def vector(numbers: Numbers, name: str) -> Any:
-    """Kernel: three numbers as a vector."""
-    return Array3f32(*numbers[name])
+def leaves(tree: Any) -> list[Any]:
+    """Arrays of a tree in their order."""
+    if tree is None:
+        return []
+    if not _is_inner(tree):
+        return [tree]
+    children = tree if isinstance(tree, dict) else vars(tree)
+    return [leaf for child in children.values() for leaf in leaves(child)]
+
+
+def on_device(tree: Tree) -> Tree:
+    """The tree of one record with Dr.Jit's numbers at its leaves, outside any kernel."""
+    packing = Packing.of(tree)
+    found: Tree = packing.unpack(packing.upload(tree), UInt32(0))
+    return found
+
+
+def opaque_numbers(values: ArrayLike) -> list[Any]:
+    """Numbers that are not baked into the code of a kernel."""
+    return [dr.opaque(Float32, float(x)) for x in np.ravel(values)]
+
+
+def _is_inner(tree: Any) -> bool:
+    return isinstance(tree, dict) or hasattr(tree, "__dataclass_fields__")
+
+
+def _nested(numbers: Iterator[Any], shape: tuple[int, ...]) -> Any:
+    return [_nested(numbers, shape[1:]) for _ in range(shape[0])] if shape else next(numbers)
 
 
 def vectors(rows: NDArray[np.float64]) -> Any:

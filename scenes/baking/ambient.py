@@ -19,13 +19,16 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.cache import load_or_make, result_key
-from optics.kernels.packing import Packing
+from optics.kernels.packing import Packing, leaves
 from scenes.baking.sample_directions import spiral_azimuth
 from scenes.kernels.geometry import geometry_of
+from scenes.kernels.grid import GridTable
 from scenes.kernels.kernel import Shape, compiled_frame
 from scenes.kernels.tracing import FAR_M, FixedHit, Rays
 from scenes.light.light import Light
-from scenes.stage.group_mesh import WORLD, GroupMesh, vertex_normals
+from scenes.light.uniforms import LightUniforms
+from scenes.stage.group_mesh import GroupMesh, vertex_normals
+from scenes.stage.records import NO_BALL, WORLD, Pose, StateRecord
 
 LOG = logging.getLogger(__name__)
 
@@ -79,8 +82,8 @@ def cached(
 
 def light_key(name: str, mesh: GroupMesh, light: Light, places: Sequence[FloatArray] = ()) -> str:
     """Key of what comes from a mesh under a light and from places: the mesh, and all that the kernels take of both."""
-    looks = mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, mesh.mirrors
-    lit = light.field_nodes, light.ambient_nodes, light.numbers(1.0)
+    looks = mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, leaves(mesh.mirrors)
+    lit = light.field_nodes, light.ambient_nodes, leaves(light.uniforms(1.0))
     return result_key(name, LIGHT_VERSION, looks, lit, places)
 
 
@@ -112,7 +115,7 @@ class Reflection:
         self.open_water = light.open_water_irradiance(-self._origins[:, 2], self._normals)
         self._unseen = gathered(None, self._origins, self._normals, light)
 
-    def once(self, ambient: FloatArray, source: dict[str, Any] | None = None) -> FloatArray:
+    def once(self, ambient: FloatArray, source: GridTable | None = None) -> FloatArray:
         """Irradiance at the vertices, shape (n, 3), when the mesh is lit by what is given: one more reflection.
 
         `source` is what the mesh changes of the water's light (`scenes.baking.source_volume`).
@@ -132,7 +135,7 @@ def gathered(
     origins: FloatArray,
     normals: FloatArray,
     light: Light,
-    source: dict[str, Any] | None = None,
+    source: GridTable | None = None,
 ) -> FloatArray:
     """Irradiance at points from some directions, by channel, shape (n, 3); without a mesh that of open water."""
     directions = int(np.clip(RAYS // len(origins), LEAST_DIRECTIONS, MOST_DIRECTIONS))
@@ -155,23 +158,20 @@ def gathered(
 class Surroundings:
     """What a lit mesh shows along any rays of the world frame; open water without a mesh. Its tables are kept."""
 
-    def __init__(self, mesh: GroupMesh | None, light: Light, *, depth_m: float, source: dict[str, Any] | None = None):
+    def __init__(self, mesh: GroupMesh | None, light: Light, *, depth_m: float, source: GridTable | None = None):
         geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
         self._geometry = replace(geometry, source=source)
         self.tables = light.tables(without_peak=True)
-        numbers = light.numbers(depth_m)
-        still = {
-            WORLD: np.concatenate([np.eye(3).ravel(), np.zeros(3)]),
-            "towards_sun": light.towards_sun,
-            "clearance_m": 0.0,
-            "ball": np.zeros(4),
-            "ball_material": 0.0,
-            "ball_instance": 0.0,
-        }
-        if mesh is not None and mesh.mirrors is not None:
-            still |= mesh.mirrors
-        light_packing, state_packing = Packing.of(numbers), Packing.of(still)
-        self._rows = light_packing.upload(numbers), state_packing.upload(still)
+        uniforms = light.uniforms(depth_m)
+        still = StateRecord(
+            poses={WORLD: Pose.of(np.eye(4))},
+            mirrors=(mesh and mesh.mirrors) or {},
+            towards_sun=light.towards_sun,
+            clearance_m=0.0,
+            ball=NO_BALL,
+        )
+        light_packing, state_packing = Packing.of(uniforms), Packing.of(still)
+        self._records = light_packing.upload(uniforms), state_packing.upload(still)
         self._shape = Shape(
             light=light_packing,
             state=state_packing,
@@ -181,12 +181,12 @@ class Surroundings:
             eyes=0,
             truth=False,
         )
-        self.numbers = light_packing.unpack(self._rows[0], UInt32(0))
+        self.uniforms: LightUniforms = light_packing.unpack(self._records[0], UInt32(0))
 
     @property
     def scene(self) -> Any:
         """The mesh as Mitsuba traces it."""
-        return self._geometry.groups[WORLD]["scene"]
+        return self._geometry.groups[WORLD].scene
 
     def radiance(self, origin: Any, direction: Any) -> list[Any]:
         """Radiance by channel, without the direct sun and what surrounds it closely."""
@@ -194,7 +194,7 @@ class Surroundings:
         gain = dr.full(Float32, 1.0, dr.width(origin))
         rays = Rays(origin=origin, direction=direction, gain=gain, prefix=(nothing,))
         dr.eval(rays)
-        frame = compiled_frame(self._shape)(rays, self._geometry.arrays, self.tables, *self._rows)
+        frame = compiled_frame(self._shape)(rays, self._geometry, self.tables, *self._records)
         return list(frame.rgb)
 
 

@@ -7,15 +7,13 @@ taken away. `scenes.kernels.ambient_cube` says how it is interpolated.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.packing import rows_of
 from scenes.baking.ambient import cached, gathered
 from scenes.kernels.ambient_cube import ROW, SIDES
-from scenes.kernels.grid import grid_axes, grid_numbers, grid_points
+from scenes.kernels.grid import GridTable, grid_axes, grid_points
 from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh
 
@@ -24,7 +22,7 @@ MOST_POINTS = 24
 """Along each axis of the grid."""
 
 
-def ambient_volume(mesh: GroupMesh, light: Light, source: dict[str, Any] | None = None) -> dict[str, Any]:
+def ambient_volume(mesh: GroupMesh, light: Light, source: GridTable | None = None) -> GridTable:
     """Grid over a lit mesh and its source volume for `scenes.kernels.ambient_cube`; from the cache when it can be."""
     axes = grid_axes(mesh, spacing_m=SPACING_M, most=MOST_POINTS)
     points = grid_points(axes)
@@ -35,4 +33,4 @@ def ambient_volume(mesh: GroupMesh, light: Light, source: dict[str, Any] | None 
         return gathered(mesh, origins, normals, light, source) - gathered(None, origins, normals, light)
 
     values = cached(mesh, light, "light in the water", changes)
-    return {"values": rows_of(values, ROW), **grid_numbers(axes)}
+    return GridTable.of(axes, rows_of(values, ROW))

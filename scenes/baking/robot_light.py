@@ -63,7 +63,7 @@ class RobotLight:
         self._gaze_mirror = (robot.mirrors or {}).get(Primitive.M2.name)
         depth = -float(self._extent.middle[2])
         self._with, self._without = (Surroundings(mesh, light, depth_m=depth) for mesh in (robot, None))
-        self._scene, self._tables, self._numbers = self._with.scene, self._with.tables, self._with.numbers
+        self._scene, self._tables, self._uniforms = self._with.scene, self._with.tables, self._with.uniforms
         self._field = field_table(light.field_nodes)
         means = light.channel_means(depth)
         self._hidden_shares = light.hidden_shares
@@ -72,8 +72,8 @@ class RobotLight:
     def open_water(self, eyes: FloatArray, directions: FloatArray) -> FloatArray:
         """Radiance of open water as the field's table holds it, shape (n, 3), as each eye sees it."""
         way = vectors(directions)
-        azimuth = azimuth_from(self._numbers["sun_azimuth"], way)
-        found = looked_up(self._numbers, self._field, -vectors(eyes).z, way.z, azimuth)
+        azimuth = azimuth_from(self._uniforms.sun_azimuth, way)
+        found = looked_up(self._uniforms, self._field, -vectors(eyes).z, way.z, azimuth)
         return np.stack([channel.numpy() for channel in found], axis=-1)
 
     def missing_from_line(self, eyes: FloatArray, directions: FloatArray, distance: float) -> FloatArray:
@@ -84,7 +84,7 @@ class RobotLight:
         """
         way = vectors(directions)
         point = vectors(eyes) + way * distance
-        sun = Array3f32(*self._numbers["refracted_sun"])
+        sun = Array3f32(*self._uniforms.refracted_sun)
         in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=True)
         from_sun = self._scattered_sun(way, -point.z, distance)
         from_around = self._missing_around(point, way)
@@ -100,14 +100,15 @@ class RobotLight:
 
     def _scattered_sun(self, way: Any, depth: Any, distance: float) -> list[Any]:
         """The sun's light by channel that points scatter against the way, as it arrives from a distance."""
-        numbers = self._numbers
-        cosine = dr.dot(Array3f32(*numbers["refracted_sun"]), way)
-        particles, molecules = phase(self._tables["phase"], cosine), molecular_phase(numbers, cosine)
+        light = self._uniforms
+        cosine = dr.dot(Array3f32(*light.refracted_sun), way)
+        particles, molecules = phase(self._tables.phase, cosine), molecular_phase(light, cosine)
+        spectra = (light.sun_scattering, light.molecular_fraction, light.sun_attenuation, light.beam_attenuation)
         once = [
             b * dr.lerp(particles, molecules, m) * dr.exp(-k * depth - c * distance)
-            for b, m, k, c in zip(*(numbers[name] for name in ("b_sun", "molecular", "k_sun", "c")), strict=True)
+            for b, m, k, c in zip(*spectra, strict=True)
         ]
-        return channels(numbers, once)
+        return channels(light, once)
 
     def missing_from_plane(self, points: FloatArray) -> FloatArray:
         """Irradiance, shape (n, 3), that the robot keeps from planes at points that face its middle.
@@ -132,7 +133,7 @@ class RobotLight:
     def _phases(self, looking: Any, way: Any) -> list[Any]:
         """Phase function by channel of light that comes along the one direction and is seen along the other."""
         cosine = dr.dot(looking, way)
-        particles, molecules = phase(self._tables["phase"], cosine), molecular_phase(self._numbers, cosine)
+        particles, molecules = phase(self._tables.phase, cosine), molecular_phase(self._uniforms, cosine)
         return [dr.lerp(particles, molecules, mean["molecular"]) for mean in self._mean]
 
     def _missing_around(self, point: Any, way: Any) -> list[Any]:
@@ -187,13 +188,15 @@ class RobotLight:
         """Whether rays that meet the robot at a distance meet the gaze mirror's face on their way there."""
         if self._gaze_mirror is None:
             return mi.Bool(False)
-        centre, across, along = (Array3f32(*map(float, self._gaze_mirror[k : k + 3])) for k in (0, 3, 6))
+        mirror = self._gaze_mirror
+        centre, across, along = (Array3f32(*map(float, each)) for each in (mirror.centre, mirror.x, mirror.y))
         normal = dr.cross(across, along)
         facing = dr.dot(looking, normal)
         to_plane = dr.dot(centre - origin, normal) / facing
-        met = origin + looking * to_plane - centre
-        half = self._gaze_mirror[9:]
-        inside = (dr.abs(dr.dot(met, across)) <= half[0]) & (dr.abs(dr.dot(met, along)) <= half[1])
+        local = origin + looking * to_plane - centre
+        inside = (dr.abs(dr.dot(local, across)) <= mirror.half_width) & (
+            dr.abs(dr.dot(local, along)) <= mirror.half_height
+        )
         return (facing < 0) & inside & (to_plane > 0) & (to_plane <= distance)
 
     def _share_scattered_within(self, distance: FloatArray) -> FloatArray:

@@ -23,9 +23,11 @@ from optics.kernels.arrays import FloatArray
 from optics.kernels.packing import halves_of
 from scenes.baking.ambient import cached
 from scenes.baking.robot_light import RobotLight
-from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, node_directions
+from scenes.kernels.direction_grid import node_directions
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m
 from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh
+from scenes.stage.records import MirrorPlate
 
 FARTHEST_M = 10.0
 """Beyond, the robot fills too little of the view to matter."""
@@ -61,20 +63,20 @@ def water_shade(robot: GroupMesh, world_from_body: RigidTransform, begins_m: Flo
     return halves_of(shares[..., :-1, :], shares[..., 1:, :], ROW)
 
 
-def folded_begins(eye: FloatArray, mirror: FloatArray) -> FloatArray:
+def folded_begins(eye: FloatArray, mirror: MirrorPlate) -> FloatArray:
     """Where lines from an eye that a mirror folds begin on it, for the table's directions, shape (nodes, 3).
 
     Behind a mirror stands the eye's image, and lines from there meet the mirror each at a place of its own; the nearest
-    one of the mirror for those that would miss it. `mirror` is packed as the kernels take it, in the eye's frame.
+    one of the mirror for those that would miss it. The mirror is in the eye's frame.
     """
-    centre, across, along, half = mirror[:3], mirror[3:6], mirror[6:9], mirror[9:]
-    normal = np.cross(across, along)
+    centre, sides, half = mirror.centre, (mirror.x, mirror.y), (mirror.half_width, mirror.half_height)
+    normal = np.cross(*sides)
     image = eye - 2 * ((eye - centre) @ normal) * normal
     directions = node_directions(AZIMUTHS, ELEVATIONS)
     outwards = np.maximum(directions @ normal, LEAST_COSINE)
-    met = image + directions * (((centre - image) @ normal) / outwards)[:, np.newaxis]
-    inside = [np.clip((met - centre) @ axis, -size, size) for axis, size in zip((across, along), half, strict=True)]
-    return np.asarray(centre + inside[0][:, np.newaxis] * across + inside[1][:, np.newaxis] * along)
+    hit = image + directions * (((centre - image) @ normal) / outwards)[:, np.newaxis]
+    inside = [np.clip((hit - centre) @ axis, -size, size) for axis, size in zip(sides, half, strict=True)]
+    return np.asarray(centre + inside[0][:, np.newaxis] * mirror.x + inside[1][:, np.newaxis] * mirror.y)
 
 
 def _shares(robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light) -> FloatArray:

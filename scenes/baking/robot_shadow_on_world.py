@@ -1,25 +1,23 @@
-"""What the robot keeps from the world around it: its shadow in the light that comes from everywhere but the sun."""
+"""The robot's shadow on the world, in the light that comes from everywhere but the sun."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Float32, dr
-from optics.kernels.packing import pairs_of
+from optics.kernels.packing import opaque_numbers, pairs_of
 from scenes.baking.ambient import cached
 from scenes.baking.robot_light import RobotLight, extent_of
-from scenes.kernels.shadow_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m
-from scenes.kernels.veiling_light import node_directions
+from scenes.kernels.direction_grid import node_directions
+from scenes.kernels.shadow_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, ShadowTable, distances_m
 from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh
 
 
-def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light) -> dict[str, Any]:
-    """Table of what the robot keeps from surfaces, as `scenes.kernels.shadow_table` takes it.
+def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light) -> ShadowTable:
+    """Table of what the robot hides from surfaces (`scenes.kernels.shadow_table`).
 
     Parameters
     ----------
@@ -31,7 +29,7 @@ def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light)
     """
     extent = extent_of(robot)
 
-    def kept() -> FloatArray:
+    def hidden() -> FloatArray:
         distance = distances_m(extent.radius)
         offset = node_directions(AZIMUTHS, ELEVATIONS)[:, np.newaxis] * distance[:, np.newaxis]
         points = extent.middle + offset.reshape(-1, 3)
@@ -39,9 +37,9 @@ def world_shade(robot: GroupMesh, world_from_body: RigidTransform, light: Light)
         return share.reshape(-1, DISTANCES, 3) * distance[:, np.newaxis] ** 2
 
     middle = world_from_body.inv().apply(extent.middle)
-    return {
-        "values": pairs_of(cached(robot, light, "shadow of the robot on the world", kept), ROW),
-        "middle": [dr.opaque(Float32, float(x)) for x in middle],
-        "nearest": [dr.opaque(Float32, extent.radius)],
-        "radius": [dr.opaque(Float32, extent.shadow_radius)],
-    }
+    return ShadowTable(
+        values=pairs_of(cached(robot, light, "shadow of the robot on the world", hidden), ROW),
+        middle=opaque_numbers(middle),
+        radius=dr.opaque(Float32, extent.radius),
+        shadow_radius=dr.opaque(Float32, extent.shadow_radius),
+    )

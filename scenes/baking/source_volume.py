@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -25,8 +24,9 @@ from scipy.spatial import cKDTree
 from optics.kernels.arrays import FloatArray
 from optics.kernels.packing import rows_of, vectors
 from scenes.baking.ambient import LOG, RAYS_AT_ONCE, Reflection, Surroundings, cached, change_of_light
-from scenes.kernels.grid import grid_axes, grid_numbers, grid_points
-from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW, node_directions
+from scenes.kernels.direction_grid import node_directions
+from scenes.kernels.grid import GridTable, grid_axes, grid_points
+from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
 from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh
 
@@ -54,7 +54,7 @@ RINGS, AROUND = 64, 48
 """Points at which the phase function is taken to share out a direction's light, by angle and around."""
 
 
-def lit_world(mesh: GroupMesh, light: Light) -> tuple[GroupMesh, dict[str, Any]]:
+def lit_world(mesh: GroupMesh, light: Light) -> tuple[GroupMesh, GridTable]:
     """World with the irradiance at its vertices by all but the direct sun, and its source volume.
 
     From the cache when it can be; the volume is as `scenes.kernels.veiling_light` takes it.
@@ -66,9 +66,9 @@ def lit_world(mesh: GroupMesh, light: Light) -> tuple[GroupMesh, dict[str, Any]]
     return replace(mesh, ambient=ambient), source_volume(axes, source)
 
 
-def source_volume(axes: list[FloatArray], source: FloatArray) -> dict[str, Any]:
+def source_volume(axes: list[FloatArray], source: FloatArray) -> GridTable:
     """Grid of sources, shape (n, elevations, azimuths, 3), as `scenes.kernels.veiling_light` takes it."""
-    return {"values": rows_of(source.reshape(-1, 3), SOURCE_ROW), **grid_numbers(axes)}
+    return GridTable.of(axes, rows_of(source.reshape(-1, 3), SOURCE_ROW))
 
 
 def _in_turns(mesh: GroupMesh, light: Light, axes: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
@@ -113,7 +113,7 @@ class _Water:
         """Source of a world that changes nothing, shape (n, elevations, azimuths, 3)."""
         return np.zeros((len(self._points), SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3), dtype=np.float32)
 
-    def source(self, mesh: GroupMesh, volume: dict[str, Any]) -> FloatArray:
+    def source(self, mesh: GroupMesh, volume: GridTable) -> FloatArray:
         """Source at the points beside a lit mesh, shape (n, elevations, azimuths, 3)."""
         around = Surroundings(mesh, self._light, depth_m=self._depth, source=volume)
         pieces = max(1, len(self._points) * len(self._directions) // RAYS_AT_ONCE)

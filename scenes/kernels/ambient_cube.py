@@ -11,7 +11,7 @@ import numpy as np
 
 from optics.kernels.backend import Float32, UInt32, dr
 from optics.kernels.packing import row_of
-from scenes.kernels.grid import cell_in
+from scenes.kernels.grid import GridTable, cell_in
 
 SIDES = np.concatenate([np.eye(3), -np.eye(3)])
 """Normals of a point's planes: x, y, z, and the opposite ones."""
@@ -19,7 +19,7 @@ SIDES = np.concatenate([np.eye(3), -np.eye(3)])
 ROW = 4
 
 
-def changed_irradiance(volume: dict[str, Any], point: Any, normal: Any) -> list[Any]:
+def changed_irradiance(volume: GridTable, point: Any, normal: Any) -> list[Any]:
     """Kernel: what the world adds to open water's irradiance of planes, by channel; zero outside the grid."""
     cells, shares, inside = cell_in(volume, point)
     # One of each axis's two sides faces the normal.
@@ -29,10 +29,10 @@ def changed_irradiance(volume: dict[str, Any], point: Any, normal: Any) -> list[
     for corner_of_cell in np.ndindex(2, 2, 2):
         weight = Float32(1)
         node = UInt32(0)
-        for step, cell, share, count in zip(corner_of_cell, cells, shares, volume["count"], strict=True):
+        for step, cell, share, count in zip(corner_of_cell, cells, shares, volume.count, strict=True):
             weight = weight * (share if step else 1 - share)
             node = node * UInt32(count) + UInt32(cell) + step
         for side, square in zip(sides, squares, strict=True):
-            values = row_of(volume["values"], node * len(SIDES) + side, ROW)
+            values = row_of(volume.values, node * len(SIDES) + side, ROW)
             total = [dr.fma(values[k], weight * square, total[k]) for k in range(3)]
     return [dr.select(inside, t, 0) for t in total]

@@ -14,10 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
-from optics.kernels.packing import rows_of
+from optics.kernels.packing import opaque_numbers, rows_of
 from optics.kernels.ray_scene import mesh_scene
-from scenes.kernels.sun_map import sun_map
-from scenes.stage.group_mesh import WORLD, GroupMesh, face_normals, vertex_normals
+from scenes.kernels.grid import GridTable
+from scenes.kernels.shadow_table import ShadowTable
+from scenes.kernels.sun_map import SunMap, sun_map
+from scenes.kernels.tracing import GroupScene
+from scenes.stage.group_mesh import GroupMesh, face_normals, vertex_normals
+from scenes.stage.records import WORLD
 
 LARGEST_INDEX = 2**24
 """Numbers up to here are exact in single precision."""
@@ -51,45 +55,36 @@ LABELS, MATERIALS = 16, 64
 
 @dataclass(frozen=True, kw_only=True)
 class Geometry:
-    """Groups of triangles as the kernels take them.
+    """Groups of triangles and the light around them, as the kernels take them.
 
     Attributes
     ----------
-    groups : dict of dict
-        By name: Mitsuba `scene`, bounding `box` (lower and upper corner) and `offset` of its rows in `faces`.
+    groups : dict of GroupScene
     faces, vertices : Float32
         The two tables, flat.
-    sun_map : dict, optional
-        Where the world stands in its own light (`scenes.kernels.sun_map`); without it shadows are traced.
-    volume : dict, optional
+    sun_map : SunMap, optional
+        Where the world stands in its own light; without it shadows are traced.
+    irradiance : GridTable, optional
         What the world changes of the light around what moves (`scenes.baking.irradiance_volume`).
-    source : dict, optional
+    source : GridTable, optional
         What the world changes of the light that water scatters (`scenes.baking.source_volume`).
-    water : Float32, optional
-        What the robot keeps from the water around it (`scenes.baking.robot_shadow_in_water`).
-    shade : dict, optional
-        What the robot keeps from the surfaces around it (`scenes.baking.robot_shadow_on_world`).
+    shadow_in_water : Float32, optional
+        What of the light in the water the robot hides (`scenes.baking.robot_shadow_in_water`).
+    shadow_on_world : ShadowTable, optional
+        What the robot hides from the surfaces around it (`scenes.baking.robot_shadow_on_world`).
     eyes : Array3f32, optional
         Where lines of sight begin, body frame.
     """
 
-    groups: dict[str, dict[str, Any]]
+    groups: dict[str, GroupScene]
     faces: Any
     vertices: Any
-    sun_map: dict[str, Any] | None
-    volume: dict[str, Any] | None = None
-    source: dict[str, Any] | None = None
-    water: Any = None
-    shade: dict[str, Any] | None = None
+    sun_map: SunMap | None
+    irradiance: GridTable | None = None
+    source: GridTable | None = None
+    shadow_in_water: Any = None
+    shadow_on_world: ShadowTable | None = None
     eyes: Any = None
-
-    @property
-    def arrays(self) -> dict[str, Any]:
-        """What the kernels take."""
-        arrays = {"groups": self.groups, "faces": self.faces, "vertices": self.vertices}
-        names = ("sun_map", "volume", "source", "water", "shade", "eyes")
-        some = {name: getattr(self, name) for name in names}
-        return arrays | {name: value for name, value in some.items() if value is not None}
 
 
 def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) -> Geometry:
@@ -102,11 +97,11 @@ def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) 
         if textured:
             vertex_rows.append(_vertex_rows(mesh))
         used = mesh.vertices_m[np.unique(mesh.faces)]
-        groups[name] = {
-            "scene": mesh_scene(mesh.vertices_m, mesh.faces),
-            "box": [[dr.opaque(Float32, float(x)) for x in corner] for corner in (used.min(axis=0), used.max(axis=0))],
-            "offset": dr.opaque(Float32, float(first_face)),
-        }
+        groups[name] = GroupScene(
+            scene=mesh_scene(mesh.vertices_m, mesh.faces),
+            box=(opaque_numbers(used.min(axis=0)), opaque_numbers(used.max(axis=0))),
+            offset=dr.opaque(Float32, float(first_face)),
+        )
     tables = [np.concatenate(rows) for rows in (face_rows, vertex_rows)]
     for table, what in zip(tables, ("faces", "vertices"), strict=True):
         if len(table) > LARGEST_INDEX:
@@ -114,7 +109,7 @@ def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) 
     if not len(tables[0]):
         tables[0] = np.zeros((1, ROW))  # open water: there is nothing to hit, but something to look up
     faces, vertices = (rows_of(table, ROW) for table in tables)
-    shadows = sun_map(groups[WORLD]["scene"], meshes[WORLD].vertices_m, towards_sun) if WORLD in meshes else None
+    shadows = sun_map(groups[WORLD].scene, meshes[WORLD].vertices_m, towards_sun) if WORLD in meshes else None
     return Geometry(groups=groups, faces=faces, vertices=vertices, sun_map=shadows)
 
 

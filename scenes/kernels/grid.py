@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Float32, dr
+from optics.kernels.packing import opaque_numbers
 from scenes.stage.group_mesh import GroupMesh
 
 ABOVE_M = 3.0
@@ -37,23 +39,41 @@ def grid_points(axes: list[FloatArray]) -> FloatArray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def grid_numbers(axes: list[FloatArray]) -> dict[str, Any]:
-    """Axes as `cell_in` takes them."""
-    numbers = {
-        "corner": [axis[0] for axis in axes],
-        "inverse_step": [1 / (axis[1] - axis[0]) for axis in axes],
-        "count": [len(axis) for axis in axes],
-    }
-    return {name: [dr.opaque(Float32, float(x)) for x in each] for name, each in numbers.items()}
+@dataclass(frozen=True, kw_only=True)
+class GridTable:
+    """Values at the points of a grid, as kernels look them up.
+
+    Attributes
+    ----------
+    values : Float32
+        Rows of numbers, flat.
+    corner, inverse_step, count : list of Float32
+        By axis: its first node, nodes per metre, and how many there are.
+    """
+
+    values: Any
+    corner: list[Any]
+    inverse_step: list[Any]
+    count: list[Any]
+
+    @classmethod
+    def of(cls, axes: list[FloatArray], values: Any) -> GridTable:
+        """Table of values on the axes of a grid."""
+        return cls(
+            values=values,
+            corner=opaque_numbers([axis[0] for axis in axes]),
+            inverse_step=opaque_numbers([1 / (axis[1] - axis[0]) for axis in axes]),
+            count=opaque_numbers([len(axis) for axis in axes]),
+        )
 
 
-def cell_in(grid: dict[str, Any], point: Any) -> tuple[list[Any], list[Any], Any]:
+def cell_in(grid: GridTable, point: Any) -> tuple[list[Any], list[Any], Any]:
     """Kernel: first node of the cell and share towards its next one along each axis, and whether a point is inside.
 
     Outside it is that of the nearest point of the grid; half a cell beside it still counts as inside.
     """
     cells, shares, inside = [], [], True
-    for p, corner, inverse, count in zip(point, grid["corner"], grid["inverse_step"], grid["count"], strict=True):
+    for p, corner, inverse, count in zip(point, grid.corner, grid.inverse_step, grid.count, strict=True):
         position = (p - corner) * inverse
         inside = inside & (position >= -0.5) & (position <= count - 0.5)
         cell = dr.clip(dr.floor(position), 0, count - 2)
@@ -62,9 +82,9 @@ def cell_in(grid: dict[str, Any], point: Any) -> tuple[list[Any], list[Any], Any
     return cells, shares, inside
 
 
-def beside_grid_m(grid: dict[str, Any], point: Any) -> Any:
+def beside_grid_m(grid: GridTable, point: Any) -> Any:
     """Kernel: distance of points from the grid's box, zero within it."""
     total = Float32(0)
-    for p, corner, inverse, count in zip(point, grid["corner"], grid["inverse_step"], grid["count"], strict=True):
+    for p, corner, inverse, count in zip(point, grid.corner, grid.inverse_step, grid.count, strict=True):
         total = total + dr.square(dr.maximum(dr.maximum(corner - p, p - (corner + (count - 1) / inverse)), 0))
     return dr.sqrt(total)

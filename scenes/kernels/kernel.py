@@ -12,27 +12,22 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+import numpy as np
+
 from optics.kernels.backend import Float32, UInt32, dr
 from optics.kernels.freezing import frozen
 from optics.kernels.packing import Packing
 from optics.kernels.refraction import reflect
 from optics.mesh import Group
+from scenes.kernels.geometry import Geometry
 from scenes.kernels.paths import Inputs, follow
 from scenes.kernels.surface_shading import shade
-from scenes.kernels.tracing import (
-    FAR_M,
-    START_OFFSET_M,
-    FixedHit,
-    Primitive,
-    Rays,
-    mirror_normal,
-    nearest,
-    nothing_known,
-)
+from scenes.kernels.tracing import FAR_M, START_OFFSET_M, FixedHit, GroupScene, Primitive, Rays, nearest, nothing_known
 from scenes.kernels.veiling_light import veil_table
 from scenes.light.field_table import layer
+from scenes.light.uniforms import LightTables
 from scenes.stage.frame import FrameArrays, TruthArrays
-from scenes.stage.group_mesh import WORLD
+from scenes.stage.records import WORLD, BallRecord, Pose, StateRecord
 
 RENDERERS = 1000
 """So many recordings of a kernel are no sign of a mistake."""
@@ -45,7 +40,7 @@ class Shape:
     Attributes
     ----------
     light, state : Packing
-        Order of the packed numbers.
+        Order of the numbers of their records.
     wavelengths : int
     lanes : int
         Rays, where results are put into their places: a recording on a graphics card serves other renderers too, and
@@ -79,28 +74,29 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
     # Every renderer has scenes of its own, for which the recording is made again.
     @frozen(recordings=RENDERERS)
     def frame(
-        rays: Rays, geometry: dict[str, Any], tables: dict[str, Any], light_row: Any, state_rows: Any
+        rays: Rays, geometry: Geometry, tables: LightTables, light_record: Any, state_records: Any
     ) -> FrameArrays:
-        light = shape.light.unpack(light_row, UInt32(0))
+        light = shape.light.unpack(light_record, UInt32(0))
         one_instant = shape.states == 1 and not shape.rows
         if shape.rows:
-            state_rows = _rows_between(state_rows, shape)
-            dr.eval(state_rows)
-        state = shape.state.unpack(state_rows, UInt32(0) if one_instant else rays.row if shape.rows else rays.state)
+            state_records = _records_between(state_records, shape)
+            dr.eval(state_records)
+        state = shape.state.unpack(state_records, UInt32(0) if one_instant else rays.row if shape.rows else rays.state)
         # Numbers that all lanes share are unpacked by a small kernel of their own: the large one reads each once.
-        tables = tables | {"field_layer": layer(light, tables["field"], light["reference_depth"][0])}
-        dr.eval(light, tables["field_layer"], *([state] if one_instant else []))
-        if shape.eyes and ("source" in geometry or "water" in geometry):
-            tables["veil"] = veil_table(
+        tables = replace(tables, field_layer=layer(light, tables.field, light.reference_depth_m))
+        dr.eval(light, tables.field_layer, *([state] if one_instant else []))
+        if shape.eyes and not (geometry.source is None and geometry.shadow_in_water is None):
+            veil = veil_table(
                 light,
                 # The robot hardly turns while a frame is read out: its veil is that of the middle row.
-                lambda row: shape.state.unpack(state_rows, row + shape.rows // 2)[WORLD],
+                lambda number: shape.state.unpack(state_records, number + shape.rows // 2).world,
                 geometry,
-                tables["field_layer"],
+                tables.field_layer,
                 eyes=shape.eyes,
                 states=shape.states,
             )
-            dr.eval(tables["veil"])
+            dr.eval(veil)
+            tables = replace(tables, veil=veil)
         inputs = Inputs(
             rays=rays,
             geometry=geometry,
@@ -118,8 +114,8 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
     return frame
 
 
-def _rows_between(knots: Any, shape: Shape) -> Any:
-    """Kernel: packed numbers of every row of a frame, linear between the knots."""
+def _records_between(knots: Any, shape: Shape) -> Any:
+    """Kernel: records of every row of a frame, linear between those of the knots."""
     width = shape.state.width
     lane = dr.arange(UInt32, shape.rows * width)
     position = Float32(lane // width) * ((shape.knots - 1) / max(shape.rows - 1, 1))
@@ -149,12 +145,13 @@ def compiled_prefix(state: Packing) -> Callable[..., Any]:
     """Frozen kernel of what no joint moves: where rays of the port, and of M1 behind it, hit the fixed group."""
 
     @frozen(recordings=RENDERERS)
-    def prefix(rays: Rays, groups: dict[str, dict[str, Any]], state_rows: Any) -> list[FixedHit]:
-        numbers = state.unpack(state_rows, UInt32(0))
-        static = {name: value for name, value in numbers.items() if name in (Primitive.M1.name, WORLD)}
-        static["ball"], static["clearance_m"] = [Float32(0)] * 4, [Float32(0)]
+    def prefix(rays: Rays, groups: dict[str, GroupScene], state_records: Any) -> list[FixedHit]:
+        record: StateRecord = state.unpack(state_records, UInt32(0))
+        mirrors = {name: mirror for name, mirror in record.mirrors.items() if name == Primitive.M1.name}
         # The sea is out of the way: its pose is replaced by one far below.
-        static[WORLD] = [Float32(x) for x in (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -FAR_M)]
+        far_below = Pose(rotation=np.eye(3).tolist(), translation=[0.0, 0.0, -FAR_M])
+        ball = BallRecord(centre=[Float32(0)] * 3, radius=Float32(0), material=Float32(0), instance=Float32(0))
+        static = replace(record, poses={WORLD: far_below}, mirrors=mirrors, ball=ball, clearance_m=Float32(0))
         fixed = {name: group for name, group in groups.items() if name == str(Group.FIXED)}
         found = []
         origin, direction, active = rays.origin, rays.direction, rays.gain > 0
@@ -162,10 +159,10 @@ def compiled_prefix(state: Packing) -> Callable[..., Any]:
             hit = nearest(fixed, static, origin, direction, active=active, known=nothing_known())
             on_fixed = hit.primitive >= int(Primitive.FIRST_GROUP)
             found.append(FixedHit(distance=dr.select(on_fixed, hit.distance, FAR_M), face=hit.face))
-            if Primitive.M1.name not in static:
+            if not mirrors:
                 break
             folded = hit.primitive == int(Primitive.M1)
-            reflected = reflect(direction, mirror_normal(static[Primitive.M1.name]))
+            reflected = reflect(direction, mirrors[Primitive.M1.name].normal)
             origin = dr.select(folded, origin + direction * hit.distance + reflected * START_OFFSET_M, origin)
             direction = dr.select(folded, reflected, direction)
         return found

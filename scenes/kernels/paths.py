@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from optics.kernels.backend import Array3f32, Bool, Float32, UInt32, dr
-from optics.kernels.packing import Numbers, vector
 from optics.status import Region
+from scenes.kernels.geometry import Geometry
 from scenes.kernels.shading import (
     SHORT_M,
     Segment,
@@ -19,25 +19,13 @@ from scenes.kernels.shading import (
     seen_through_surface,
     volume_scattering,
 )
-from scenes.kernels.sun_map import sunlit_way
-from scenes.kernels.tracing import (
-    BACKS,
-    FRONTS,
-    START_OFFSET_M,
-    Hit,
-    Known,
-    Primitive,
-    Rays,
-    mirror_normal,
-    move,
-    nearest,
-    turn,
-    turn_back,
-)
+from scenes.kernels.sun_map import sunlit_share
+from scenes.kernels.tracing import BACKS, FRONTS, START_OFFSET_M, Hit, Known, Primitive, Rays, nearest
 from scenes.kernels.veiling_light import ELEVATIONS, drawn_veil, veil
 from scenes.light.lamps import lamp_backscatter
+from scenes.light.uniforms import LightTables, LightUniforms
 from scenes.light.waves import surface_normal
-from scenes.stage.group_mesh import SNOW, TARGET, WORLD
+from scenes.stage.records import SNOW, TARGET, WORLD, StateRecord
 
 LARGEST_BOUNCE_COUNT = 6
 """Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
@@ -56,13 +44,13 @@ BESIDE_SUN_COSINE = math.cos(math.pi / (ELEVATIONS - 1))
 
 @dataclass(frozen=True, kw_only=True)
 class Inputs:
-    """What a kernel computes from: rays, geometry and tables as they are handed over, numbers unpacked."""
+    """What a kernel computes from: rays, geometry and tables as they are handed over, uniforms unpacked."""
 
     rays: Rays
-    geometry: dict[str, Any]
-    tables: dict[str, Any]
-    light: Numbers
-    state: Numbers
+    geometry: Geometry
+    tables: LightTables
+    light: LightUniforms
+    state: StateRecord
     wavelengths: int
     eyes: int
 
@@ -173,8 +161,8 @@ def _segment(path: Path, inputs: Inputs) -> Path:
     """One more segment of the path, and the mirror or sea surface at its end."""
     state = inputs.state
     active, origin, direction = path.active, path.origin, path.direction
-    hit = nearest(inputs.geometry["groups"], state, origin, direction, active=active, known=_known(path, inputs.rays))
-    world_direction = turn(state[WORLD], direction)
+    hit = nearest(inputs.geometry.groups, state, origin, direction, active=active, known=_known(path, inputs.rays))
+    world_direction = state.world.turn(direction)
     added, throughput = _through_water(path, inputs, hit, world_direction)
     at_m1, at_m2 = hit.primitive == int(Primitive.M1), hit.primitive == int(Primitive.M2)
     at_mirror, at_surface = at_m1 | at_m2, hit.primitive == int(Primitive.SEA_SURFACE)
@@ -182,8 +170,8 @@ def _segment(path: Path, inputs: Inputs) -> Path:
     sea = _at_sea_surface(inputs, point, world_direction, throughput, active & at_surface)
     normal = sea.normal
     for front in FRONTS:
-        if front.name in state:
-            normal = dr.select(hit.primitive == int(front), mirror_normal(state[front.name]), normal)
+        if front.name in state.mirrors:
+            normal = dr.select(hit.primitive == int(front), state.mirrors[front.name].normal, normal)
     cosine = -dr.dot(direction, normal)
     behind_mirror = mirror_throughput(inputs.light, throughput, cosine)
     bounce = path.bounce + 1
@@ -191,8 +179,8 @@ def _segment(path: Path, inputs: Inputs) -> Path:
     seen = active & path.unseen & (~goes_on | (at_surface & sea.passes))
     reflected = direction + normal * (2 * cosine)
     # What a leaning facet of the sea would throw upwards meets the sea again: it is taken to go down at once.
-    rise = dr.select(at_surface, turn(state[WORLD], reflected).z, 0)
-    reflected = reflected - turn_back(state[WORLD], Array3f32(0, 0, 1)) * dr.select(rise > 0, 2 * rise, 0)
+    rise = dr.select(at_surface, state.world.turn(reflected).z, 0)
+    reflected = reflected - state.world.turn_back(Array3f32(0, 0, 1)) * dr.select(rise > 0, 2 * rise, 0)
     folded = at_m1 & (path.region == int(Region.DIRECT))
     gazed = at_m2 & (path.region == int(Region.FOLD))
     return Path(
@@ -232,25 +220,25 @@ def _through_water(path: Path, inputs: Inputs, hit: Hit, world_direction: Any) -
     at_m1 = hit.primitive == int(Primitive.M1)
     through = Segment(
         direction=world_direction,
-        depth=-move(inputs.state[WORLD], path.origin).z,
+        depth=-inputs.state.world.move(path.origin).z,
         length=hit.distance,
         active=path.active,
         sunlit=_sunlit_share(inputs, path.origin, world_direction, hit.distance, path.active)
         * (1 - _behind_what_is_seen(inputs, world_direction, hit, radius)),
         # What the robot keeps from the water is in the veil already, but for what the gaze mirror hides.
-        end_radius=dr.select((on_part | at_m1) & ("water" in inputs.geometry), 0, radius),
+        end_radius=dr.select((on_part | at_m1) & (inputs.geometry.shadow_in_water is not None), 0, radius),
         leans=at_m1,
         veil=_veil(inputs, path, world_direction, hit.distance),
     )
     added, throughput = scattered_in(light, tables, path.throughput, through)
-    if "lamp_exponent" in light:
+    if light.lamps is not None:
         from_lamps = lamp_backscatter(
-            light,
+            light.lamps,
             path.origin,
             path.direction,
             hit.distance,
-            attenuation=light["c"],
-            volume_scattering=lambda angle: volume_scattering(light, tables["phase"], angle),
+            attenuation=light.beam_attenuation,
+            volume_scattering=lambda angle: volume_scattering(light, tables.phase, angle),
         )
         from_lamps = [t * f for t, f in zip(path.throughput, from_lamps, strict=True)]
         added = [a + f for a, f in zip(added, channels(light, from_lamps), strict=True)]
@@ -262,23 +250,22 @@ def _at_sea_surface(inputs: Inputs, point: Any, direction: Any, throughput: Spec
 
     Most views see no surface, and pay for none.
     """
-    light, world = inputs.light, inputs.state[WORLD]
-    numbers = {**light, **inputs.state}
+    light, world, sea = inputs.light, inputs.state.world, inputs.state.sea
 
     def surface(point: Any, direction: Any, throughput: Spectrum) -> SeaSurface:
         upwards = Array3f32(0, 0, 1)
-        if "wave_slope" in light:
-            place = move(world, point)
-            waved = surface_normal(numbers, place.x, place.y)
+        if light.waves is not None and sea is not None:
+            place = world.move(point)
+            waved = surface_normal(light.waves, sea.wave_turns, place.x, place.y)
             # A facet that shows the eye its back is hidden behind the wave before it.
             upwards = dr.select(dr.dot(direction, waved) > LEAST_FACET_COSINE, waved, upwards)
-        seen, reflected, passes = seen_through_surface(light, inputs.tables["sky"], throughput, direction, upwards)
+        seen, reflected, passes = seen_through_surface(light, inputs.tables.sky, throughput, direction, upwards)
         return SeaSurface(
-            normal=turn_back(world, -upwards), rgb=channels(light, seen), throughput=reflected, passes=passes
+            normal=world.turn_back(-upwards), rgb=channels(light, seen), throughput=reflected, passes=passes
         )
 
     def nothing(point: Any, direction: Any, throughput: Spectrum) -> SeaSurface:
-        downwards = turn_back(world, Array3f32(0, 0, -1))
+        downwards = world.turn_back(Array3f32(0, 0, -1))
         return SeaSurface(normal=downwards, rgb=[Float32(0)] * 3, throughput=throughput, passes=Bool(False))
 
     found: SeaSurface = dr.if_stmt((point, direction, throughput), active, surface, nothing)
@@ -302,14 +289,14 @@ def _sunlit_share(inputs: Inputs, origin: Any, direction: Any, length: Any, acti
 
     The world's shadow is followed along long segments.
     """
-    state = inputs.state
-    if "sun_map" not in inputs.geometry:
+    world, grid = inputs.state.world, inputs.geometry.sun_map
+    if grid is None:
         return Float32(1)
-    grid, attenuation = inputs.geometry["sun_map"], inputs.light["c"][inputs.wavelengths // 2]
+    attenuation = inputs.light.beam_attenuation[inputs.wavelengths // 2]
     return dr.if_stmt(
         (origin, direction, length),
         active & (length > SHORT_M),
-        lambda origin, direction, length: sunlit_way(grid, move(state[WORLD], origin), direction, length, attenuation),
+        lambda origin, direction, length: sunlit_share(grid, world.move(origin), direction, length, attenuation),
         lambda origin, direction, length: Float32(1),
     )
 
@@ -319,9 +306,9 @@ def _behind_what_is_seen(inputs: Inputs, direction: Any, hit: Hit, radius: Any) 
 
     From its end up to ``r / tan(a)``: a is the angle between the segment and the sun's direction.
     """
-    cosine = dr.dot(direction, vector(inputs.light, "refracted_sun"))
+    cosine = dr.dot(direction, Array3f32(*inputs.light.refracted_sun))
     on_target = hit.primitive == int(Primitive.BALL)
-    names = list(inputs.geometry["groups"])
+    names = list(inputs.geometry.groups)
     if TARGET in names:
         on_target = on_target | (hit.primitive == Primitive.FIRST_GROUP + names.index(TARGET))
     slope = dr.safe_sqrt(1 - dr.square(cosine)) / dr.maximum(cosine, 1e-6)
@@ -334,14 +321,14 @@ def _end_radius(inputs: Inputs, hit: Hit) -> tuple[Any, Any]:
 
     It is zero for the world, flakes and open water.
     """
-    radius = dr.select(hit.primitive == int(Primitive.BALL), inputs.state["ball"][3], 0)
+    radius = dr.select(hit.primitive == int(Primitive.BALL), inputs.state.ball.radius, 0)
     for front, back in zip(FRONTS, BACKS, strict=True):
-        if front.name in inputs.state:
-            width, height = inputs.state[front.name][9:11]
+        if front.name in inputs.state.mirrors:
+            mirror = inputs.state.mirrors[front.name]
             on_mirror = (hit.primitive == int(front)) | (hit.primitive == int(back))
-            radius = dr.select(on_mirror, dr.sqrt(width * height), radius)
+            radius = dr.select(on_mirror, dr.sqrt(mirror.half_width * mirror.half_height), radius)
     on_part = Bool(False)
-    for position, name in enumerate(inputs.geometry["groups"]):
+    for position, name in enumerate(inputs.geometry.groups):
         if name not in (WORLD, SNOW):
             on_group = hit.primitive == Primitive.FIRST_GROUP + position
             radius = dr.select(on_group, PART_RADIUS_M, radius)
@@ -356,13 +343,13 @@ def _veil(inputs: Inputs, path: Path, world_direction: Any, length: Any) -> list
     be averaged, each is given an estimate.
     """
     geometry, tables = inputs.geometry, inputs.tables
-    if "veil" in tables:
+    if tables.veil is not None:
         eye = dr.maximum(path.region, 1) - 1
         if inputs.rays.state is not None:
             eye = eye + inputs.rays.state * UInt32(inputs.eyes)
-        return veil(tables["veil"], eye, path.direction, length)
-    if "source" in geometry:
+        return veil(tables.veil, eye, path.direction, length)
+    if geometry.source is not None:
         seed = dr.arange(UInt32, dr.width(path.bounce)) * LARGEST_BOUNCE_COUNT + path.bounce
-        point = move(inputs.state[WORLD], path.origin)
-        return drawn_veil(geometry["source"], inputs.light, seed, point, world_direction, length)
+        point = inputs.state.world.move(path.origin)
+        return drawn_veil(geometry.source, inputs.light, seed, point, world_direction, length)
     return [Float32(0)] * 3

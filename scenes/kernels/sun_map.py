@@ -8,12 +8,14 @@ it and what throws it.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr, mi
+from optics.kernels.packing import opaque_numbers
 from optics.kernels.powers import decay
 
 CELLS = 2048
@@ -24,15 +26,47 @@ COARSEST_CELL_M = 0.025
 
 MARGIN_M = 0.05
 
-WAY_POINTS = 6
-WAY_M = 12.0
+LINE_POINTS = 6
+LINE_M = 12.0
 """Points on a line of sight at which the sun is looked for, over this length at most."""
 
 LARGEST_SLOPE = 4.0
 """Tangent of the angle between sun and normal up to which the bias follows a surface; what is steeper is hardly lit."""
 
 
-def sun_map(scene: Any, vertices_m: FloatArray, towards_sun: FloatArray) -> dict[str, Any] | None:
+@dataclass(frozen=True, kw_only=True)
+class SunMap:
+    """Heights of a world along the direction of the sun, world frame: Dr.Jit's numbers.
+
+    Attributes
+    ----------
+    height : Float32
+        At the nodes, metres; minus infinity where a ray meets nothing.
+    u, v, towards_sun : list of Float32
+        Unit vectors: two across the beam, along which the nodes lie, and the one against it.
+    corner : list of Float32
+        First node along u and v, metres.
+    cell : Float32
+        From node to node, metres.
+    """
+
+    height: Any
+    u: list[Any]
+    v: list[Any]
+    towards_sun: list[Any]
+    corner: list[Any]
+    cell: Any
+
+    def cells(self, point: Any) -> tuple[Any, Any]:
+        """Kernel: where points lie across the beam, in cells from the first node."""
+        along_u, along_v = (
+            (dr.dot(Array3f32(*axis), point) - low) / self.cell
+            for axis, low in zip((self.u, self.v), self.corner, strict=True)
+        )
+        return along_u, along_v
+
+
+def sun_map(scene: Any, vertices_m: FloatArray, towards_sun: FloatArray) -> SunMap | None:
     """Heights of a Mitsuba scene along the sun's direction, as `reached_by_sun` takes them.
 
     None for a world that is too large for fine cells.
@@ -51,49 +85,48 @@ def sun_map(scene: Any, vertices_m: FloatArray, towards_sun: FloatArray) -> dict
     found = scene.ray_intersect_preliminary(ray, coherent=True)
     height = dr.select(found.is_valid(), top - found.t, -np.inf)
     dr.eval(height)
-    numbers = {"u": u, "v": v, "sun": towards_sun, "corner": corner, "cell": [cell]}
-    opaque = {name: [dr.opaque(Float32, float(x)) for x in values] for name, values in numbers.items()}
-    return {"height": height, **opaque}
-
-
-def reached_by_sun(grid: dict[str, Any], point: Any, normal: Any) -> Any:
-    """Kernel: share of the sun that reaches points with a normal (world frame), 0 to 1, between the nearest nodes."""
-    cell = grid["cell"][0]
-    x, y = (
-        (dr.dot(Array3f32(*grid[name]), point) - low) / cell for name, low in zip("uv", grid["corner"], strict=True)
+    return SunMap(
+        height=height,
+        u=opaque_numbers(u),
+        v=opaque_numbers(v),
+        towards_sun=opaque_numbers(towards_sun),
+        corner=opaque_numbers(corner),
+        cell=dr.opaque(Float32, cell),
     )
-    sun = Array3f32(*grid["sun"])
+
+
+def reached_by_sun(grid: SunMap, point: Any, normal: Any) -> Any:
+    """Kernel: share of the sun that reaches points with a normal (world frame), 0 to 1, between the nearest nodes."""
+    x, y = grid.cells(point)
+    sun = Array3f32(*grid.towards_sun)
     cosine = dr.dot(sun, normal)
     slope = dr.minimum(dr.safe_sqrt(1 - dr.square(cosine)) / dr.maximum(cosine, 1e-3), LARGEST_SLOPE)
     # Between nodes a surface rises by its slope times a cell.
-    level = dr.dot(sun, point) + cell * (1 + 1.5 * slope)
+    level = dr.dot(sun, point) + grid.cell * (1 + 1.5 * slope)
     column, row = (UInt32(dr.clip(position, 0, CELLS - 2)) for position in (x, y))
     share_x, share_y = dr.clip(x - Float32(column), 0, 1), dr.clip(y - Float32(row), 0, 1)
     first = row * CELLS + column
     lit = [
-        dr.select(dr.gather(Float32, grid["height"], first + step) <= level, Float32(1), Float32(0))
+        dr.select(dr.gather(Float32, grid.height, first + step) <= level, Float32(1), Float32(0))
         for step in (0, 1, CELLS, CELLS + 1)
     ]
     return dr.lerp(dr.lerp(lit[0], lit[1], share_x), dr.lerp(lit[2], lit[3], share_x), share_y)
 
 
-def sunlit_way(grid: dict[str, Any], origin: Any, direction: Any, length: Any, attenuation: Any) -> Any:
-    """Kernel: share of a way through the water that lies in the sun, 0 to 1; what is near counts more.
+def sunlit_share(grid: SunMap, origin: Any, direction: Any, length: Any, attenuation: Any) -> Any:
+    """Kernel: share of a line through the water that lies in the sun, 0 to 1; what is near counts more.
 
-    Points in the middles of equal pieces count as the light that reaches the eye from there, ``exp(-attenuation s)``.
+    Points in the middles of equal intervals count as the light that reaches the eye, ``exp(-attenuation s)``.
     """
-    reach = dr.minimum(length, WAY_M)
-    sun = Array3f32(*grid["sun"])
+    reach = dr.minimum(length, LINE_M)
+    sun = Array3f32(*grid.towards_sun)
     lit, total = Float32(0), Float32(0)
-    for piece in range(WAY_POINTS):
-        s = reach * ((piece + 0.5) / WAY_POINTS)
+    for interval in range(LINE_POINTS):
+        s = reach * ((interval + 0.5) / LINE_POINTS)
         point = origin + direction * s
-        column, row = (
-            dr.round((dr.dot(Array3f32(*grid[name]), point) - low) / grid["cell"][0])
-            for name, low in zip("uv", grid["corner"], strict=True)
-        )
+        column, row = (dr.round(position) for position in grid.cells(point))
         inside = (column >= 0) & (column < CELLS) & (row >= 0) & (row < CELLS)
-        height = dr.gather(Float32, grid["height"], UInt32(row) * CELLS + UInt32(column), inside)
+        height = dr.gather(Float32, grid.height, UInt32(row) * CELLS + UInt32(column), inside)
         weight = decay(attenuation * s)
         lit = lit + dr.select(~inside | (height <= dr.dot(sun, point)), weight, 0)
         total = total + weight

@@ -10,9 +10,8 @@ from enum import IntEnum
 from typing import Any
 
 from optics.kernels.backend import Array3f32, Bool, Float32, UInt32, dr, mi
-from optics.kernels.packing import Numbers
 from optics.mesh import Group
-from scenes.stage.group_mesh import WORLD
+from scenes.stage.records import WORLD, BallRecord, MirrorPlate, Pose, StateRecord
 
 FAR_M = 1e6
 """Stands for infinity where the kernel needs a number: no light of any wavelength survives it."""
@@ -35,6 +34,24 @@ class Primitive(IntEnum):
 
 
 FRONTS, BACKS = (Primitive.M1, Primitive.M2), (Primitive.M1_BACK, Primitive.M2_BACK)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroupScene:
+    """A group of triangles as rays find it.
+
+    Attributes
+    ----------
+    scene : mi.Scene
+    box : tuple of lists
+        Lower and upper corner of its bounding box.
+    offset : Float32
+        Row of its first face in the table of faces.
+    """
+
+    scene: Any
+    box: tuple[list[Any], list[Any]]
+    offset: Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,30 +108,14 @@ class Known:
     face: Any
 
 
-def turn(pose: list[Any], direction: Any) -> Any:
-    """Rotate a vector into a frame whose packed pose (rows of the rotation, shift) is given."""
-    return Array3f32(*(dr.dot(Array3f32(*pose[3 * k : 3 * k + 3]), direction) for k in range(3)))
-
-
-def turn_back(pose: list[Any], direction: Any) -> Any:
-    """Rotate a vector out of a pose's frame."""
-    first, second, third = (Array3f32(*pose[3 * k : 3 * k + 3]) for k in range(3))
-    return first * direction.x + second * direction.y + third * direction.z
-
-
-def move(pose: list[Any], point: Any) -> Any:
-    """Carry a point into a pose's frame."""
-    return turn(pose, point) + Array3f32(*pose[9:12])
-
-
-def pose_of(state: Numbers, name: str) -> list[Any] | None:
-    """Packed pose of a group seen from the body; None for the body itself."""
-    return None if name == str(Group.FIXED) else state[name]
+def pose_of(state: StateRecord, name: str) -> Pose | None:
+    """Pose of a group seen from the body; None for the body itself."""
+    return None if name == str(Group.FIXED) else state.poses[name]
 
 
 def nearest(
-    groups: dict[str, dict[str, Any]],
-    state: Numbers,
+    groups: dict[str, GroupScene],
+    state: StateRecord,
     origin: Any,
     direction: Any,
     *,
@@ -124,15 +125,15 @@ def nearest(
     """Nearest of mirrors, sea surface, ball, groups and world along unit rays of the body frame."""
     distance, primitive = Float32(FAR_M), UInt32(int(Primitive.OPEN_WATER))
     for front, back in zip(FRONTS, BACKS, strict=True):
-        if front.name in state:
-            reached, approach = _intersect_mirror(state[front.name], origin, direction)
+        if front.name in state.mirrors:
+            reached, approach = _intersect_mirror(state.mirrors[front.name], origin, direction)
             distance, primitive = _nearer(
                 distance, primitive, reached, dr.select(approach < 0, UInt32(int(front)), UInt32(int(back)))
             )
     distance, primitive = _nearer(
-        distance, primitive, _intersect_surface(state[WORLD], origin, direction), Primitive.SEA_SURFACE
+        distance, primitive, _intersect_surface(state.world, origin, direction), Primitive.SEA_SURFACE
     )
-    distance, primitive = _nearer(distance, primitive, intersect_ball(state["ball"], origin, direction), Primitive.BALL)
+    distance, primitive = _nearer(distance, primitive, intersect_ball(state.ball, origin, direction), Primitive.BALL)
     face, u, v = UInt32(0), Float32(0), Float32(0)
     for position, (name, group) in enumerate(groups.items()):
         tried = active
@@ -146,12 +147,12 @@ def nearest(
         local_origin, local_direction = _in_frame(state, name, origin, direction)
         if name == WORLD:
             # Short segments, such as those between the mirrors, end before the world begins.
-            tried = tried & (dr.norm(origin) + distance > state["clearance_m"][0])
+            tried = tried & (dr.norm(origin) + distance > state.clearance_m)
         else:
-            tried = tried & crosses_box(group["box"], local_origin, local_direction, distance)
+            tried = tried & crosses_box(group.box, local_origin, local_direction, distance)
         # The ray need not be followed behind what was found already.
         ray = mi.Ray3f(local_origin, local_direction, distance, 0.0, [])
-        found = group["scene"].ray_intersect_preliminary(ray, coherent=True, active=tried)
+        found = group.scene.ray_intersect_preliminary(ray, coherent=True, active=tried)
         closer = tried & found.is_valid() & (found.t < distance)
         distance = dr.select(closer, found.t, distance)
         primitive = dr.select(closer, UInt32(Primitive.FIRST_GROUP + position), primitive)
@@ -161,19 +162,19 @@ def nearest(
 
 
 def is_free(  # noqa: PLR0917
-    groups: dict[str, dict[str, Any]], state: Numbers, point: Any, direction: Any, distance: Any, active: Any
+    groups: dict[str, GroupScene], state: StateRecord, point: Any, direction: Any, distance: Any, active: Any
 ) -> Any:
     """Whether nothing stands before points of the body frame along a direction, up to a distance."""
-    free = active & (intersect_ball(state["ball"], point, direction) >= distance)
+    free = active & (intersect_ball(state.ball, point, direction) >= distance)
     for name, group in groups.items():
         local_point, local_direction = _in_frame(state, name, point, direction)
-        tried = free & crosses_box(group["box"], local_point, local_direction, distance)
+        tried = free & crosses_box(group.box, local_point, local_direction, distance)
         ray = mi.Ray3f(local_point, local_direction, distance, 0.0, [])
-        free = free & ~(tried & group["scene"].ray_test(ray, coherent=True, active=tried))
+        free = free & ~(tried & group.scene.ray_test(ray, coherent=True, active=tried))
     return free
 
 
-def crosses_box(box: list[list[Any]], origin: Any, direction: Any, length: Any) -> Any:
+def crosses_box(box: tuple[list[Any], list[Any]], origin: Any, direction: Any, length: Any) -> Any:
     """Whether rays pass through an axis-aligned box within a length (slabs: Kay & Kajiya 1986)."""
     # A component of zero would make 0 / 0 for a ray in a slab's own plane.
     safe = [dr.select(dr.abs(d) < 1e-12, 1e-12, d) for d in direction]
@@ -186,37 +187,32 @@ def crosses_box(box: list[list[Any]], origin: Any, direction: Any, length: Any) 
     return near <= far * (1 + 1e-6)
 
 
-def intersect_ball(ball: list[Any], origin: Any, direction: Any) -> Any:
-    """Distance to a sphere (centre, radius), `FAR_M` where it is missed; of radius zero when there is none."""
-    offset = origin - Array3f32(*ball[:3])
+def intersect_ball(ball: BallRecord, origin: Any, direction: Any) -> Any:
+    """Distance to a ball, `FAR_M` where it is missed."""
+    offset = origin - Array3f32(*ball.centre)
     half_b = dr.dot(offset, direction)
     # The distance of the ray from the centre is taken directly: b^2 - c loses a small far ball to rounding.
     closest = offset - direction * half_b
-    depth2 = dr.square(ball[3]) - dr.squared_norm(closest)
+    depth2 = dr.square(ball.radius) - dr.squared_norm(closest)
     distance = -half_b - dr.safe_sqrt(depth2)
     return dr.select((depth2 > 0) & (distance > 0), distance, FAR_M)
 
 
-def mirror_normal(mirror: list[Any]) -> Any:
-    """Normal of a packed mirror: centre, x, y, half width, half height."""
-    return dr.cross(Array3f32(*mirror[3:6]), Array3f32(*mirror[6:9]))
-
-
-def _intersect_mirror(mirror: list[Any], origin: Any, direction: Any) -> tuple[Any, Any]:
+def _intersect_mirror(mirror: MirrorPlate, origin: Any, direction: Any) -> tuple[Any, Any]:
     """Distance to a rectangle, `FAR_M` where it is missed, and the cosine to its normal: negative from the front."""
-    normal = mirror_normal(mirror)
+    normal = mirror.normal
     approach = dr.dot(direction, normal)
-    to_centre = Array3f32(*mirror[:3]) - origin
+    to_centre = Array3f32(*mirror.centre) - origin
     distance = dr.dot(to_centre, normal) / approach
     local = direction * distance - to_centre
-    inside = (dr.abs(dr.dot(local, Array3f32(*mirror[3:6]))) <= mirror[9]) & (
-        dr.abs(dr.dot(local, Array3f32(*mirror[6:9]))) <= mirror[10]
+    inside = (dr.abs(dr.dot(local, Array3f32(*mirror.x))) <= mirror.half_width) & (
+        dr.abs(dr.dot(local, Array3f32(*mirror.y))) <= mirror.half_height
     )
     return dr.select((distance > 0) & inside, distance, FAR_M), approach
 
 
-def _intersect_surface(world: list[Any], origin: Any, direction: Any) -> Any:
-    height, rise = move(world, origin).z, turn(world, direction).z
+def _intersect_surface(world: Pose, origin: Any, direction: Any) -> Any:
+    height, rise = world.move(origin).z, world.turn(direction).z
     return dr.select((rise > 0) & (height < 0), -height / rise, FAR_M)
 
 
@@ -227,9 +223,9 @@ def _nearer(distance: Any, primitive: Any, other: Any, other_primitive: Any) -> 
     return dr.select(closer, other, distance), dr.select(closer, other_primitive, primitive)
 
 
-def _in_frame(state: Numbers, name: str, origin: Any, direction: Any) -> tuple[Any, Any]:
+def _in_frame(state: StateRecord, name: str, origin: Any, direction: Any) -> tuple[Any, Any]:
     pose = pose_of(state, name)
-    return (origin, direction) if pose is None else (move(pose, origin), turn(pose, direction))
+    return (origin, direction) if pose is None else (pose.move(origin), pose.turn(direction))
 
 
 def nothing_known() -> Known:

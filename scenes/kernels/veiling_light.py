@@ -7,17 +7,21 @@ place where lines begin, their direction in the body frame and their length: it 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import PCG32, Array3f32, ArrayXf32, Float32, UInt32, UInt64, dr
-from optics.kernels.packing import Numbers, between, row_of
+from optics.kernels.packing import between, row_of
 from optics.kernels.powers import decay
-from scenes.kernels.grid import beside_grid_m, cell_in
-from scenes.kernels.tracing import move, turn
+from scenes.kernels.direction_grid import direction_cell, node_direction, nodes_around
+from scenes.kernels.geometry import Geometry
+from scenes.kernels.grid import GridTable, beside_grid_m, cell_in
 from scenes.light.field_table import azimuth_from, looked_up_in_layer
+from scenes.light.uniforms import LightUniforms
+from scenes.stage.records import Pose
 
 AZIMUTHS, ELEVATIONS = 48, 25
 """Nodes by direction: azimuths all around, elevations from pole to pole."""
@@ -42,24 +46,6 @@ def lengths_m() -> FloatArray:
     return np.append(LENGTH_SCALE_M * share / (1 - share), FARTHEST_M)
 
 
-def node_directions(azimuths: int, elevations: int) -> FloatArray:
-    """Directions of the nodes of a table, shape (elevations * azimuths, 3)."""
-    elevation = np.linspace(-np.pi / 2, np.pi / 2, elevations)[:, np.newaxis]
-    azimuth = np.arange(azimuths) * (2 * np.pi / azimuths)
-    level = np.cos(elevation)
-    ways = np.broadcast_arrays(level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation))
-    return np.stack(ways, axis=-1).reshape(-1, 3)
-
-
-def direction_cell(direction: Any, azimuths: int, elevations: int) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-    """Kernel: first node and share towards the next one, by azimuth and by elevation, of a unit vector."""
-    around = dr.atan2(direction.y, direction.x) * (azimuths / (2 * np.pi))
-    around = dr.select(around < 0, around + azimuths, around)
-    rise = (dr.safe_asin(direction.z) / np.pi + 0.5) * (elevations - 1)
-    column, line = dr.minimum(UInt32(around), azimuths - 1), dr.minimum(UInt32(rise), elevations - 2)
-    return (column, around - Float32(column)), (line, rise - Float32(line))
-
-
 def veil(table: Any, eye: Any, direction: Any, length: Any) -> list[Any]:
     """Kernel: light by channel that is added along a line of sight, between the nodes of the table.
 
@@ -76,28 +62,36 @@ def veil(table: Any, eye: Any, direction: Any, length: Any) -> list[Any]:
 
 
 def veil_table(
-    light: Numbers, state: Any, geometry: dict[str, Any], field_layer: Any, *, eyes: int, states: int
+    light: LightUniforms,
+    world_of: Callable[[Any], Pose],
+    geometry: Geometry,
+    field_layer: Any,
+    *,
+    eyes: int,
+    states: int,
 ) -> Any:
-    """Kernel: table of `veil` for some states; `state` tells the poses of those that lanes belong to."""
+    """Kernel: table of `veil` for some states; `world_of` gives the body's poses in the world by the state's number."""
     lane = dr.arange(UInt32, states * eyes * ELEVATIONS * AZIMUTHS * PIECES)
     node, place = lane // PIECES, lane // (PIECES * AZIMUTHS * ELEVATIONS)
-    direction = turn(state(place // eyes), _node_direction(node, AZIMUTHS, ELEVATIONS))
+    direction = world_of(place // eyes).turn(node_direction(node, AZIMUTHS, ELEVATIONS))
     total = [Float32(0)] * ROW
-    if "source" in geometry:
-        from_world = _veil_of_world(light, state, geometry, eyes=eyes, states=states)
+    if geometry.source is not None:
+        from_world = _veil_of_world(light, world_of, geometry.source, geometry.eyes, eyes=eyes, states=states)
         for row, weight in nodes_around(direction, place, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS):
             values = row_of(from_world, row * PIECES + lane % PIECES, ROW)
             total = [dr.fma(v, weight, t) for v, t in zip(values, total, strict=True)]
-    if "water" in geometry:
-        from_sun = azimuth_from(light["sun_azimuth"], direction)
-        open_water = looked_up_in_layer(light, field_layer, light["reference_depth"][0], direction.z, from_sun)
-        kept = row_of(geometry["water"], lane % (eyes * ELEVATIONS * AZIMUTHS * PIECES), ROW)
+    if geometry.shadow_in_water is not None:
+        from_sun = azimuth_from(light.sun_azimuth, direction)
+        open_water = looked_up_in_layer(light, field_layer, light.reference_depth_m, direction.z, from_sun)
+        hidden = row_of(geometry.shadow_in_water, lane % (eyes * ELEVATIONS * AZIMUTHS * PIECES), ROW)
         channel = [*open_water, Float32(0)] * 2
-        total = [t - f * k for t, f, k in zip(total, channel, kept, strict=True)]
+        total = [t - f * h for t, f, h in zip(total, channel, hidden, strict=True)]
     return _table(total, lane)
 
 
-def _veil_of_world(light: Numbers, state: Any, geometry: dict[str, Any], *, eyes: int, states: int) -> Any:
+def _veil_of_world(
+    light: LightUniforms, world_of: Callable[[Any], Pose], source: GridTable, begins: Any, *, eyes: int, states: int
+) -> Any:
     """Kernel: table like `veil_table`'s of what the world adds, by direction in the world frame.
 
     Its directions are those at which the source is known: only between the points of the grid it is interpolated.
@@ -105,26 +99,26 @@ def _veil_of_world(light: Numbers, state: Any, geometry: dict[str, Any], *, eyes
     lane = dr.arange(UInt32, states * eyes * SOURCE_ELEVATIONS * SOURCE_AZIMUTHS * PIECES)
     piece, node = lane % PIECES, lane // PIECES
     place = node // (SOURCE_AZIMUTHS * SOURCE_ELEVATIONS)
-    eye = move(state(place // eyes), dr.gather(Array3f32, geometry["eyes"], place % eyes))
+    eye = world_of(place // eyes).move(dr.gather(Array3f32, begins, place % eyes))
     begin, end = (LENGTH_SCALE_M * Float32(k) / (PIECES - Float32(k)) for k in (piece, piece + 1))
     way = dr.select(piece == PIECES - 1, FARTHEST_M, end) - begin
-    attenuation = light["channel_c"]
+    attenuation = light.channel_attenuation
     # Where the light of the piece comes from, on average.
     y = attenuation[1] * way
     middle = begin + way * dr.select(y > 0.01, dr.rcp(y) - decay(y) / (1 - decay(y)), 0.5)
-    point = eye + _node_direction(node, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS) * middle
-    cells, shares, _ = cell_in(geometry["source"], point)
+    point = eye + node_direction(node, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS) * middle
+    cells, shares, _ = cell_in(source, point)
     found = [Float32(0)] * 3
     for corner in np.ndindex(2, 2, 2):
         weight, first = Float32(1), UInt32(0)
-        for step, cell, share, count in zip(corner, cells, shares, geometry["source"]["count"], strict=True):
+        for step, cell, share, nodes in zip(corner, cells, shares, source.count, strict=True):
             weight = weight * (share if step else 1 - share)
-            first = first * UInt32(count) + UInt32(cell) + step
+            first = first * UInt32(nodes) + UInt32(cell) + step
         row = first * (SOURCE_ELEVATIONS * SOURCE_AZIMUTHS) + node % (SOURCE_ELEVATIONS * SOURCE_AZIMUTHS)
-        values = row_of(geometry["source"]["values"], row, SOURCE_ROW)
+        values = row_of(source.values, row, SOURCE_ROW)
         found = [dr.fma(v, weight, f) for v, f in zip(values[:3], found, strict=True)]
     # Beside its grid a world's light dies off as through the water.
-    beside = beside_grid_m(geometry["source"], point)
+    beside = beside_grid_m(source, point)
     added = [
         f * decay(c * (begin + beside)) * (1 - decay(c * way)) / c for f, c in zip(found, attenuation, strict=True)
     ]
@@ -135,24 +129,6 @@ def _veil_of_world(light: Numbers, state: Any, geometry: dict[str, Any], *, eyes
     return _table([*before, Float32(0), *after, Float32(0)], lane)
 
 
-def _node_direction(node: Any, azimuths: int, elevations: int) -> Any:
-    """Kernel: direction of a node of `node_directions`, which are repeated."""
-    sine, cosine = dr.sincos(Float32(node % azimuths) * (2 * np.pi / azimuths))
-    rise, level = dr.sincos(Float32(node // azimuths % elevations) * (np.pi / (elevations - 1)) - np.pi / 2)
-    return Array3f32(level * cosine, level * sine, rise)
-
-
-def nodes_around(direction: Any, place: Any, azimuths: int, elevations: int) -> list[tuple[Any, Any]]:
-    """Kernel: the four nodes around directions, in the table of a place, and their weights."""
-    (column, across), (line, up) = direction_cell(direction, azimuths, elevations)
-    following = dr.select(column == azimuths - 1, 0, column + 1)
-    return [
-        ((place * elevations + line + step) * azimuths + beside, share * (up if step else 1 - up))
-        for step in (0, 1)
-        for beside, share in ((column, 1 - across), (following, across))
-    ]
-
-
 def _table(columns: list[Any], lane: Any) -> Any:
     """Kernel: columns as the rows of a table."""
     table = dr.empty(Float32, dr.width(lane) * len(columns))
@@ -161,27 +137,27 @@ def _table(columns: list[Any], lane: Any) -> Any:
 
 
 def drawn_veil(  # noqa: PLR0917
-    volume: dict[str, Any], light: Numbers, seed: Any, point: Any, direction: Any, length: Any
+    source: GridTable, light: LightUniforms, seed: Any, point: Any, direction: Any, length: Any
 ) -> list[Any]:
     """Kernel: estimate of the light that is added along a line, from one point that is drawn on it.
 
     For averages over many lines. The nodes around the point are drawn by their weights.
     """
     random = PCG32(initstate=UInt64(seed))
-    attenuation = light["channel_c"]
+    attenuation = light.channel_attenuation
     reached = 1 - decay(attenuation[1] * length)
     distance = -dr.log(1 - random.next_float32() * reached) / attenuation[1]
     place = point + direction * distance
-    beside = beside_grid_m(volume, place)
-    cells, shares, _ = cell_in(volume, place)
+    beside = beside_grid_m(source, place)
+    cells, shares, _ = cell_in(source, place)
     (column, across), (line, up) = direction_cell(direction, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS)
     node = UInt32(0)
-    for cell, share, count in zip(cells, shares, volume["count"], strict=True):
+    for cell, share, count in zip(cells, shares, source.count, strict=True):
         node = node * UInt32(count) + UInt32(cell) + dr.select(random.next_float32() < share, UInt32(1), UInt32(0))
     line = line + dr.select(random.next_float32() < up, UInt32(1), UInt32(0))
     column = column + dr.select(random.next_float32() < across, UInt32(1), UInt32(0))
     row = (node * SOURCE_ELEVATIONS + line) * SOURCE_AZIMUTHS + column % SOURCE_AZIMUTHS
-    values = row_of(volume["values"], row, SOURCE_ROW)
+    values = row_of(source.values, row, SOURCE_ROW)
     return [
         v * decay((c - attenuation[1]) * distance + c * beside) * reached / attenuation[1]
         for v, c in zip(values[:3], attenuation, strict=True)

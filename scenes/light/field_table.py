@@ -11,8 +11,9 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Float32, UInt32, dr
-from optics.kernels.packing import Numbers, between, pairs_of
+from optics.kernels.packing import between, pairs_of
 from optics.kernels.powers import decay
+from scenes.light.uniforms import LightUniforms
 
 DEPTHS, COSINES, AZIMUTHS = 64, 65, 25
 """Nodes: depths by the logarithm of ``1 + z / DEPTH_SCALE_M``, cosines and azimuths (0 to pi) evenly."""
@@ -48,7 +49,7 @@ def field_table(nodes: FloatArray) -> Any:
     return pairs_of(nodes, ROW)
 
 
-def layer(light: Numbers, table: Any, depth: Any) -> Any:
+def layer(light: LightUniforms, table: Any, depth: Any) -> Any:
     """Kernel: the table at one depth, as `looked_up_in_layer` reads it."""
     cell, share = _cell(_depth_position(light, depth), DEPTHS)
     size = COSINES * AZIMUTHS * ROW
@@ -57,18 +58,18 @@ def layer(light: Numbers, table: Any, depth: Any) -> Any:
     return dr.lerp(above, below, share)
 
 
-def looked_up_in_layer(light: Numbers, table: Any, depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
+def looked_up_in_layer(light: LightUniforms, table: Any, depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
     """Kernel: the three channels at a direction, for the depth of a layer."""
     return _interpolated(light, table, depth, [_cosine_cell(cosine), _azimuth_cell(azimuth)])
 
 
-def looked_up(light: Numbers, table: Any, depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
+def looked_up(light: LightUniforms, table: Any, depth: Any, cosine: Any, azimuth: Any) -> list[Any]:
     """Kernel: the three channels at a depth and a direction (cosine to the vertical, azimuth from the sun's)."""
     at_depth = _cell(_depth_position(light, depth), DEPTHS)
     return _interpolated(light, table, depth, [at_depth, _cosine_cell(cosine), _azimuth_cell(azimuth)])
 
 
-def _interpolated(light: Numbers, table: Any, depth: Any, cells: list[tuple[Any, Any]]) -> list[Any]:
+def _interpolated(light: LightUniforms, table: Any, depth: Any, cells: list[tuple[Any, Any]]) -> list[Any]:
     """Linear interpolation; the exponential fall over depth, which the table is held without, is put back."""
     *others, (row, along) = cells
     strides = (COSINES * AZIMUTHS, AZIMUTHS)[-len(others) :]
@@ -82,11 +83,11 @@ def _interpolated(light: Numbers, table: Any, depth: Any, cells: list[tuple[Any,
         values = between(table, row + offset, along, ROW)
         total = [dr.fma(values[k], weight, total[k]) for k in range(3)]
     fall = dr.maximum(depth, 0)
-    return [t * decay(K * fall) for t, K in zip(total, light["table_decay"], strict=True)]
+    return [t * decay(K * fall) for t, K in zip(total, light.table_decay, strict=True)]
 
 
-def _depth_position(light: Numbers, depth: Any) -> Any:
-    return dr.log(1 + dr.maximum(depth, 0) / DEPTH_SCALE_M) * light["steps_per_log"][0]
+def _depth_position(light: LightUniforms, depth: Any) -> Any:
+    return dr.log(1 + dr.maximum(depth, 0) / DEPTH_SCALE_M) * light.steps_per_log
 
 
 def _cosine_cell(cosine: Any) -> tuple[Any, Any]:

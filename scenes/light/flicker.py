@@ -16,7 +16,7 @@ from scipy.special import i0e
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
-from optics.kernels.packing import Numbers, row_of
+from optics.kernels.packing import row_of
 from optics.kernels.powers import power_of_two
 from optics.kernels.tables import read_table
 from scenes.light.spectrum import DATA
@@ -160,19 +160,34 @@ def depth_nodes() -> FloatArray:
     return np.geomspace(SHALLOWEST_M, DEEPEST_M, TABLE_SIZE)
 
 
-def flicker_numbers(pattern: FlickerPattern, mix: FloatArray) -> dict[str, FloatArray]:
-    """Numbers of `flicker`, which wants a ``flicker_time_s`` beside them; `mix` is that of `flicker_modes`.
+@dataclass(frozen=True, kw_only=True)
+class FlickerUniforms:
+    """A pattern of light as `flicker` takes it.
 
-    In single precision phases are good to a hundredth of a turn for an hour.
+    Attributes
+    ----------
+    mix : shape (w, MODE_COUNT)
+        Of the table's columns at each wavelength (`flicker_modes`).
+    waves : shape (2, WAVES_PER_SET, 4)
+        Turns along both axes, phase, and turns per second; in single precision phases are good to a hundredth of a
+        turn for an hour.
+    across : shape (2, 3)
+        Unit vectors across the refracted beam, world frame.
+    octave
+        Logarithm of the pattern's size over depth, to the base two.
     """
-    return {
-        "flicker_mix": mix,
-        "flicker_waves": np.concatenate(
-            [pattern.wave_number, pattern.phase[..., np.newaxis], pattern.turns_per_s[..., np.newaxis]], axis=-1
-        ),
-        "flicker_across": pattern.across,
-        "flicker_octave": np.array([np.log2(pattern.size_per_depth)]),
-    }
+
+    mix: Any
+    waves: Any
+    across: Any
+    octave: Any
+
+    @classmethod
+    def of(cls, pattern: FlickerPattern, mix: FloatArray) -> FlickerUniforms:
+        """What of a pattern stays as it is."""
+        columns = [pattern.wave_number, pattern.phase[..., np.newaxis], pattern.turns_per_s[..., np.newaxis]]
+        waves = np.concatenate(columns, axis=-1)
+        return cls(mix=mix, waves=waves, across=pattern.across, octave=np.log2(pattern.size_per_depth))
 
 
 def flicker_modes(variation: FloatArray) -> tuple[Any, FloatArray]:
@@ -195,19 +210,19 @@ def flicker_modes(variation: FloatArray) -> tuple[Any, FloatArray]:
     return Float32(modes.astype(np.float32).ravel()), mix
 
 
-def flicker(numbers: Numbers, table: Any, point_world: Any, depth: Any) -> list[Any]:
+def flicker(pattern: FlickerUniforms, time_s: Any, table: Any, point_world: Any, depth: Any) -> list[Any]:
     """Kernel: factor on the direct sun's light at points, at each wavelength; its mean is one.
 
     Twelve cosines, and an exponential for each wavelength.
     """
     depth = dr.clip(depth, SHALLOWEST_M, DEEPEST_M)
     octave = dr.log2(depth)
-    field, fourth_powers = _field(numbers, point_world, octave + numbers["flicker_octave"][0])
+    field, fourth_powers = _field(pattern, time_s, point_world, octave + pattern.octave)
     steps = (TABLE_SIZE - 1) / np.log2(DEEPEST_M / SHALLOWEST_M)
     cell = UInt32(dr.fma(octave, steps, 0.5 - steps * np.log2(SHALLOWEST_M)))
     modes = row_of(table, dr.minimum(cell, TABLE_SIZE - 1), MODE_COUNT)
     factors = []
-    for mix in _rows(numbers["flicker_mix"], MODE_COUNT):
+    for mix in pattern.mix:
         spread = mix[0] * modes[0]
         for weight, mode in zip(mix[1:], modes[1:], strict=True):
             spread = dr.fma(weight, mode, spread)
@@ -218,30 +233,25 @@ def flicker(numbers: Numbers, table: Any, point_world: Any, depth: Any) -> list[
     return factors
 
 
-def _field(numbers: Numbers, point: Any, octave: Any) -> tuple[Any, Any]:
+def _field(pattern: FlickerUniforms, time_s: Any, point: Any, octave: Any) -> tuple[Any, Any]:
     """Random field of unit variance, and the sum of the fourth powers of its two sets' weights.
 
     The octave is the logarithm of the pattern's size in metres. Sizes are powers of two, and a depth between two of
     them mixes both. One of them is even and one is odd, so two sets of waves serve all depths, and the pattern does
     not shear with depth as one that is stretched would.
     """
-    first, second = (dr.dot(Array3f32(*axis), point) for axis in _rows(numbers["flicker_across"], 3))
+    first, second = (dr.dot(Array3f32(*axis), point) for axis in pattern.across)
     even, odd = 2 * dr.round(octave / 2), dr.fma(2, dr.floor(octave / 2), 1)
     odd_share = dr.abs(octave - even)
     even_root = power_of_two(even / -2)
     odd_root = even_root * dr.select(odd > even, Float32(0.5**0.5), Float32(2**0.5))
-    waves = _rows(numbers["flicker_waves"], 4)
     total = Float32(0)
-    for start, root, share in ((0, even_root, 1 - odd_share), (WAVES_PER_SET, odd_root, odd_share)):
-        scale, pace = dr.square(root), root * numbers["flicker_time_s"][0]
+    for waves, root, share in zip(pattern.waves, (even_root, odd_root), (1 - odd_share, odd_share), strict=True):
+        scale, pace = dr.square(root), root * time_s
         u, v = first * scale, second * scale
         set_sum = Float32(0)
-        for along_u, along_v, phase, turns_per_s in waves[start : start + WAVES_PER_SET]:
+        for along_u, along_v, phase, turns_per_s in waves:
             turns = dr.fma(along_u, u, dr.fma(along_v, v, dr.fma(-turns_per_s, pace, phase)))
             set_sum = set_sum + cosine_of_turns(turns)
         total = dr.fma(dr.safe_sqrt(share * (2 / WAVES_PER_SET)), set_sum, total)
     return total, dr.square(odd_share) + dr.square(1 - odd_share)
-
-
-def _rows(values: list[Any], width: int) -> list[list[Any]]:
-    return [values[start : start + width] for start in range(0, len(values), width)]

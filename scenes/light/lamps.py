@@ -7,6 +7,7 @@ Points and directions are in the body frame, where lamps stand still. The kernel
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -16,7 +17,6 @@ from scipy.optimize import brentq
 
 from optics.kernels.arrays import FloatArray, unit
 from optics.kernels.backend import Array3f32, Float32, dr
-from optics.kernels.packing import Numbers
 from optics.kernels.powers import power_of_two
 from optics.kernels.tables import read_table
 from rigs.lamps import Lamp
@@ -102,57 +102,76 @@ def beam_exponent(angle_deg: float) -> float:
     return float(-np.log(2) / np.log(np.cos(np.radians(angle_deg) / 2)))
 
 
-def lamp_numbers(lamps: Sequence[Lamp], wavelength_nm: FloatArray) -> dict[str, FloatArray]:
-    """Numbers of the kernels: place, axis, beam exponent and intensity on the axis, W / (sr nm), of each lamp."""
-    exponent = np.array([beam_exponent(lamp.angle_deg) for lamp in lamps])
-    flux = np.array([lamp_spectrum(lamp, wavelength_nm) for lamp in lamps]).reshape(len(lamps), len(wavelength_nm))
-    return {
-        "lamp_position": np.array([lamp.position_mm for lamp in lamps]).reshape(-1, 3) / 1000,
-        "lamp_axis": np.array([unit("direction", lamp.direction) for lamp in lamps]).reshape(-1, 3),
-        "lamp_exponent": exponent,
-        "lamp_edge": BEAM_EDGE ** (1 / exponent),
-        # The beam carries 2 pi I / (m + 1).
-        "lamp_intensity": flux * ((exponent + 1) / (2 * np.pi))[:, np.newaxis],
-    }
+@dataclass(frozen=True, kw_only=True)
+class LampUniforms:
+    """Lamps as the kernels take them, n of them.
+
+    Attributes
+    ----------
+    position_m, axis : shape (n, 3)
+    exponent, edge : shape (n,)
+        Of the beam, ``cos^m``, and the cosine where it ends.
+    intensity : shape (n, w)
+        On the axis, W / (sr nm).
+    """
+
+    position_m: Any
+    axis: Any
+    exponent: Any
+    edge: Any
+    intensity: Any
+
+    @classmethod
+    def of(cls, lamps: Sequence[Lamp], wavelength_nm: FloatArray) -> LampUniforms:
+        """Lamps at some wavelengths."""
+        exponent = np.array([beam_exponent(lamp.angle_deg) for lamp in lamps])
+        flux = np.array([lamp_spectrum(lamp, wavelength_nm) for lamp in lamps])
+        return cls(
+            position_m=np.array([lamp.position_mm for lamp in lamps]) / 1000,
+            axis=np.array([unit("direction", lamp.direction) for lamp in lamps]),
+            exponent=exponent,
+            edge=BEAM_EDGE ** (1 / exponent),
+            # The beam carries 2 pi I / (m + 1).
+            intensity=flux * ((exponent + 1) / (2 * np.pi))[:, np.newaxis],
+        )
 
 
-def towards_lamps(numbers: Numbers, point: Any) -> list[tuple[Any, Any]]:
+def towards_lamps(lamps: LampUniforms, point: Any) -> list[tuple[Any, Any]]:
     """Kernel: for each lamp the unit direction to it from points, and its distance: what a shadow ray needs."""
     found = []
-    for lamp in range(len(numbers["lamp_exponent"])):
-        offset = _vector(numbers, "lamp_position", lamp) - point
+    for position in lamps.position_m:
+        offset = Array3f32(*position) - point
         distance = dr.maximum(dr.norm(offset), SMALLEST_DISTANCE_M)
         found.append((offset / distance, distance))
     return found
 
 
 def lamp_irradiance(
-    numbers: Numbers, point: Any, normal: Any, attenuation: Sequence[Any], lit: Sequence[Any] | None = None
+    lamps: LampUniforms, point: Any, normal: Any, attenuation: Sequence[Any], lit: Sequence[Any] | None = None
 ) -> list[Any]:
     """Kernel: irradiance that lamps throw on surfaces, at each wavelength.
 
     Parameters
     ----------
-    numbers : dict
-        From `lamp_numbers`.
+    lamps : LampUniforms
     point, normal : points and the unit normals of their lit sides, body frame
     attenuation : beam attenuation at each wavelength, 1/m
     lit : for each lamp, whether it reaches the points; all do by default
     """
     total = [Float32(0) for _ in attenuation]
-    for lamp, (direction, distance) in enumerate(towards_lamps(numbers, point)):
-        along_axis = -dr.dot(direction, _vector(numbers, "lamp_axis", lamp))
-        factor = _beam(along_axis, numbers["lamp_exponent"][lamp]) * dr.maximum(dr.dot(direction, normal), 0)
+    for lamp, (direction, distance) in enumerate(towards_lamps(lamps, point)):
+        along_axis = -dr.dot(direction, Array3f32(*lamps.axis[lamp]))
+        factor = _beam(along_axis, lamps.exponent[lamp]) * dr.maximum(dr.dot(direction, normal), 0)
         factor = factor / dr.square(distance)
         if lit is not None:
             factor = dr.select(lit[lamp], factor, 0)
-        intensity = _intensity(numbers, lamp, len(attenuation))
+        intensity = lamps.intensity[lamp]
         total = [t + i * factor * dr.exp(-c * distance) for t, i, c in zip(total, intensity, attenuation, strict=True)]
     return total
 
 
 def lamp_backscatter(
-    numbers: Numbers,
+    lamps: LampUniforms,
     origin: Any,
     direction: Any,
     length: Any,
@@ -164,8 +183,7 @@ def lamp_backscatter(
 
     Parameters
     ----------
-    numbers : dict
-        From `lamp_numbers`.
+    lamps : LampUniforms
     origin, direction : where the line of sight begins, and the unit vector along which the eye looks, body frame
     length : of the segment, m; may be infinite
     attenuation : beam attenuation at each wavelength, 1/m
@@ -181,9 +199,10 @@ def lamp_backscatter(
     """
     total = [Float32(0) for _ in attenuation]
     nodes, weights = np.polynomial.legendre.leggauss(NODE_COUNT)
-    for lamp in range(len(numbers["lamp_exponent"])):
-        axis, exponent = _vector(numbers, "lamp_axis", lamp), numbers["lamp_exponent"][lamp]
-        offset = origin - _vector(numbers, "lamp_position", lamp)
+    every = zip(lamps.position_m, lamps.axis, lamps.exponent, lamps.edge, lamps.intensity, strict=True)
+    for position, lamp_axis, exponent, edge, intensity in every:
+        axis = Array3f32(*lamp_axis)
+        offset = origin - Array3f32(*position)
         before = -dr.dot(offset, direction)
         nearest = offset + direction * before
         height = dr.maximum(dr.norm(nearest), SMALLEST_DISTANCE_M)
@@ -192,7 +211,7 @@ def lamp_backscatter(
         # reach cos(t - middle), and the beam ends where that is the edge's.
         across, along = dr.dot(axis, nearest) / height, dr.dot(axis, direction)
         middle, reach = dr.atan2(along, across), dr.sqrt(dr.square(along) + dr.square(across))
-        side = dr.acos(dr.minimum(numbers["lamp_edge"][lamp] / dr.maximum(reach, 1e-6), 1))
+        side = dr.acos(dr.minimum(edge / dr.maximum(reach, 1e-6), 1))
         first = dr.maximum(first, middle - side)
         half = dr.maximum(dr.minimum(last, middle + side) - first, 0) / 2
         sums = [Float32(0) for _ in attenuation]
@@ -204,7 +223,6 @@ def lamp_backscatter(
             beam = float(weight) * _beam(reach * dr.cos(angle - middle), exponent)
             scattered = volume_scattering(angle + np.pi / 2)
             sums = [s + v * beam * _exp2(c * way) for s, v, c in zip(sums, scattered, attenuation, strict=True)]
-        intensity = _intensity(numbers, lamp, len(attenuation))
         total = [t + i * s * (half / height) for t, i, s in zip(total, intensity, sums, strict=True)]
     return total
 
@@ -217,11 +235,3 @@ def _beam(cosine: Any, exponent: Any) -> Any:
 def _exp2(exponent: Any) -> Any:
     """``2^x`` for x up to zero; 2^-100 stands for all that is less."""
     return power_of_two(dr.maximum(exponent, -100))
-
-
-def _vector(numbers: Numbers, name: str, lamp: int) -> Any:
-    return Array3f32(*numbers[name][3 * lamp : 3 * lamp + 3])
-
-
-def _intensity(numbers: Numbers, lamp: int, count: int) -> list[Any]:
-    return numbers["lamp_intensity"][lamp * count : (lamp + 1) * count]

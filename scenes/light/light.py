@@ -11,15 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from optics.kernels.arrays import FloatArray, opaque
-from optics.kernels.backend import Float32, Float64, UInt32
-from optics.kernels.packing import Packing, pairs_of, rows_of, vectors
+from optics.kernels.backend import Float32, Float64
+from optics.kernels.packing import on_device, pairs_of, rows_of, vectors
 from optics.kernels.refraction import conductor_reflectance
 from optics.water.inherent_optics import InherentOptics, inherent_optics
 from optics.water.materials import aluminium_index
@@ -30,9 +29,10 @@ from rigs import Water
 from scenes.light.field_table import DEPTH_SCALE_M, DEPTHS, azimuth_from, depths_m, field_table, looked_up, resampled
 from scenes.light.forward_cone import forward_cone_table, hidden_shares
 from scenes.light.materials import albedo_table, colour_basis
-from scenes.light.sky import Daylight, sky_numbers, sky_table
+from scenes.light.sky import Daylight, sky_table
 from scenes.light.spectrum import Bands, water_bands
 from scenes.light.sun import Sun
+from scenes.light.uniforms import LightTables, LightUniforms
 
 PHASE_TABLE_SIZE, PHASE_ROW = 721, 2
 SPECTRUM_ROW = 16
@@ -90,12 +90,10 @@ class Light:
 
     def open_water_irradiance(self, depth_m: FloatArray, normals: FloatArray) -> FloatArray:
         """Irradiance of planes in open water by all but the direct sun, by channel, shape (n, 3)."""
-        numbers = self.numbers(float(np.median(depth_m)))
-        packing = Packing.of(numbers)
-        light = packing.unpack(packing.upload(numbers), UInt32(0))
+        light = on_device(self.uniforms(float(np.median(depth_m))))
         depth = Float32(depth_m.astype(np.float32))
         normal = vectors(normals)
-        azimuth = azimuth_from(light["sun_azimuth"], normal)
+        azimuth = azimuth_from(light.sun_azimuth, normal)
         found = looked_up(light, field_table(self.ambient_nodes), depth, normal.z, azimuth)
         return np.stack([channel.numpy() for channel in found], axis=-1)
 
@@ -106,24 +104,24 @@ class Light:
         depth = np.asarray(depth_m, dtype=np.float64)
         return np.stack([np.exp(np.interp(depth, nodes, channel)) for channel in level.T], axis=-1)
 
-    def tables(self, *, without_peak: bool = False) -> dict[str, Any]:
+    def tables(self, *, without_peak: bool = False) -> LightTables:
         """What the kernels look up: the phase function, light by direction and depth, the sky, the materials.
 
         An eye sees light that was scattered forward. What lights a surface counts it with the direct sun: for that the
         phase function is taken `without_peak`.
         """
         phase = self._phase_table_without_peak if without_peak else self._phase_table
-        return {
-            "phase": pairs_of(phase[:, np.newaxis], PHASE_ROW),
-            "field": field_table(self.field_nodes),
-            "ambient": field_table(self.ambient_nodes),
-            "sky": sky_table(self.daylight),
-            "forward_cone": forward_cone_table(self.hidden_shares),
-            "albedo": rows_of(albedo_table(self.bands), SPECTRUM_ROW),
-        }
+        return LightTables(
+            phase=pairs_of(phase[:, np.newaxis], PHASE_ROW),
+            field=field_table(self.field_nodes),
+            ambient=field_table(self.ambient_nodes),
+            sky=sky_table(self.daylight),
+            forward_cone=forward_cone_table(self.hidden_shares),
+            albedo=rows_of(albedo_table(self.bands), SPECTRUM_ROW),
+        )
 
-    def numbers(self, depth_m: float) -> dict[str, Any]:
-        """Numbers of the kernels for a robot at a depth; see `scenes.kernels.shading` for what each is."""
+    def uniforms(self, depth_m: float) -> LightUniforms:
+        """Uniforms of the kernels for a robot at a depth, but for what the surface and lamps add."""
         field, optics, bands = self.field, self.optics, self.bands
         sun = self.towards_sun
         tilt = np.hypot(sun[0], sun[1])
@@ -133,38 +131,35 @@ class Light:
             side: np.array([np.interp(depth_m, field.depth_m, row) for row in rows])
             for side, rows in self._decay_by_side.items()
         }
-        basis = colour_basis(bands.wavelength_nm)
-        numbers = {
-            "n_water": self.n_water,
-            "reference_depth": depth_m,
-            "steps_per_log": (DEPTHS - 1) / np.log1p(DEEPEST_M / DEPTH_SCALE_M),
-            "table_decay": self.table_decay,
-            "refracted_sun": sun,
-            "sun_azimuth": sun[:2] / tilt if tilt > 0 else np.array([1.0, 0.0]),
-            "weight": bands.weight.sum(axis=0),
-            "c": field.beam_attenuation,
-            "ambient_up": self.ambient_up(depth_m),
-            "ambient_fall": np.log(self.ambient_up(depth_m - 0.5) / self.ambient_up(depth_m + 0.5)),
-            "channel_c": self.channel_means(depth_m)["attenuation"],
-            "k_sun": field.beam_attenuation / field.sun_cosine,
-            "sun": field.sun_irradiance,
-            "b": optics.scattering,
-            "b_veil": optics.scattering * (1 - field.forward_fraction),
-            "b_sun": optics.scattering * field.sun_irradiance,
-            "molecular": optics.molecular_fraction,
-            "molecular_anisotropy": (1 - DEPOLARISATION) / (1 + DEPOLARISATION),
-            "basis_red": basis[0],
-            "basis_green": basis[1],
-            "basis_blue": basis[2],
-            "field_share": share["level"],
-            "field_share_rise": (share["up"] - share["level"]) / cosine["up"],
-            "ambient_share": self._shares(field.scalar, depth_m),
-            "field_decay": decay["level"],
-            "field_decay_rise": (decay["up"] - decay["level"]) / cosine["up"],
-            "field_decay_fall": (decay["down"] - decay["level"]) / cosine["down"],
-        }
-        numbers |= sky_numbers(self.daylight)
-        return numbers | {f"metal_{k}": row for k, row in enumerate(self._metal_fit)}
+        return LightUniforms(
+            n_water=self.n_water,
+            reference_depth_m=depth_m,
+            steps_per_log=(DEPTHS - 1) / np.log1p(DEEPEST_M / DEPTH_SCALE_M),
+            table_decay=self.table_decay,
+            refracted_sun=sun,
+            sun_azimuth=sun[:2] / tilt if tilt > 0 else np.array([1.0, 0.0]),
+            weight=bands.weight.sum(axis=0),
+            beam_attenuation=field.beam_attenuation,
+            scattering=optics.scattering,
+            scattering_without_peak=optics.scattering * (1 - field.forward_fraction),
+            channel_attenuation=self.channel_means(depth_m)["attenuation"],
+            molecular_fraction=optics.molecular_fraction,
+            molecular_anisotropy=(1 - DEPOLARISATION) / (1 + DEPOLARISATION),
+            sun_irradiance=field.sun_irradiance,
+            sun_attenuation=field.beam_attenuation / field.sun_cosine,
+            sun_scattering=optics.scattering * field.sun_irradiance,
+            ambient_up=self.ambient_up(depth_m),
+            ambient_fall=np.log(self.ambient_up(depth_m - 0.5) / self.ambient_up(depth_m + 0.5)),
+            ambient_fraction=self._shares(field.scalar, depth_m),
+            field_fraction=share["level"],
+            field_fraction_rise=(share["up"] - share["level"]) / cosine["up"],
+            field_decay=decay["level"],
+            field_decay_rise=(decay["up"] - decay["level"]) / cosine["up"],
+            field_decay_fall=(decay["down"] - decay["level"]) / cosine["down"],
+            colour_basis=colour_basis(bands.wavelength_nm),
+            sky_irradiance=self.daylight.sky_irradiance,
+            mirror_fit=self._metal_fit,
+        )
 
     @cached_property
     def field_nodes(self) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,15 +11,24 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 from scenes.light.flicker import (
     FlickerPattern,
+    FlickerUniforms,
     depth_nodes,
     flicker_modes,
-    flicker_numbers,
     flicker_pattern,
     irradiance_variation,
     sun_variation,
 )
 from scenes.light.light import Light
-from scenes.light.waves import Waves, Wind, sea_waves, sun_numbers, wave_numbers, wave_turns
+from scenes.light.uniforms import LightTables, LightUniforms
+from scenes.light.waves import SunUniforms, Waves, WaveUniforms, Wind, sea_waves, wave_turns
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeaState:
+    """What moves at the sea surface: the waves' phases in turns (`scenes.light.waves`), and the flicker's clock."""
+
+    wave_turns: Any
+    flicker_time_s: Any
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,21 +39,23 @@ class Sea:
     wind: Wind
     seed: int = 0
 
-    def numbers(self) -> dict[str, Any]:
-        """Numbers of the kernels that stay as they are."""
-        sun = sun_numbers(self.light.daylight, self._waves, self.light.n_water)
+    def uniforms(self, depth_m: float) -> LightUniforms:
+        """Uniforms of the kernels for a robot at a depth, with the surface."""
+        below = self.light.uniforms(depth_m)
+        sun = SunUniforms.of(self.light.daylight, self._waves, self.light.n_water)
         if not self._blows:
-            return sun
+            return replace(below, sun=sun)
         pattern, _, mix = self._flicker
-        return sun | wave_numbers(self._waves) | flicker_numbers(pattern, mix)
+        return replace(below, sun=sun, waves=WaveUniforms.of(self._waves), flicker=FlickerUniforms.of(pattern, mix))
 
-    def moving_numbers(self, time_s: FloatArray) -> dict[str, FloatArray]:
-        """Numbers of the kernels at times, shape (n,): arrays of n rows."""
-        return {"wave_turns": wave_turns(self._waves, time_s), "flicker_time_s": time_s} if self._blows else {}
+    def state(self, time_s: FloatArray) -> SeaState | None:
+        """What moves, at times, shape (n,); None for a flat sea."""
+        return SeaState(wave_turns=wave_turns(self._waves, time_s), flicker_time_s=time_s) if self._blows else None
 
-    def tables(self) -> dict[str, Any]:
+    def tables(self) -> LightTables:
         """What the kernels look up."""
-        return {"flicker": self._flicker[1]} if self._blows else {}
+        below = self.light.tables()
+        return replace(below, flicker=self._flicker[1]) if self._blows else below
 
     @property
     def _blows(self) -> bool:

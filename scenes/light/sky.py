@@ -11,11 +11,8 @@ from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Float32, UInt32, dr
-from optics.kernels.packing import Numbers
 from scenes.light.spectrum import sun_irradiance
 from scenes.light.sun import STANDARD_AIR_MASS, Sun, air_mass, direct_irradiance, extraterrestrial_and_standard
-
-"""Inputs of a kernel by name, each a flat list of Dr.Jit numbers."""
 
 CLEAR_GRADATION = (-1.0, -0.32)
 CLEAR_INDICATRIX = (10.0, -3.0, 0.45)
@@ -141,15 +138,10 @@ def sky_table(daylight: Daylight) -> Any:
     return Float32(daylight.sky_shape(np.linspace(0, 1, TABLE_SIZE) ** 2).astype(np.float32))
 
 
-def sky_numbers(daylight: Daylight) -> dict[str, FloatArray]:
-    """Numbers of `sky_seen`."""
-    return {"sky_irradiance": daylight.sky_irradiance}
-
-
-def sky_seen(numbers: Numbers, table: Any, cos_zenith: Any) -> list[Any]:
-    """Kernel: radiance of the sky above the surface at each wavelength."""
+def sky_seen(sky_irradiance: list[Any], table: Any, cos_zenith: Any) -> list[Any]:
+    """Kernel: radiance of the sky above the surface at each wavelength, from its irradiance on a level plane."""
     position = dr.safe_sqrt(dr.clip(cos_zenith, 0, 1)) * (TABLE_SIZE - 1)
     cell = dr.minimum(UInt32(position), TABLE_SIZE - 2)
     low, high = (dr.gather(Float32, table, cell + step) for step in (0, 1))
     shape = dr.lerp(low, high, position - Float32(cell))
-    return [shape * irradiance for irradiance in numbers["sky_irradiance"]]
+    return [shape * irradiance for irradiance in sky_irradiance]

@@ -14,7 +14,6 @@ from scipy.optimize import brentq
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, dr
-from optics.kernels.packing import Numbers
 from optics.kernels.refraction import dielectric_transmittance, refract
 from scenes.light.sky import Daylight
 from scenes.light.sun import SUN_RADIUS_RAD
@@ -157,13 +156,18 @@ def _squeezed(angle: FloatArray, across_share: float) -> FloatArray:
     return moved(brentq(lambda factor: np.mean(np.sin(moved(factor)) ** 2) - across_share, 1e-6, 1e6, xtol=1e-14))
 
 
-def wave_numbers(waves: Waves) -> dict[str, FloatArray]:
-    """Numbers of `surface_normal` that stay as they are."""
-    heading = waves.wave_number / np.linalg.norm(waves.wave_number, axis=1, keepdims=True)
-    return {
-        "wave_turns_per_m": waves.wave_number / (2 * np.pi),
-        "wave_slope": waves.slope[:, np.newaxis] * heading,
-    }
+@dataclass(frozen=True, kw_only=True)
+class WaveUniforms:
+    """Waves as `surface_normal` takes them: turns per metre and slopes along x and y, each of shape (n, 2)."""
+
+    turns_per_m: Any
+    slope: Any
+
+    @classmethod
+    def of(cls, waves: Waves) -> WaveUniforms:
+        """What of the waves stays as it is."""
+        heading = waves.wave_number / np.linalg.norm(waves.wave_number, axis=1, keepdims=True)
+        return cls(turns_per_m=waves.wave_number / (2 * np.pi), slope=waves.slope[:, np.newaxis] * heading)
 
 
 def wave_turns(waves: Waves, time_s: FloatArray) -> FloatArray:
@@ -173,12 +177,13 @@ def wave_turns(waves: Waves, time_s: FloatArray) -> FloatArray:
     return np.asarray(np.remainder(turns, 1))
 
 
-def surface_normal(numbers: Numbers, x: Any, y: Any) -> Any:
-    """Kernel: unit normal of the sea surface, pointing up, at points of the plane z = 0; one sine per wave."""
-    along_x, along_y = (numbers["wave_turns_per_m"][axis::2] for axis in (0, 1))
-    slopes_x, slopes_y = (numbers["wave_slope"][axis::2] for axis in (0, 1))
+def surface_normal(waves: WaveUniforms, phase_turns: list[Any], x: Any, y: Any) -> Any:
+    """Kernel: unit normal of the sea surface, pointing up, at points of the plane z = 0; one sine per wave.
+
+    The phases are those of `wave_turns`.
+    """
     normal_x, normal_y = Float32(0), Float32(0)
-    for k_x, k_y, s_x, s_y, turns in zip(along_x, along_y, slopes_x, slopes_y, numbers["wave_turns"], strict=True):
+    for (k_x, k_y), (s_x, s_y), turns in zip(waves.turns_per_m, waves.slope, phase_turns, strict=True):
         # The height is the sum of (slope / k) cos(k x - omega t + phase), the normal leans against its gradient.
         sine = cosine_of_turns(dr.fma(k_x, x, dr.fma(k_y, y, turns)))
         normal_x, normal_y = dr.fma(s_x, sine, normal_x), dr.fma(s_y, sine, normal_y)
@@ -197,53 +202,83 @@ def cosine_of_turns(turns: Any) -> Any:
     return folded * dr.fma(square, dr.fma(square, dr.fma(square, seventh, fifth), third), first)
 
 
-def sun_numbers(daylight: Daylight, waves: Waves, n_water: float) -> dict[str, FloatArray]:
-    """Numbers of `sun_seen`. Without ripples (no wind) the sun is a disk: other numbers, and another kernel."""
-    numbers = {
-        "sun_direction": daylight.sun.direction,
-        "sun_irradiance": daylight.sun_irradiance,
-        "sun_n_water": np.array([n_water]),
-    }
-    if not waves.ripple_variance.any():
-        return numbers
+@dataclass(frozen=True, kw_only=True)
+class Glitter:
+    """Ripples as Gaussian slopes: their inverse covariance (xx, twice xy, yy), and the density of slope zero."""
+
+    precision: Any
+    peak: Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class SunUniforms:
+    """The sun as it is seen through the surface.
+
+    Attributes
+    ----------
+    direction : shape (3,)
+        Towards it, above the surface.
+    irradiance : shape (w,)
+        Across its beam, above the surface.
+    n_water
+    glitter : Glitter, optional
+        Without ripples (no wind) the sun is a disk, by another kernel.
+    """
+
+    direction: Any
+    irradiance: Any
+    n_water: Any
+    glitter: Glitter | None = None
+
+    @classmethod
+    def of(cls, daylight: Daylight, waves: Waves, n_water: float) -> SunUniforms:
+        """The sun of a day, through waves."""
+        return cls(
+            direction=daylight.sun.direction,
+            irradiance=daylight.sun_irradiance,
+            n_water=n_water,
+            glitter=_glitter_of(waves, n_water) if waves.ripple_variance.any() else None,
+        )
+
+
+def _glitter_of(waves: Waves, n_water: float) -> Glitter:
     # The disk's own width: facets that see its edge lie r / (n - 1) off, and a disk has the variance r^2 / 4 per axis.
     disk_variance = (SUN_RADIUS_RAD / (2 * (n_water - 1))) ** 2
     precision = np.linalg.inv(waves.ripple_variance + disk_variance * np.eye(2))
-    return numbers | {
-        "ripple_precision": np.array([precision[0, 0], 2 * precision[0, 1], precision[1, 1]]),
-        "ripple_peak": np.array([np.sqrt(np.linalg.det(precision)) / (2 * np.pi)]),
-    }
+    return Glitter(
+        precision=np.array([precision[0, 0], 2 * precision[0, 1], precision[1, 1]]),
+        peak=np.sqrt(np.linalg.det(precision)) / (2 * np.pi),
+    )
 
 
-def sun_seen(numbers: Numbers, direction: Any, normal: Any) -> list[Any]:
+def sun_seen(sun: SunUniforms, direction: Any, normal: Any) -> list[Any]:
     """Kernel: radiance of the sun, seen from below through the surface, at each wavelength.
 
     Parameters
     ----------
-    numbers : dict
-        From `sun_numbers`.
+    sun : SunUniforms
     direction : unit vectors along which the eye looks, world frame, upwards
     normal : unit normals of the resolved waves, pointing up
     """
-    geometry = _glitter if "ripple_peak" in numbers else _disk
-    factor = geometry(numbers, direction, normal)
-    return [factor * irradiance for irradiance in numbers["sun_irradiance"]]
+    glitter = sun.glitter
+    factor = _disk(sun, direction, normal) if glitter is None else _glitter(sun, glitter, direction, normal)
+    return [factor * irradiance for irradiance in sun.irradiance]
 
 
-def _disk(numbers: Numbers, direction: Any, normal: Any) -> Any:
+def _disk(sun: SunUniforms, direction: Any, normal: Any) -> Any:
     """Radiance over irradiance of the sun's disk: ``n^2 T / (solid angle)`` where the refracted view meets it."""
-    n = numbers["sun_n_water"][0]
+    n = sun.n_water
     outside, passed = refract(direction, normal, n)
     # A distance, not a cosine: in single precision those of such small angles are a few steps from one.
-    half_chord2 = dr.squared_norm(outside - Array3f32(*numbers["sun_direction"])) / 4
+    half_chord2 = dr.squared_norm(outside - Array3f32(*sun.direction)) / 4
     disk = np.sin(SUN_RADIUS_RAD / 2) ** 2
     radiance = dr.square(n) * dielectric_transmittance(dr.dot(outside, normal), 1.0, n) / (4 * np.pi * disk)
     return dr.select(passed & (half_chord2 < disk), radiance, 0)
 
 
-def _glitter(numbers: Numbers, direction: Any, normal: Any) -> Any:
+def _glitter(sun: SunUniforms, glitter: Glitter, direction: Any, normal: Any) -> Any:
     """Radiance over irradiance of the sun through facets of Gaussian slopes; `docs/explanation/light.md` derives it."""
-    n, towards_sun = numbers["sun_n_water"][0], Array3f32(*numbers["sun_direction"])
+    n, towards_sun = sun.n_water, Array3f32(*sun.direction)
     # Snell: n times the view minus the sun's direction is along the normal of the facet that joins them.
     joined = n * direction - towards_sun
     length = dr.norm(joined)
@@ -252,9 +287,9 @@ def _glitter(numbers: Numbers, direction: Any, normal: Any) -> Any:
     valid = (facet.z > 0) & (cosine_air > 0) & (cosine_water > 0) & (direction.z > 0)
     slope_x = normal.x / normal.z - facet.x / facet.z
     slope_y = normal.y / normal.z - facet.y / facet.z
-    first, mixed, second = numbers["ripple_precision"]
+    first, mixed, second = glitter.precision
     exponent = first * dr.square(slope_x) + mixed * slope_x * slope_y + second * dr.square(slope_y)
-    density = numbers["ripple_peak"][0] * dr.exp(-exponent / 2)
+    density = glitter.peak * dr.exp(-exponent / 2)
     transmittance = dielectric_transmittance(cosine_air, 1.0, n)
     # The Jacobian from views to facets is n^2 (w.n) / |n w - s|^2, from facets to slopes 1 / n_z^3.
     radiance = transmittance * density * cosine_air * cosine_water * dr.square(n)

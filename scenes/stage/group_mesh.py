@@ -12,13 +12,11 @@ from scipy.spatial.transform import RigidTransform
 from optics.mesh import Group, PartMesh, Role, merge
 from scenes.light.materials import Material, material_of
 from scenes.stage.frame import Label
+from scenes.stage.records import MirrorPlate
 from scenes.stage.targets import MeshShape
 from scenes.surfaces.surface import double_area_vectors
 from scenes.worlds import World
 from scenes.worlds.snow import MarineSnow, snow_surface
-
-WORLD, TARGET, SNOW = "world", "target", "snow"
-"""Groups beside those of the rig (`optics.mesh.Group`)."""
 
 LABEL_OF_ROLE = {
     Role.HULL: Label.HULL,
@@ -46,8 +44,8 @@ class GroupMesh:
         Irradiance at the vertices by all but the direct sun, by channel, W / (m^2 nm).
     shade : array, shape (n, 3), optional
         Instead, for what moves: how much of the light around reaches the vertices past the rest of it, by channel.
-    mirrors : dict of arrays, shape (11,), optional
-        Mirrors among the triangles, packed by name as the kernels take them: they throw light on what is around them.
+    mirrors : dict of MirrorPlate, optional
+        Mirrors among the triangles, by name: they throw light on what is around them.
     """
 
     vertices_m: NDArray[np.float64]
@@ -58,7 +56,7 @@ class GroupMesh:
     colour: NDArray[np.float32] | None = None
     ambient: NDArray[np.float64] | None = None
     shade: NDArray[np.float64] | None = None
-    mirrors: dict[str, NDArray[np.float64]] | None = None
+    mirrors: dict[str, MirrorPlate] | None = None
 
 
 def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh], tuple[str, ...]]:
@@ -85,7 +83,7 @@ def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh]
 def mirror_plates(
     parts: Sequence[PartMesh],
     body_from: Mapping[str, RigidTransform],
-    mirrors: Mapping[str, NDArray[np.float64]],
+    mirrors: Mapping[str, MirrorPlate],
 ) -> GroupMesh | None:
     """The mirrors' plates in the body frame, in the light's way like any other part, with the mirrors before them."""
     plates = [
@@ -107,19 +105,20 @@ def mirror_plates(
     )
 
 
-def _before_its_plate(mirror: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Packed mirror, brought forward a little: the plate has a face in its plane."""
-    normal = np.cross(mirror[3:6], mirror[6:9])
-    return np.concatenate([mirror[:3] + BEFORE_PLATE_M * normal, mirror[3:]])
+def _before_its_plate(mirror: MirrorPlate) -> MirrorPlate:
+    """Mirror, brought forward a little: the plate has a face in its plane."""
+    return replace(mirror, centre=mirror.centre + BEFORE_PLATE_M * np.cross(mirror.x, mirror.y))
 
 
 def moved_mesh(mesh: GroupMesh, pose: RigidTransform) -> GroupMesh:
     """Mesh carried into another frame."""
-    mirrors = mesh.mirrors and {
-        name: np.concatenate([pose.apply(m[:3]), pose.rotation.apply(m[3:9].reshape(2, 3)).ravel(), m[9:]])
-        for name, m in mesh.mirrors.items()
-    }
+    mirrors = mesh.mirrors and {name: _moved_plate(mirror, pose) for name, mirror in mesh.mirrors.items()}
     return replace(mesh, vertices_m=pose.apply(mesh.vertices_m), mirrors=mirrors)
+
+
+def _moved_plate(mirror: MirrorPlate, pose: RigidTransform) -> MirrorPlate:
+    x, y = pose.rotation.apply(np.array([mirror.x, mirror.y]))
+    return replace(mirror, centre=pose.apply(mirror.centre), x=x, y=y)
 
 
 def joined_meshes(meshes: Sequence[GroupMesh]) -> GroupMesh:

@@ -14,6 +14,7 @@ from scenes.kernels.ambient_cube import ROW, SIDES
 from scenes.light.materials import Material, albedo_table
 from scenes.stage.frame import Label
 from scenes.stage.group_mesh import GroupMesh
+from scenes.stage.records import MirrorPlate
 
 UP, DOWN, LEVEL = [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 
@@ -78,10 +79,10 @@ def test_a_floor_close_by_sends_its_albedo(light):
     """A plane that faces a wide floor from 20 mm above receives what the floor sends: albedo times its irradiance."""
     depth = 5.0
     floor = with_ambient(plate(3.0, -depth, cells=6), light)
-    numbers = light.numbers(depth)
-    sun = numbers["sun"] * np.exp(-numbers["k_sun"] * depth) * light.towards_sun[2]
+    uniforms = light.uniforms(depth)
+    sun = uniforms.sun_irradiance * np.exp(-uniforms.sun_attenuation * depth) * light.towards_sun[2]
     ambient = light.open_water_irradiance(np.array([depth]), np.array([UP]))[0]
-    received = numbers["ambient_share"] * ambient.repeat(3) + sun
+    received = uniforms.ambient_fraction * ambient.repeat(3) + sun
     white = albedo_table(light.bands)[int(Material.TILE_WHITE)]
     expected = (light.bands.weight @ (white * received)).ravel()
     found = gathered(floor, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light)[0]
@@ -94,10 +95,12 @@ def test_a_mirror_close_by_sends_what_comes_from_above(light):
     The loss is Fresnel's, at some cosine; 2 % for directions and the water between.
     """
     depth = 5.0
-    level = np.array([0.0, 0.0, -depth, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 3.0, 3.0])
+    level = MirrorPlate(
+        centre=np.array([0, 0, -depth]), x=np.array([1, 0, 0]), y=np.array([0, 1, 0]), half_width=3.0, half_height=3.0
+    )
     mirror = replace(plate(3.0, -depth - 1e-3, Material.MIRROR_BACK), mirrors={"M1": level})
     cosine = np.linspace(0.05, 1, 50)
-    loss = [np.polynomial.polynomial.polyval(cosine, light.numbers(depth)[f"metal_{k}"]) for k in range(9)]
+    loss = [np.polynomial.polynomial.polyval(cosine, fit) for fit in light.uniforms(depth).mirror_fit]
     found = gathered(mirror, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light)[0]
     share = found / light.open_water_irradiance(np.array([depth]), np.array([UP]))[0]
     assert 0.98 * np.min(loss) < share.min()
@@ -108,9 +111,9 @@ def test_the_volume_over_a_floor_is_what_is_gathered_there(light):
     """At a node the volume holds the difference to open water; far above the middle of a small floor there is none."""
     floor = with_ambient(plate(0.4, -5.0), light)
     volume = ambient_volume(floor, light)
-    shape = [int(n[0]) for n in volume["count"]]
-    values = np.array(volume["values"]).reshape(*shape, len(SIDES), ROW)[..., :3]
-    corner, step = (np.array([float(x[0]) for x in volume[name]]) for name in ("corner", "inverse_step"))
+    shape = [int(n[0]) for n in volume.count]
+    values = np.array(volume.values).reshape(*shape, len(SIDES), ROW)[..., :3]
+    corner, step = (np.array([float(x[0]) for x in axis]) for axis in (volume.corner, volume.inverse_step))
     point = corner + np.array([0, 0, 1]) / step
     looks = np.array([point]), np.array([DOWN]), light
     expected = (gathered(floor, *looks) - gathered(None, *looks))[0]

@@ -53,8 +53,8 @@ def test_kept_light_of_a_world_is_what_would_be_found_today(lit_floor, aqua2_lig
     around = ambient_volume(floor, aqua2_light, source)
     found = {
         "ambient": floor.ambient,
-        "source": np.array(source["values"]),
-        "around": np.array(around["values"]),
+        "source": np.array(source.values),
+        "around": np.array(around.values),
     }
     check_recorded("light of a world", LIGHT_VERSION, rel=RECORDED_REL, **found)
 
@@ -68,6 +68,6 @@ def test_kept_light_of_a_robot_is_what_would_be_found_today(black_ball, aqua2_li
     found = {
         "ambient": ambient,
         "in_the_water": np.array(water_shade(robot, pose, begins, aqua2_light)),
-        "on_the_world": np.array(world_shade(robot, pose, aqua2_light)["values"]),
+        "on_the_world": np.array(world_shade(robot, pose, aqua2_light).values),
     }
     check_recorded("light of a robot", LIGHT_VERSION, rel=RECORDED_REL, **found)

@@ -1,14 +1,19 @@
 """Light past what stands around, and shadows: closed forms of the parts that a frame's kernel is lit by."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from optics.kernels.backend import Array3f32, Float32
+from optics.kernels.backend import Array3f32, Float32, UInt32
 from optics.kernels.packing import AT_ONCE, Packing, rows_of
 from optics.kernels.ray_scene import mesh_scene
 from scenes.kernels.ambient_cube import ROW, SIDES, changed_irradiance
-from scenes.kernels.sun_map import reached_by_sun, sun_map, sunlit_way
+from scenes.kernels.grid import GridTable
+from scenes.kernels.sun_map import reached_by_sun, sun_map, sunlit_share
+from scenes.light.sea import SeaState
 from scenes.stage.clearance import Clearance
+from scenes.stage.records import NO_BALL, WORLD, Pose, StateRecord
 from scenes.surfaces.surface import surface
 from scenes.worlds import world_named
 from scenes.worlds.world import world_of
@@ -41,7 +46,7 @@ def test_a_surface_does_not_shade_itself(roof_over_floor):
 
 def test_half_of_a_way_out_from_under_the_roof_is_sunlit(roof_over_floor):
     """From its middle 2 m to the side, without attenuation: 1 m in the shadow, 1 m in the light."""
-    share = sunlit_way(roof_over_floor, Array3f32(0, 0, -1), Array3f32(1, 0, 0), Float32(2.0), Float32(0.0))
+    share = sunlit_share(roof_over_floor, Array3f32(0, 0, -1), Array3f32(1, 0, 0), Float32(2.0), Float32(0.0))
     assert share[0] == pytest.approx(0.5)
 
 
@@ -89,12 +94,7 @@ def test_ambient_cube_is_exact_for_a_linear_change():
     height = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)[:, 2]
     values = np.zeros((len(height), len(SIDES), 3))
     values[:, 2] = height[:, np.newaxis] * [1.0, 2.0, 3.0]  # upward-facing planes alone
-    volume = {
-        "values": rows_of(values.reshape(-1, 3), ROW),
-        "corner": [Float32(0)] * 3,
-        "inverse_step": [Float32(1)] * 3,
-        "count": [Float32(n) for n in counts],
-    }
+    volume = GridTable.of(axes, rows_of(values.reshape(-1, 3), ROW))
     point = Array3f32(0.25, 0.75, 1.4)
     tilted = Array3f32(0.6, 0, 0.8)
     np.testing.assert_allclose(
@@ -108,4 +108,22 @@ def test_other_numbers_than_a_packing_knows_are_refused():
     packing = Packing.of({"a": [1.0, 2.0], "b": 3.0})
     assert packing.width == AT_ONCE
     with pytest.raises(ValueError, match="expected numbers"):
-        packing.rows({"a": [1.0], "b": 3.0})
+        packing.records({"a": [1.0], "b": 3.0})
+
+
+def test_packed_numbers_come_back_in_their_shapes():
+    """A batch of two records: scalars, nested arrays and dataclasses in dicts, and what is None stays so."""
+    matrices = np.arange(24, dtype=float).reshape(2, 3, 4)
+    sea = SeaState(wave_turns=np.array([[1.0, 2.0], [3.0, 4.0]]), flicker_time_s=np.array([5.0, 6.0]))
+    ball = replace(NO_BALL, centre=np.zeros((2, 3)), radius=np.ones(2), material=np.zeros(2), instance=np.zeros(2))
+    poses = {WORLD: Pose(rotation=matrices[..., :3], translation=matrices[..., 3])}
+    batch = StateRecord(
+        poses=poses, mirrors={}, towards_sun=np.ones((2, 3)), clearance_m=np.zeros(2), ball=ball, sea=sea
+    )
+    packing = Packing.of(batch, batched=True)
+    second = packing.unpack(packing.upload(batch, 2), UInt32(1))
+    assert np.ravel(second.world.rotation).tolist() == matrices[1, :, :3].ravel().tolist()
+    assert (np.ravel(second.sea.wave_turns).tolist(), second.sea.flicker_time_s[0]) == ([3, 4], 6)
+    still = Packing.of(replace(batch, sea=None), batched=True)
+    assert still != packing
+    assert still.unpack(still.upload(replace(batch, sea=None), 2), UInt32(0)).sea is None

@@ -9,8 +9,10 @@ from optics.kernels.backend import Array3f32, Float32, UInt32
 from optics.kernels.packing import halves_of
 from scenes.baking.robot_shadow_in_water import folded_begins, water_shade
 from scenes.baking.sample_directions import Looks, scattered_density, scattered_directions
-from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, node_directions, veil
+from scenes.kernels.direction_grid import node_directions
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, veil
 from scenes.light.light import without_forward_peak
+from scenes.stage.records import MirrorPlate
 
 DEPTH_M, RADIUS_M, BELOW_M = 5.0, 0.3, 0.6
 
@@ -80,9 +82,9 @@ def test_a_black_ball_keeps_what_a_direct_integral_says(light, shares):
             scattered = light.optics.scattering[k] * (phase(light, k, looks @ way) * seen).mean() * solid_angle
             total += weight[k] * scattered * length / len(steps)
     # The ball stands before the sun, 22 degrees from the zenith, in front of all these points.
-    numbers = light.numbers(DEPTH_M)
+    uniforms = light.uniforms(DEPTH_M)
     for k in wavelengths:
-        beam = field.sun_irradiance[k] * np.exp(-numbers["k_sun"][k] * (DEPTH_M + BELOW_M))
+        beam = field.sun_irradiance[k] * np.exp(-uniforms.sun_attenuation[k] * (DEPTH_M + BELOW_M))
         total += weight[k] * light.optics.scattering[k] * phase(light, k, way @ sun) * beam * length
     level = sum(weight[k] * tables[k]([[DEPTH_M + BELOW_M, 0.0, np.pi / 2]])[0] for k in wavelengths)
     assert shares[0, row, column, 1, 1] == pytest.approx(total / level, rel=0.1)
@@ -90,7 +92,7 @@ def test_a_black_ball_keeps_what_a_direct_integral_says(light, shares):
 
 def phase(light, k, cosine):
     f = light.optics.molecular_fraction[k]
-    ratio = light.numbers(DEPTH_M)["molecular_anisotropy"]
+    ratio = light.uniforms(DEPTH_M).molecular_anisotropy
     molecules = 3 * (1 + ratio * cosine**2) / (4 * np.pi * (3 + ratio))
     # What is scattered by next to nothing counts with the light it comes from.
     share = float(np.mean(light.field.forward_fraction / (1 - light.optics.molecular_fraction)))
@@ -99,11 +101,11 @@ def phase(light, k, cosine):
 
 def once_scattered(light, k, looks, depth):
     """Sun scattered once, by the source function integrated up to the surface; for looks that rise."""
-    numbers = light.numbers(depth)
-    x = numbers["c"][k] - numbers["k_sun"][k] * looks[..., 2]
+    uniforms = light.uniforms(depth)
+    x = uniforms.beam_attenuation[k] - uniforms.sun_attenuation[k] * looks[..., 2]
     reach = depth / looks[..., 2]
     source = light.optics.scattering[k] * light.field.sun_irradiance[k] * phase(light, k, looks @ light.towards_sun)
-    return source * np.exp(-numbers["k_sun"][k] * depth) * -np.expm1(-x * reach) / x
+    return source * np.exp(-uniforms.sun_attenuation[k] * depth) * -np.expm1(-x * reach) / x
 
 
 def sky(light, k, looks):
@@ -117,7 +119,7 @@ def sky(light, k, looks):
         + ((looks[..., 2] - n * outside) / (looks[..., 2] + n * outside)) ** 2
     ) / 2
     radiance = light.daylight.sky_radiance(outside.ravel())[k].reshape(outside.shape)
-    way = np.exp(-light.numbers(DEPTH_M)["c"][k] * (DEPTH_M + BELOW_M) / looks[..., 2])
+    way = np.exp(-light.uniforms(DEPTH_M).beam_attenuation[k] * (DEPTH_M + BELOW_M) / looks[..., 2])
     return np.where(inside, n**2 * (1 - reflected) * radiance * way, 0)
 
 
@@ -148,7 +150,8 @@ def test_folded_lines_begin_where_the_mirror_is_met():
     if normal[0] > 0:
         across, normal = -across, -normal
     centre = np.array([0.1, 0.0, 0.0])
-    begins = folded_begins(np.zeros(3), np.concatenate([centre, across, along, half]))
+    mirror = MirrorPlate(centre=centre, x=across, y=along, half_width=half[0], half_height=half[1])
+    begins = folded_begins(np.zeros(3), mirror)
     places = (begins - centre) @ np.column_stack([across, along, normal])
     assert np.abs(places[:, 2]).max() < 1e-12
     assert (np.abs(places[:, :2]) <= half + 1e-12).all()

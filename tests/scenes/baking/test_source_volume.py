@@ -6,7 +6,8 @@ from scipy.interpolate import RegularGridInterpolator
 
 from optics.water.pure_water import molecular_phase
 from scenes.baking.source_volume import lit_world, looks, shares_of_looks
-from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW, node_directions
+from scenes.kernels.direction_grid import node_directions
+from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
 from scenes.light.materials import Material
 from scenes.stage.frame import Label
 from scenes.stage.group_mesh import GroupMesh
@@ -38,10 +39,10 @@ def floor(colour, cells=8):
 
 def source_at(volume, *, height):
     """Source above the floor's middle, shape (directions, 3), at the layer of the grid nearest to a height."""
-    count = [int(n[0]) for n in volume["count"]]
-    corner, step = float(volume["corner"][2][0]), 1 / float(volume["inverse_step"][2][0])
+    count = [int(n[0]) for n in volume.count]
+    corner, step = float(volume.corner[2][0]), 1 / float(volume.inverse_step[2][0])
     layer = round((height - FLOOR_M - corner) / step)
-    values = np.array(volume["values"]).reshape(*count, SOURCE_ELEVATIONS * SOURCE_AZIMUTHS, SOURCE_ROW)
+    values = np.array(volume.values).reshape(*count, SOURCE_ELEVATIONS * SOURCE_AZIMUTHS, SOURCE_ROW)
     return values[count[0] // 2, count[1] // 2, layer, :, :3], -(corner + layer * step)
 
 
@@ -92,15 +93,15 @@ def upwelling(light, depth, ways):
     mu = np.minimum(ways[..., 2], -1e-9)
     level = np.maximum(np.linalg.norm(ways[..., :2], axis=-1), 1e-9)
     axes = (light.field.depth_m, light.field.cosine, light.field.azimuth_rad)
-    weight, sun, numbers = light.bands.weight[1], light.towards_sun, light.numbers(depth)
+    weight, sun, uniforms = light.bands.weight[1], light.towards_sun, light.uniforms(depth)
     from_sun = np.arccos(np.clip(ways[..., :2] @ sun[:2] / level / np.hypot(*sun[:2]), -1, 1))
     radiance = np.zeros_like(mu)
     for k in np.flatnonzero(weight):
         multiple = RegularGridInterpolator(axes, light.field.multiple[k])
-        x = numbers["c"][k] - numbers["k_sun"][k] * mu
+        x = uniforms.beam_attenuation[k] - uniforms.sun_attenuation[k] * mu
         angle = np.arccos(np.clip(ways @ sun, -1, 1))
         scattered = light.optics.scattering[k] * light.phase_without_peak(angle, light.optics.molecular_fraction[k])
-        once = scattered * light.field.sun_irradiance[k] * np.exp(-numbers["k_sun"][k] * depth) / x
+        once = scattered * light.field.sun_irradiance[k] * np.exp(-uniforms.sun_attenuation[k] * depth) / x
         radiance += weight[k] * (multiple(np.stack([np.full_like(mu, depth), mu, from_sun], axis=-1)) + once)
     return np.where(ways[..., 2] < 0, radiance, 0)
 

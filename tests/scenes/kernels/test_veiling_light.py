@@ -1,12 +1,15 @@
 """The veil's table and its drawn estimate, against sources whose integral along a line is closed form."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from optics.kernels.backend import Array3f32, Float32, UInt32
-from optics.kernels.packing import rows_of, vectors
-from scenes.kernels.grid import grid_numbers
+from optics.kernels.packing import on_device, rows_of, vectors
+from scenes.kernels.direction_grid import node_directions
+from scenes.kernels.grid import GridTable
 from scenes.kernels.veiling_light import (
     AZIMUTHS,
     ELEVATIONS,
@@ -16,10 +19,10 @@ from scenes.kernels.veiling_light import (
     SOURCE_ROW,
     drawn_veil,
     lengths_m,
-    node_directions,
     veil,
     veil_table,
 )
+from scenes.stage.records import Pose
 
 ATTENUATION = np.array([0.5, 0.2, 0.3])
 EYES_M = np.array([[0.3, 0.1, 0.0], [0.0, 0.0, -0.2]])
@@ -33,16 +36,17 @@ def geometry(source):
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 1, 3)
     values = source(points, node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS)[np.newaxis])
     rows = np.repeat(values.reshape(-1, 1), 3, axis=1)
-    return {"source": {"values": rows_of(rows, SOURCE_ROW), **grid_numbers(axes)}, "eyes": vectors(EYES_M)}
+    return SimpleNamespace(
+        source=GridTable.of(axes, rows_of(rows, SOURCE_ROW)), shadow_in_water=None, eyes=vectors(EYES_M)
+    )
 
 
 def light():
-    return {"channel_c": [Float32(float(c)) for c in ATTENUATION]}
+    return SimpleNamespace(channel_attenuation=[Float32(float(c)) for c in ATTENUATION])
 
 
 def pose(_):
-    numbers = np.concatenate([TURNED.as_matrix().ravel(), SHIFT_M])
-    return [Float32(float(x)) for x in numbers]
+    return on_device(Pose(rotation=TURNED.as_matrix(), translation=SHIFT_M))
 
 
 def seen(source, eye, direction, length):
@@ -77,22 +81,23 @@ def test_a_source_is_found_where_and_along_which_way_it_is():
     np.testing.assert_allclose(found, expected, rtol=0.02)
 
 
-def test_what_the_robot_keeps_is_a_share_of_open_water():
-    """Without a world the table holds minus the kept share times open water's radiance, which is one here."""
-    kept = np.random.default_rng(0).uniform(size=(ELEVATIONS * AZIMUTHS * PIECES, 8)) * [1, 1, 1, 0, 1, 1, 1, 0]
-    numbers = light() | {name: [Float32(0.0)] for name in ("reference_depth",)}
-    numbers |= {"sun_azimuth": [Float32(1.0), Float32(0.0)], "table_decay": [Float32(0.0)] * 3}
+def test_what_the_robot_hides_is_a_share_of_open_water():
+    """Without a world the table holds minus the hidden share times open water's radiance, which is one here."""
+    hidden = np.random.default_rng(0).uniform(size=(ELEVATIONS * AZIMUTHS * PIECES, 8)) * [1, 1, 1, 0, 1, 1, 1, 0]
+    level = SimpleNamespace(
+        reference_depth_m=Float32(0.0), sun_azimuth=[Float32(1.0), Float32(0.0)], table_decay=[Float32(0.0)] * 3
+    )
     layer = Float32(np.ones(65 * 25 * 8, dtype=np.float32))
-    only_robot = {"water": rows_of(kept, 8), "eyes": vectors(EYES_M[:1])}
-    table = veil_table(numbers, pose, only_robot, layer, eyes=1, states=1)
-    np.testing.assert_allclose(np.array(table), -kept.ravel(), atol=1e-6)
+    only_robot = SimpleNamespace(source=None, shadow_in_water=rows_of(hidden, 8), eyes=vectors(EYES_M[:1]))
+    table = veil_table(level, pose, only_robot, layer, eyes=1, states=1)
+    np.testing.assert_allclose(np.array(table), -hidden.ravel(), atol=1e-6)
 
 
 def test_drawn_veil_has_the_integral_for_its_mean():
     """100 000 draws of a source that changes with place and direction; the channels' mean within 1 %."""
     count, length = 100_000, 3.0
     begin, direction = np.array([0.3, 0.2, -5.0]), np.array([0.6, 0.64, -0.48])
-    volume = geometry(lambda points, ways: 2 + ways[..., 2] + points[..., 0] / 4)["source"]
+    volume = geometry(lambda points, ways: 2 + ways[..., 2] + points[..., 0] / 4).source
     origin, way = (Array3f32(*(Float32(float(x)) for x in each)) for each in (begin, direction))
     seed = UInt32(np.arange(count, dtype=np.uint32))
     drawn = drawn_veil(volume, light(), seed, origin, way, Float32(length))

@@ -8,11 +8,11 @@ import pytest
 from optics.kernels.backend import Array3f32, Float32, UInt32
 from scenes.kernels.paths import _behind_what_is_seen, _end_radius
 from scenes.kernels.tracing import Primitive
-from scenes.stage.group_mesh import WORLD
+from scenes.stage.records import WORLD
 
 RADIUS_M = 0.1
 HALF_WIDTH_M, HALF_HEIGHT_M = 0.2, 0.1
-MIRROR = [Float32(0)] * 9 + [Float32(HALF_WIDTH_M), Float32(HALF_HEIGHT_M)]
+MIRROR = SimpleNamespace(half_width=Float32(HALF_WIDTH_M), half_height=Float32(HALF_HEIGHT_M))
 MIRROR_RADIUS_M = (HALF_WIDTH_M * HALF_HEIGHT_M) ** 0.5
 SUN = np.array([0.0, np.sin(0.4), np.cos(0.4)])
 
@@ -23,9 +23,9 @@ def share(angle_deg, length_m, primitive):
     angle = np.radians(angle_deg)
     way = np.cos(angle) * SUN + np.sin(angle) * across
     inputs = SimpleNamespace(
-        light={"refracted_sun": [float(x) for x in SUN]},
-        geometry={"groups": {WORLD: None}},
-        state={"ball": [0.0, 0.0, 0.0, RADIUS_M], "M1": MIRROR},
+        light=SimpleNamespace(refracted_sun=[float(x) for x in SUN]),
+        geometry=SimpleNamespace(groups={WORLD: None}),
+        state=SimpleNamespace(ball=SimpleNamespace(radius=RADIUS_M), mirrors={"M1": MIRROR}),
     )
     hit = SimpleNamespace(primitive=UInt32(int(primitive)), distance=Float32(length_m))
     radius, _ = _end_radius(inputs, hit)

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 
 from optics.kernels.backend import Array3f32, Float32
+from optics.kernels.packing import on_device
 from optics.kernels.tables import read_table
 from scenes.light.flicker import (
     LARGEST_VARIATION,
     MEAN_INDEPENDENT_WAVES,
     MODE_COUNT,
     WAVES_PER_SET,
+    FlickerUniforms,
     depth_nodes,
     flicker,
     flicker_modes,
-    flicker_numbers,
     flicker_pattern,
     irradiance_variation,
     pattern_size_per_depth,
@@ -42,11 +43,10 @@ def sun_own_variation():
 def factors_at(points, depth, *, variation=None, time_s=0.0, seed=0):
     variation = sun_own_variation() if variation is None else variation
     table, mix = flicker_modes(variation)
-    numbers = flicker_numbers(flicker_pattern(WIND, TOWARDS_SUN, 1.34, seed), mix)
-    inputs = {name: [Float32(float(value)) for value in np.ravel(values)] for name, values in numbers.items()}
-    inputs["flicker_time_s"] = [Float32(np.asarray(time_s, dtype=np.float32))]
+    pattern = on_device(FlickerUniforms.of(flicker_pattern(WIND, TOWARDS_SUN, 1.34, seed), mix))
+    time = Float32(np.asarray(time_s, dtype=np.float32))
     columns = (Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in np.transpose(points))
-    factors = flicker(inputs, table, Array3f32(*columns), Float32(np.full(len(points), depth, dtype=np.float32)))
+    factors = flicker(pattern, time, table, Array3f32(*columns), Float32(np.full(len(points), depth, dtype=np.float32)))
     return np.array([factor.numpy() for factor in factors], dtype=np.float64)
 
 

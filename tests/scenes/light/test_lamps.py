@@ -1,5 +1,6 @@
 """Lamps: their light by inverse square and flux, their backscatter by adaptive quadrature along the line of sight."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,14 +8,15 @@ import pytest
 from scipy.integrate import quad
 
 from optics.kernels.backend import Array3f32, Float32, dr
+from optics.kernels.packing import on_device
 from rigs.lamps import Lamp
 from scenes.light.lamps import (
     VISIBLE_NM,
+    LampUniforms,
     beam_exponent,
     colour_temperature,
     lamp_backscatter,
     lamp_irradiance,
-    lamp_numbers,
     lamp_spectrum,
     towards_lamps,
 )
@@ -32,8 +34,7 @@ def make_lamp(position_m=(0.0, 0.0, 0.0), direction=(1.0, 0.0, 0.0), angle_deg=1
 
 
 def inputs(lamps):
-    numbers = lamp_numbers(lamps, WAVELENGTH)
-    return {name: [Float32(float(value)) for value in np.ravel(values)] for name, values in numbers.items()}
+    return on_device(LampUniforms.of(lamps, WAVELENGTH))
 
 
 def vectors(array):
@@ -65,7 +66,7 @@ def backscatter_by_quadrature(lamp, origin, direction, length, band):
     """Single scattering by adaptive quadrature over the distance along the line of sight, in float64."""
     position = np.array(lamp.position_mm) / 1000
     axis = np.array(lamp.direction) / np.linalg.norm(lamp.direction)
-    intensity, m = lamp_numbers([lamp], WAVELENGTH)["lamp_intensity"][0, band], beam_exponent(lamp.angle_deg)
+    intensity, m = LampUniforms.of([lamp], WAVELENGTH).intensity[0, band], beam_exponent(lamp.angle_deg)
 
     def integrand(s):
         offset = origin + s * direction - position
@@ -86,7 +87,7 @@ def test_light_falls_with_the_square_the_cosine_and_the_water():
     lamp = make_lamp(position_m=(0.3, 0.1, 0.0))
     point, normal = np.array([2.3, 0.1, 0.0]), np.array([-0.6, 0.0, 0.8])
     seen = lamp_irradiance(inputs([lamp]), vectors(point), vectors(normal), numbers32(ATTENUATION))
-    intensity = lamp_numbers([lamp], WAVELENGTH)["lamp_intensity"][0]
+    intensity = LampUniforms.of([lamp], WAVELENGTH).intensity[0]
     expected = intensity * 0.6 / 2.0**2 * np.exp(-ATTENUATION * 2.0)
     np.testing.assert_allclose([s[0] for s in seen], expected, rtol=SINGLE_PRECISION)
     (direction, distance), *_ = towards_lamps(inputs([lamp]), vectors(point))
@@ -196,14 +197,14 @@ def test_backscatter_of_an_isotropic_lamp_abreast_in_clear_water():
     """
     h, lamp = 0.2, make_lamp(position_m=(0.0, 0.2, 0.0), angle_deg=170.0)
     seen = lamp_backscatter(
-        inputs([lamp]) | {"lamp_exponent": [Float32(0)], "lamp_edge": [Float32(0)]},
+        replace(inputs([lamp]), exponent=[Float32(0)], edge=[Float32(0)]),
         vectors([0, 0, 0]),
         vectors([1.0, 0, 0]),
         Float32(np.inf),
         attenuation=numbers32([0.0] * 3),
         volume_scattering=lambda angle: [0.1 / (4 * np.pi) + 0 * angle] * 3,
     )
-    intensity = lamp_numbers([lamp], WAVELENGTH)["lamp_intensity"][0]
+    intensity = LampUniforms.of([lamp], WAVELENGTH).intensity[0]
     np.testing.assert_allclose(np.ravel(seen), intensity * 0.1 / (4 * np.pi) * np.pi / (2 * h), rtol=SINGLE_PRECISION)
 
 

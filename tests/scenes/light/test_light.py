@@ -1,11 +1,13 @@
 """Light in the kernels: what they add to a line of sight must be what the radiance field says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import interpn
 
-from optics.kernels.backend import Array3f32, Bool, Float32, UInt32
-from optics.kernels.packing import Packing
+from optics.kernels.backend import Array3f32, Bool, Float32
+from optics.kernels.packing import on_device
 from optics.kernels.refraction import conductor_reflectance
 from optics.water.materials import aluminium_index
 from optics.water.radiative_transfer.column import multiple_radiance, once_radiance, solve_columns
@@ -41,11 +43,9 @@ def light():
 
 @pytest.fixture(scope="module")
 def kernel(light):
-    """Unpacked numbers for a robot at DEPTH, and the tables."""
-    numbers = light.numbers(DEPTH)
-    packing = Packing.of(numbers)
-    unpacked, tables = packing.unpack(packing.upload(numbers), UInt32(0)), light.tables()
-    return unpacked, tables | {"field_layer": layer(unpacked, tables["field"], Float32(DEPTH))}
+    """Uniforms for a robot at DEPTH, and the tables."""
+    uniforms, tables = on_device(light.uniforms(DEPTH)), light.tables()
+    return uniforms, replace(tables, field_layer=layer(uniforms, tables.field, Float32(DEPTH)))
 
 
 @pytest.fixture(scope="module")
@@ -72,10 +72,10 @@ def piece(direction, depth, length, *, end_radius=0.0, veil=0.0):
 
 
 def seen(kernel, direction, depth, length):
-    numbers, tables = kernel
-    ones = [Float32(1) for _ in numbers["c"]]
+    uniforms, tables = kernel
+    ones = [Float32(1) for _ in uniforms.beam_attenuation]
     segment = piece(direction, depth, length)
-    added, left = scattered_in(numbers, tables, ones, segment)
+    added, left = scattered_in(uniforms, tables, ones, segment)
     return np.array([channel[0] for channel in added]), np.array([value[0] for value in left])
 
 
@@ -122,10 +122,10 @@ def test_two_segments_are_one(kernel):
     direction, depth = (0.48, 0.6, -0.64), 6.0
     whole, left_whole = seen(kernel, direction, depth, 5.0)
     near, left_near = seen(kernel, direction, depth, 2.0)
-    numbers, tables = kernel
+    uniforms, tables = kernel
     throughput = [Float32(float(t)) for t in left_near]
     segment = piece(direction, depth + 0.64 * 2, 3.0)
-    added, left = scattered_in(numbers, tables, throughput, segment)
+    added, left = scattered_in(uniforms, tables, throughput, segment)
     # The cut's own term is divided among wavelengths once with 2 m of water before it and once without.
     np.testing.assert_allclose(near + [a[0] for a in added], whole, rtol=1e-4)
     np.testing.assert_allclose([t[0] for t in left], left_whole, rtol=SINGLE_PRECISION)
@@ -134,10 +134,10 @@ def test_two_segments_are_one(kernel):
 @pytest.mark.parametrize("length", [0.3, 2.0])
 def test_a_veil_is_added_and_dimmed_no_more(kernel, length):
     """The veil of a segment is what arrives at its near end: it is added as it is, weight by weight of the channel."""
-    numbers, tables = kernel
-    ones = [Float32(1) for _ in numbers["c"]]
+    uniforms, tables = kernel
+    ones = [Float32(1) for _ in uniforms.beam_attenuation]
     without, with_veil = (
-        scattered_in(numbers, tables, ones, piece((0.6, 0.0, -0.8), DEPTH, length, veil=each)) for each in (0.0, 0.01)
+        scattered_in(uniforms, tables, ones, piece((0.6, 0.0, -0.8), DEPTH, length, veil=each)) for each in (0.0, 0.01)
     )
     more = [b[0] - a[0] for a, b in zip(without[0], with_veil[0], strict=True)]
     np.testing.assert_allclose(more, 0.01, rtol=1e-3)
@@ -152,12 +152,12 @@ def test_a_thing_as_bright_as_open_water_is_not_seen(light, kernel, length):
     other of what is scattered all along, and the sun's part of open water is not hidden: they agree within 5 % of the
     light, looking level across the sun.
     """
-    numbers, tables = kernel
+    uniforms, tables = kernel
     direction = DIRECTIONS["level, across the sun"]
-    ones = [Float32(1) for _ in numbers["c"]]
-    hidden = scattered_in(numbers, tables, ones, piece(direction, DEPTH, length, end_radius=0.1))
-    plain = scattered_in(numbers, tables, ones, piece(direction, DEPTH, length))
-    far = scattered_in(numbers, tables, ones, piece(direction, DEPTH, np.inf))[0]
+    ones = [Float32(1) for _ in uniforms.beam_attenuation]
+    hidden = scattered_in(uniforms, tables, ones, piece(direction, DEPTH, length, end_radius=0.1))
+    plain = scattered_in(uniforms, tables, ones, piece(direction, DEPTH, length))
+    far = scattered_in(uniforms, tables, ones, piece(direction, DEPTH, np.inf))[0]
     water = np.array([f[0] for f in far])
     seen = []
     for added, left in (hidden, plain):
@@ -170,8 +170,8 @@ def test_a_thing_as_bright_as_open_water_is_not_seen(light, kernel, length):
 @pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-0.6, 0.0, 0.8)])
 def test_ambient_irradiance_is_the_fields(light, kernel, normal):
     """Against the field's own table, interpolated at the direction: nodes differ, the light may not (2 %)."""
-    numbers, tables = kernel
-    found = ambient_irradiance(numbers, tables["ambient"], Array3f32(*map(float, normal)), Float32(DEPTH))
+    uniforms, tables = kernel
+    found = ambient_irradiance(uniforms, tables.ambient, Array3f32(*map(float, normal)), Float32(DEPTH))
     field = light.field
     across = np.arctan2(normal[1], normal[0]) - np.radians(light.daylight.sun.azimuth_deg)
     azimuth = np.abs((across + np.pi) % (2 * np.pi) - np.pi)
@@ -184,38 +184,38 @@ def test_ambient_irradiance_is_the_fields(light, kernel, normal):
 
 def test_sea_surface_passes_light_only_within_snells_window(light, kernel):
     """From below, sin(critical) = 1/n; radiance of the passed sky is the sky's times n^2 T."""
-    numbers, tables = kernel
-    ones = [Float32(1) for _ in numbers["c"]]
+    uniforms, tables = kernel
+    ones = [Float32(1) for _ in uniforms.beam_attenuation]
     critical = np.arcsin(1 / light.n_water)
     for angle, open_ in ((critical - 0.01, True), (critical + 0.01, False)):
         direction = Array3f32(float(np.sin(angle)), 0.0, float(np.cos(angle)))
-        sky, reflected, passes = seen_through_surface(numbers, tables["sky"], ones, direction, Array3f32(0, 0, 1))
+        sky, reflected, passes = seen_through_surface(uniforms, tables.sky, ones, direction, Array3f32(0, 0, 1))
         assert bool(passes[0]) is open_
         assert (sky[0][0] > 0) is open_
         assert (reflected[0][0] < 1) is open_
     straight_up = Array3f32(0, 0, 1)
-    sky, reflected, _ = seen_through_surface(numbers, tables["sky"], ones, straight_up, straight_up)
+    sky, reflected, _ = seen_through_surface(uniforms, tables.sky, ones, straight_up, straight_up)
     transmittance = 4 * light.n_water / (1 + light.n_water) ** 2
     zenith = light.daylight.sky_radiance([1.0])[:, 0]
     np.testing.assert_allclose([s[0] for s in sky], transmittance * light.n_water**2 * zenith, rtol=SINGLE_PRECISION)
-    assert reflected[3][0] == pytest.approx(1 - transmittance, rel=1e-4)  # a small difference of large numbers
+    assert reflected[3][0] == pytest.approx(1 - transmittance, rel=1e-4)  # a small difference of large uniforms
 
 
 def test_mirrors_reflect_as_fresnel_says(light, kernel):
     """Polynomials against the formula they were fitted to: 0.0012 below 84 degrees of incidence."""
-    numbers, _ = kernel
+    uniforms, _ = kernel
     n, k = aluminium_index(light.bands.wavelength_nm)
     for angle in (0, 30, 45, 60, 75, 84):
         cosine = Float32(np.cos(np.radians(angle)))
-        found = mirror_throughput(numbers, [Float32(1) for _ in n], cosine)
+        found = mirror_throughput(uniforms, [Float32(1) for _ in n], cosine)
         exact = [conductor_reflectance(cosine, float(a), float(b), light.n_water)[0] for a, b in zip(n, k, strict=True)]
         np.testing.assert_allclose([f[0] for f in found], exact, atol=0.0012)
 
 
 def test_channels_are_weighted_sums_of_their_own_wavelengths(light, kernel):
-    numbers, _ = kernel
+    uniforms, _ = kernel
     spectrum = np.linspace(1.0, 3.0, len(light.bands.wavelength_nm))
-    found = channels(numbers, [Float32(value) for value in spectrum])
+    found = channels(uniforms, [Float32(value) for value in spectrum])
     np.testing.assert_allclose([f[0] for f in found], light.bands.weight @ spectrum, rtol=SINGLE_PRECISION)
 
 

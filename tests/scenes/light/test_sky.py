@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from optics.kernels.backend import Float32
-from scenes.light.sky import Daylight, clear_sky, clear_sky_irradiance, overcast_sky, sky_numbers, sky_seen, sky_table
+from scenes.light.sky import Daylight, clear_sky, clear_sky_irradiance, overcast_sky, sky_seen, sky_table
 from scenes.light.spectrum import sun_irradiance
 from scenes.light.sun import Sun
 
@@ -81,7 +81,7 @@ def test_cloud_is_a_share(cloud):
 def test_kernel_looks_up_the_same_sky(cloud):
     daylight = Daylight(wavelength_nm=WAVELENGTH, sun=Sun(elevation_deg=40.0), cloud=cloud)
     cosine = np.linspace(0.0, 1.0, 317)
-    numbers = {name: [Float32(float(v)) for v in values] for name, values in sky_numbers(daylight).items()}
-    seen = sky_seen(numbers, sky_table(daylight), Float32(cosine.astype(np.float32)))
+    irradiance = [Float32(float(v)) for v in daylight.sky_irradiance]
+    seen = sky_seen(irradiance, sky_table(daylight), Float32(cosine.astype(np.float32)))
     # 1023 cells, linear in between; largest at the ring of the sun's height.
     np.testing.assert_allclose([s.numpy() for s in seen], daylight.sky_radiance(cosine), rtol=1e-3)

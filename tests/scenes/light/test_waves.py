@@ -6,18 +6,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from optics.kernels.backend import Array3f32, Float32, Float64
+from optics.kernels.packing import on_device
 from optics.kernels.refraction import dielectric_transmittance
 from scenes.light.sky import Daylight
 from scenes.light.sun import SUN_RADIUS_RAD, Sun
 from scenes.light.waves import (
+    SunUniforms,
+    WaveUniforms,
     Wind,
     cosine_of_turns,
     sea_waves,
     slope_variance,
-    sun_numbers,
     sun_seen,
     surface_normal,
-    wave_numbers,
     wave_turns,
 )
 
@@ -26,12 +27,8 @@ SINGLE_PRECISION = 1e-5
 WAVELENGTH = np.array([450.0, 550.0, 650.0])
 
 
-def inputs(numbers):
-    return {name: [Float32(float(value)) for value in np.ravel(values)] for name, values in numbers.items()}
-
-
 def surface_inputs(waves, time_s=0.0):
-    return inputs(wave_numbers(waves) | {"wave_turns": wave_turns(waves, np.array([time_s]))})
+    return on_device(WaveUniforms.of(waves)), [Float32(turns) for (turns,) in wave_turns(waves, np.array([time_s])).T]
 
 
 def vectors(array):
@@ -80,7 +77,7 @@ def test_normals_have_the_resolved_variance():
     waves = sea_waves(Wind(speed_m_per_s=6.0, azimuth_deg=30.0), seed=3)
     # A square of 4 km: a hundred of the longest waves, so that their phases are evenly met.
     x, y = np.random.default_rng(0).uniform(-2000, 2000, (2, 400_000))
-    normal = surface_normal(surface_inputs(waves), Float32(x.astype(np.float32)), Float32(y.astype(np.float32)))
+    normal = surface_normal(*surface_inputs(waves), Float32(x.astype(np.float32)), Float32(y.astype(np.float32)))
     nx, ny, nz = (np.array(component, dtype=np.float64) for component in normal)
     np.testing.assert_allclose(nx**2 + ny**2 + nz**2, 1, atol=SINGLE_PRECISION)
     covariance = np.cov(nx / nz, ny / nz)
@@ -100,13 +97,13 @@ def test_normal_is_that_of_the_height():
 
     x, y, h = 1.7, -0.4, 1e-4
     slope = [(height(x + h, y) - height(x - h, y)) / (2 * h), (height(x, y + h) - height(x, y - h)) / (2 * h)]
-    normal = surface_normal(surface_inputs(waves, time), Float32(x), Float32(y))
+    normal = surface_normal(*surface_inputs(waves, time), Float32(x), Float32(y))
     # Float32 phases of waves of up to 10 turns per metre: 1e-5 of a slope of 0.1 each.
     np.testing.assert_allclose([normal.x[0] / normal.z[0], normal.y[0] / normal.z[0]], np.negative(slope), atol=2e-5)
 
 
 def test_no_wind_is_a_flat_sea():
-    normal = surface_normal(surface_inputs(sea_waves(Wind(speed_m_per_s=0.0))), Float32(3), Float32(4))
+    normal = surface_normal(*surface_inputs(sea_waves(Wind(speed_m_per_s=0.0))), Float32(3), Float32(4))
     assert [float(component[0]) for component in normal] == [0, 0, 1]
 
 
@@ -129,9 +126,9 @@ def transmittance(cosine_air):
 
 def sun_through(wind, sun, directions, normals=None):
     daylight = Daylight(wavelength_nm=WAVELENGTH, sun=sun)
-    numbers = inputs(sun_numbers(daylight, sea_waves(wind), INDEX))
+    uniforms = on_device(SunUniforms.of(daylight, sea_waves(wind), INDEX))
     normals = np.broadcast_to([0.0, 0.0, 1.0], directions.shape) if normals is None else normals
-    seen = sun_seen(numbers, vectors(directions), vectors(normals))
+    seen = sun_seen(uniforms, vectors(directions), vectors(normals))
     return np.array([s.numpy() for s in seen], dtype=np.float64), daylight
 
 

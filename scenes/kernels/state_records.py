@@ -1,8 +1,9 @@
-"""What kernels know of a state: poses of everything as seen from the body, the mirrors, the ball, the sun, the sea."""
+"""Records of states: poses of everything as seen from the body, the mirrors, the ball, the sun, the sea."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -14,20 +15,18 @@ from rigs import Rig
 from rigs.gaze import FlatMirror
 from scenes.kernels.tracing import Primitive
 from scenes.light.materials import Material
+from scenes.light.sea import SeaState
 from scenes.stage.clearance import Clearance
 from scenes.stage.frame import FARTHEST_M
-from scenes.stage.group_mesh import SNOW, TARGET, WORLD
+from scenes.stage.records import SNOW, TARGET, WORLD, BallRecord, MirrorPlate, Pose, StateRecord
 from scenes.stage.stage import Stage
 from scenes.stage.state import State
 from scenes.stage.targets import MeshShape
 from scenes.worlds.snow import snow_offset_m
 
-NumberRows = dict[str, FloatArray]
-"""Numbers by name; the first axis of each are the states."""
 
-
-class StateNumbers:
-    """Numbers of states of a rig on a stage, for the kernels.
+class StateRecords:
+    """Makes records of the states of a rig on a stage, for the kernels.
 
     All states are worked out together, as arrays, in double precision.
 
@@ -45,36 +44,44 @@ class StateNumbers:
         self._layout = Layout.from_rig(rig) if rig.gaze is not None else None
         self._clearance = Clearance(stage.world)
 
-    def of(self, states: Sequence[State]) -> NumberRows:
-        """Numbers of states; `ValueError` for joints outside their limits."""
+    def of(self, states: Sequence[State]) -> StateRecord:
+        """Batch of the records of states; `ValueError` for joints outside their limits."""
         world_from_body = np.array([self.body_pose(state).as_matrix() for state in states])
         body_from_world = _inverse(world_from_body)
         position = world_from_body[:, :3, 3]
-        numbers: NumberRows = {
-            WORLD: _packed_pose(world_from_body),
-            "towards_sun": body_from_world[:, :3, :3] @ self._stage.light.towards_sun,
-            "clearance_m": np.minimum(self._clearance.metres(position), FARTHEST_M),
-            "ball": np.zeros((len(states), 4)),
-            "ball_material": np.full(len(states), float(Material.TARGET)),
-            "ball_instance": np.full(len(states), float(self._target_instance)),
-        }
-        numbers |= self._target(states, world_from_body, body_from_world)
         time_s = np.array([state.time_s for state in states])
-        numbers |= self._stage.sea.moving_numbers(time_s)
-        if self._stage.snow is not None:
-            numbers[SNOW] = numbers[WORLD].copy()
-            numbers[SNOW][:, -3:] -= snow_offset_m(self._stage.snow, position, time_s)
         body_from = self.body_from(states)
-        moving = {group: _packed_pose(_inverse(pose)) for group, pose in body_from.items() if group != Group.FIXED}
-        return numbers | moving | self.mirrors(body_from)
+        poses = {WORLD: Pose.of(world_from_body)}
+        poses |= {group: Pose.of(_inverse(pose)) for group, pose in body_from.items() if group != Group.FIXED}
+        ball, target = self._target(states, world_from_body, body_from_world)
+        if target is not None:
+            poses[TARGET] = target
+        if self._stage.snow is not None:
+            shift = snow_offset_m(self._stage.snow, position, time_s)
+            poses[SNOW] = replace(poses[WORLD], translation=position - shift)
+        return StateRecord(
+            poses=poses,
+            mirrors=self.mirrors(body_from),
+            towards_sun=body_from_world[:, :3, :3] @ self._stage.light.towards_sun,
+            clearance_m=np.minimum(self._clearance.metres(position), FARTHEST_M),
+            ball=ball,
+            sea=self._stage.sea.state(time_s),
+        )
 
-    def still_between(self, numbers: NumberRows) -> NumberRows:
+    def still_between(self, records: StateRecord) -> StateRecord:
         """The same, with what has nothing between two states as it is in the middle one: phases wrap, flakes step."""
-        still = (*self._stage.sea.moving_numbers(np.zeros(1)), SNOW)
-        middle = {name: rows[len(rows) // 2] for name, rows in numbers.items() if name in still}
-        nearest = {"clearance_m": numbers["clearance_m"].min()}
-        kept = {name: np.broadcast_to(row, numbers[name].shape) for name, row in (middle | nearest).items()}
-        return numbers | kept
+
+        def still(values: FloatArray) -> FloatArray:
+            return np.broadcast_to(values[len(values) // 2], values.shape)
+
+        poses, sea = dict(records.poses), records.sea
+        if SNOW in poses:
+            snow = poses[SNOW]
+            poses[SNOW] = Pose(rotation=still(snow.rotation), translation=still(snow.translation))
+        if sea is not None:
+            sea = SeaState(wave_turns=still(sea.wave_turns), flicker_time_s=still(sea.flicker_time_s))
+        nearest = np.full_like(records.clearance_m, records.clearance_m.min())
+        return replace(records, poses=poses, sea=sea, clearance_m=nearest)
 
     def body_pose(self, state: State) -> RigidTransform:
         """Pose of the robot in the world."""
@@ -91,29 +98,38 @@ class StateNumbers:
         pan, tilt = self._layout.moving_frames(q1, q2)
         return fixed | {str(Group.PAN): pan, str(Group.TILT): tilt}
 
-    def mirrors(self, body_from: dict[str, FloatArray]) -> NumberRows:
-        """Packed mirrors, body frame, of poses from `body_from`."""
+    def mirrors(self, body_from: dict[str, FloatArray]) -> dict[str, MirrorPlate]:
+        """Batches of the mirrors, body frame, of poses from `body_from`."""
         gaze = self._rig.gaze
         if self._layout is None or gaze is None:
             return {}
         tilt = body_from[str(Group.TILT)]
         fold = np.broadcast_to(self._layout.body_from_m1.as_matrix(), tilt.shape)
         plates = {Primitive.M1.name: (fold, gaze.fold_mirror), Primitive.M2.name: (tilt, gaze.gaze_mirror)}
-        return {name: _packed_mirror(*plate) for name, plate in plates.items()}
+        return {name: _mirror_plate(*plate) for name, plate in plates.items()}
 
-    def _target(self, states: Sequence[State], world_from_body: FloatArray, body_from_world: FloatArray) -> NumberRows:
+    def _target(
+        self, states: Sequence[State], world_from_body: FloatArray, body_from_world: FloatArray
+    ) -> tuple[BallRecord, Pose | None]:
+        """The target as a ball, or its pose as triangles."""
         target = self._stage.target
+        ball = BallRecord(
+            centre=np.zeros((len(states), 3)),
+            radius=np.zeros(len(states)),
+            material=np.full(len(states), float(Material.TARGET)),
+            instance=np.full(len(states), float(self._target_instance)),
+        )
         if target is None:
-            return {}
+            return ball, None
         moved = [state.world_from_target for state in states]
         world_from_target = np.array(
             [(target.world_from_target if pose is None else pose).as_matrix() for pose in moved]
         )
         # Carried into the body frame here, in double precision.
         if isinstance(target.shape, MeshShape):
-            return {TARGET: _packed_pose(_inverse(world_from_target) @ world_from_body)}
+            return ball, Pose.of(_inverse(world_from_target) @ world_from_body)
         centre = (body_from_world @ world_from_target)[:, :3, 3]
-        return {"ball": np.column_stack([centre, np.full(len(states), target.shape.radius_m)])}
+        return replace(ball, centre=centre, radius=np.full(len(states), target.shape.radius_m)), None
 
 
 def _inverse(pose: FloatArray) -> FloatArray:
@@ -126,12 +142,11 @@ def _inverse(pose: FloatArray) -> FloatArray:
     return inverse
 
 
-def _packed_pose(pose: FloatArray) -> FloatArray:
-    """Rows of the rotation, then the translation: shape (n, 12)."""
-    return np.concatenate([pose[:, :3, :3].reshape(-1, 9), pose[:, :3, 3]], axis=1)
-
-
-def _packed_mirror(pose: FloatArray, plate: FlatMirror) -> FloatArray:
-    """Centre, x, y, half width, half height: shape (n, 11)."""
-    half = np.broadcast_to([plate.width_mm / 2000, plate.height_mm / 2000], (len(pose), 2))
-    return np.concatenate([pose[:, :3, 3], pose[:, :3, 0], pose[:, :3, 1], half], axis=1)
+def _mirror_plate(pose: FloatArray, plate: FlatMirror) -> MirrorPlate:
+    return MirrorPlate(
+        centre=pose[:, :3, 3],
+        x=pose[:, :3, 0],
+        y=pose[:, :3, 1],
+        half_width=np.full(len(pose), plate.width_mm / 2000),
+        half_height=np.full(len(pose), plate.height_mm / 2000),
+    )
