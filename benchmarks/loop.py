@@ -1,7 +1,7 @@
 """The closed loop: perception and control alone, with rendering, a whole dive with its videos, and its memory.
 
 The dive is the preset `spiral`. What the times are put beside is the real camera's: a loop that is slower than 30
-pictures a second would lose some.
+images a second would lose some.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from typing import Any
 from cad.assembly.meshes import rig_meshes
 from dives import Dive
 from dives.dive import varied
-from dives.runner import ClosedLoop, Moment, run_dive
+from dives.runner import ClosedLoop, FrameRecord, run_dive
 from rigs import Rig
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS
-from tracking.protocols import MirrorReport, Shot
+from tracking.protocols import CameraFrame, MirrorReport
 
-PICTURES = 120
+IMAGES = 120
 WARM_UP = 10
 RECORDED_FRAMES = 450
 CAMERA_MS = 1000 / 30
@@ -39,18 +39,18 @@ ALLOWED_GROWTH_MB = 32.0
 def run() -> list[dict[str, Any]]:
     """Times of a step and of a frame, of a dive, and how memory grows."""
     dive = Dive.load("spiral")
-    # Without the functional check the loop looks from the first picture on.
+    # Without the functional check the loop looks from the first image on.
     tracked = replace(VARIANTS["default"], behaviour=replace(VARIANTS["default"].behaviour, check_s=0.0))
     rig = dive.load_rig()
     closed = ClosedLoop(dive, rig, rig_meshes(rig))
     closed.loop = TrackingLoop(rig, tracked, detector=dive.detector_settings())
-    moments, frame_ms = _timed(closed, PICTURES)
-    shots = [(moment.shot, closed_report(moment)) for moment in moments]
+    moments, frame_ms = _timed(closed, IMAGES)
+    camera_frames = [(moment.camera_frame, closed_report(moment)) for moment in moments]
     held = sum(moment.step.mode == "track" for moment in moments)
     rows = [
         _row(
             f"perception and control, {name}, crop 320 x 240",
-            _step_ms(rig, variant, dive, shots),
+            _step_ms(rig, variant, dive, camera_frames),
             ALLOWED_STEP_MS,
             "ms",
             "one step without rendering; peer: what is allowed, 500 Hz",
@@ -58,7 +58,7 @@ def run() -> list[dict[str, Any]]:
         for name, variant in {"default": tracked, "paper": VARIANTS["paper"]}.items()
     ]
     width, height = rig.camera.width_px, rig.camera.height_px
-    note = f"{1000 / frame_ms:.0f} frames/s with camera, sensor noise, truth and log; {held} of {PICTURES} tracked"
+    note = f"{1000 / frame_ms:.0f} frames/s with camera, sensor noise, truth and log; {held} of {IMAGES} tracked"
     rows += [
         _row(f"closed loop, {width} x {height}, reef", frame_ms, ALLOWED_FRAME_MS, "ms", f"{note}; peer: 40 frames/s"),
         _dive_row(dive),
@@ -67,18 +67,18 @@ def run() -> list[dict[str, Any]]:
     return rows
 
 
-def closed_report(moment: Moment) -> MirrorReport:
-    """What the driver said with a picture."""
-    return MirrorReport(q=moment.step.q_believed, time_s=moment.shot.time_s, measured=False)
+def closed_report(moment: FrameRecord) -> MirrorReport:
+    """What the driver said with an image."""
+    return MirrorReport(q=moment.step.q_estimated, time_s=moment.camera_frame.time_s, measured=False)
 
 
 def _row(name: str, ours: float, peer: float, unit: str, note: str) -> dict[str, Any]:
     return {"name": name, "ours": ours, "peer": peer, "unit": unit, "ratio": peer / ours, "note": note}
 
 
-def _timed(closed: ClosedLoop, count: int) -> tuple[list[Moment], float]:
+def _timed(closed: ClosedLoop, count: int) -> tuple[list[FrameRecord], float]:
     """The first moments of a dive, and the median time of one in milliseconds."""
-    moments: list[Moment] = []
+    moments: list[FrameRecord] = []
 
     def take(_: int) -> None:
         moment = closed.next()
@@ -88,9 +88,9 @@ def _timed(closed: ClosedLoop, count: int) -> tuple[list[Moment], float]:
     return moments, _median_ms(take, range(count))
 
 
-def _step_ms(rig: Rig, variant: Any, dive: Dive, shots: list[tuple[Shot, MirrorReport]]) -> float:
+def _step_ms(rig: Rig, variant: Any, dive: Dive, camera_frames: list[tuple[CameraFrame, MirrorReport]]) -> float:
     loop = TrackingLoop(rig, variant, detector=dive.detector_settings())
-    return _median_ms(lambda taken: loop.step(*taken), shots)
+    return _median_ms(lambda taken: loop.step(*taken), camera_frames)
 
 
 def _median_ms(call: Callable[[Any], Any], arguments: Iterable[Any]) -> float:

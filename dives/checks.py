@@ -53,7 +53,7 @@ def dive_problems(dive: DiveSpecification) -> list[Problem]:
     if dive.variant not in VARIANTS:
         problems.append(Problem(place="variant", value=dive.variant, expected=f"one of {', '.join(sorted(VARIANTS))}"))
     if dive.offline_detector is not None and dive.video not in ("ffv1", "frames"):
-        expected = '"ffv1" or "frames", since [offline_detector] needs every picture as it was'
+        expected = '"ffv1" or "frames", since [offline_detector] needs every image as it was'
         problems.append(Problem(place="video", value=dive.video, expected=expected))
     if isinstance(dive.robot, Legs) and any(dive.robot.points_m[0]):
         expected = "a path that begins at the robot's start, [0, 0, 0]"

@@ -68,11 +68,11 @@ class Journal:
 
     @property
     def frames(self) -> int:
-        """Pictures in finished segments, if the dive is long enough to fill them."""
+        """Images in finished segments, if the dive is long enough to fill them."""
         return self.finished * SEGMENT_FRAMES
 
     def ends_segment(self, frames: int) -> bool:
-        """Whether a segment is full after a number of pictures."""
+        """Whether a segment is full after a number of images."""
         return frames % SEGMENT_FRAMES == 0
 
     def snapshot(self) -> dict[str, Any] | None:

@@ -1,4 +1,4 @@
-"""Writes what a dive yields while its next picture is being rendered: rows, video, overlay, segment by segment."""
+"""Writes what a dive yields while its next image is being rendered: rows, video, overlay, segment by segment."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from dives.journal import Journal
 from rigs.atomic_files import write_bytes
 from tracking.log import Row, table_of, write_table
 from tracking.overlay import overlay
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 from tracking.records import Step
-from tracking.video import Picture, VideoWriter
+from tracking.video import Image, VideoWriter
 
 ROWS, VIDEO, OVERLAY = "parquet", "video.mkv", "overlay.mkv"
 """Files of a segment."""
 
 FRAMES = "frames"
-"""Folder of single pictures."""
+"""Folder of single images."""
 
 MOST_WAITING = 8
-"""Pictures between the loop and its record: memory stays flat when the disk is slow."""
+"""Images between the loop and its record: memory stays flat when the disk is slow."""
 
 
 @dataclass(frozen=True)
 class _Entry:
-    shot: Shot
+    camera_frame: CameraFrame
     step: Step
     row: Row
 
@@ -63,9 +63,9 @@ class Recorder:
         self._thread = threading.Thread(target=self._work, name="recorder", daemon=True)
         self._thread.start()
 
-    def add(self, shot: Shot, step: Step, row: Row) -> None:
-        """Record one picture; it may wait for those before it."""
-        self._put(_Entry(shot, step, row))
+    def add(self, camera_frame: CameraFrame, step: Step, row: Row) -> None:
+        """Record one image; it may wait for those before it."""
+        self._put(_Entry(camera_frame, step, row))
 
     def finish_segment(self, snapshot: str) -> None:
         """End the segment: what was added since the last one counts when all of it is on the disk."""
@@ -104,11 +104,11 @@ class Recorder:
     def _record(self, entry: _Entry) -> None:
         video = self._dive.video
         if self._frames is not None:
-            write_bytes(self._frames / f"{entry.row['frame']:06d}.png", png(entry.shot.image))
+            write_bytes(self._frames / f"{entry.row['frame']:06d}.png", png(entry.camera_frame.image))
         elif video in ("ffv1", "h264"):
-            self._writer(VIDEO, "ffv1" if video == "ffv1" else "h264").write(entry.shot.image)
+            self._writer(VIDEO, "ffv1" if video == "ffv1" else "h264").write(entry.camera_frame.image)
         if self._dive.overlay:
-            self._writer(OVERLAY, "h264").write(overlay(entry.shot, entry.step))
+            self._writer(OVERLAY, "h264").write(overlay(entry.camera_frame, entry.step))
         self._rows.append(entry.row)
 
     def _writer(self, name: str, codec: str) -> VideoWriter:
@@ -135,9 +135,9 @@ class Recorder:
                     raise
 
 
-def png(picture: Picture) -> bytes:
-    """Picture (uint8 sRGB) as PNG."""
-    written, content = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+def png(image: Image) -> bytes:
+    """Image (uint8 sRGB) as PNG."""
+    written, content = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
     if not written:
-        raise OSError("a picture could not be written as PNG")
+        raise OSError("an image could not be written as PNG")
     return content.tobytes()

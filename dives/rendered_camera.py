@@ -1,7 +1,7 @@
-"""A camera whose pictures are rendered: the rig in its world, and the image sensor with its own will.
+"""A camera whose images are rendered: the rig in its world, and the image sensor with its own will.
 
-Each picture is exposed about its time: the middle of the middle row's exposure is the frame's number over the frame
-rate. Every row is rendered at its own instant, as the rolling shutter opens it. What the sensor sets from one picture
+Each image is exposed about its time: the middle of the middle row's exposure is the frame's number over the frame
+rate. Every row is rendered at its own instant, as the rolling shutter opens it. What the sensor sets from one image
 to the next (exposure, gain, white balance) and the frame's number are its whole state; noise is keyed by seed and
 frame.
 """
@@ -30,7 +30,7 @@ from scenes.sensor import CameraSettings, ImageSensor, capture, frame_generator,
 from scenes.sensor import start_settings as settings_at_start
 from scenes.stage.stage import Stage, stage
 from scenes.stage.state import State
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 
 MOST_SWEEPS = 3
 """Frames rendered for one exposure at most: during a fast slew a blur of three steps stands for a smooth one."""
@@ -42,13 +42,13 @@ sensor's noise (`docs/explanation/dives.md`)."""
 
 @dataclass(frozen=True, kw_only=True)
 class Exposure:
-    """What ground truth needs to know of a picture beside the picture.
+    """What ground truth needs to know of an image beside the image.
 
     Attributes
     ----------
     frame : int
     time_s, start_s, end_s : float
-        Of the picture; of its first row's opening and its last row's closing.
+        Of the image; of its first row's opening and its last row's closing.
     settings : CameraSettings
     label : array, shape (height, width)
         `scenes.stage.frame.Label` of what each pixel shows in the middle of its row's exposure.
@@ -75,7 +75,7 @@ class Exposure:
 
 
 class RenderedCamera:
-    """Camera of a dive; a `tracking.protocols.Camera` that runs out of pictures when the dive is over.
+    """Camera of a dive; a `tracking.protocols.Camera` that runs out of images when the dive is over.
 
     Parameters
     ----------
@@ -85,12 +85,12 @@ class RenderedCamera:
     parts : sequence of PartMesh
         Hull and mount (`cad.assembly.meshes.rig_meshes`); may be empty.
     mirrors : TimedMirrors
-        Where the joints are while a picture is exposed.
+        Where the joints are while an image is exposed.
 
     Attributes
     ----------
     exposure : Exposure, optional
-        Of the last picture.
+        Of the last image.
     renderer : FastRenderer
     """
 
@@ -108,11 +108,11 @@ class RenderedCamera:
 
     @property
     def next_time_s(self) -> float | None:
-        """Time of the next picture, None when there will be no more."""
+        """Time of the next image, None when there will be no more."""
         return None if self._next >= self.dive.frames else self._next / self.dive.frame_rate_hz
 
-    def read(self) -> Shot | None:
-        """Expose the next picture; None when the dive is over."""
+    def read(self) -> CameraFrame | None:
+        """Expose the next image; None when the dive is over."""
         time_s = self.next_time_s
         if time_s is None:
             return None
@@ -140,7 +140,7 @@ class RenderedCamera:
         )
         self._settings = taken.next_settings
         self._next += 1
-        return Shot(image=taken.picture, time_s=time_s)
+        return CameraFrame(image=taken.picture, time_s=time_s)
 
     def snapshot(self) -> dict[str, Any]:
         """State, as JSON holds it."""
@@ -199,7 +199,7 @@ class RenderedCamera:
         bodies = body_pose(self.dive, span)
         turned = float((bodies[0].rotation.inv() * bodies[1].rotation).magnitude())
         seen = target_pose(self.dive, span).translation - bodies.translation
-        # Panned, the picture turns about its own axis as well: at its edge as fast as if it moved along.
+        # Panned, the image turns about its own axis as well: at its edge as fast as if it moved along.
         swept = max(_angle(gaze.direction), abs(float(q[1, 0] - q[0, 0])))
         return float((swept + turned + _angle(seen)) * self._px_per_rad)
 

@@ -1,6 +1,6 @@
 """A dive on a simulated clock: expose, look, decide, command, and write down what was true.
 
-Picture k is exposed about t_k = k / frame rate. The loop gets it with what the driver knows of the mirrors at t_k, and
+Image k is exposed about t_k = k / frame rate. The loop gets it with what the driver knows of the mirrors at t_k, and
 its command arrives a control latency after the last row was closed. The mirrors move on by themselves.
 """
 
@@ -21,18 +21,18 @@ import numpy as np
 from cad.assembly.meshes import rig_meshes
 from dives.dive import Dive
 from dives.files import finish_dive, is_finished
+from dives.ground_truth_columns import GroundTruthColumns
 from dives.journal import Journal
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
 from dives.timed_mirrors import TimedMirrors
-from dives.truth_columns import TruthColumns
 from optics.mesh import PartMesh
 from rigs import Rig
 from tracking.log import Row, joint_columns, loop_columns
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS
 from tracking.mirrors.simulated import SimulatedMirrors
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 from tracking.records import Step
 
 Log = Callable[[str], None]
@@ -44,10 +44,10 @@ class DiveStoppedError(RuntimeError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Moment:
-    """One picture with what the loop made of it, and the log's row."""
+class FrameRecord:
+    """One image with what the loop made of it, and the log's row."""
 
-    shot: Shot
+    camera_frame: CameraFrame
     step: Step
     row: Row
 
@@ -77,21 +77,21 @@ class ClosedLoop:
         self.loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
         target = self.camera.renderer.stage.target
         assert target is not None  # a dive's stage has one
-        self.truth = TruthColumns(rig, target.shape, settings)
+        self.truth = GroundTruthColumns(rig, target.shape, settings)
         self.seconds = dict.fromkeys(("camera", "loop", "truth"), 0.0)
 
-    def next(self) -> Moment | None:
-        """Take the next picture and act on it; None when the dive is over."""
+    def next(self) -> FrameRecord | None:
+        """Take the next image and act on it; None when the dive is over."""
         time_s = self.camera.next_time_s
         if time_s is None:
             return None
         clock = [time.perf_counter()]
         report = self.mirrors.report(time_s)
-        shot = self.camera.read()
+        camera_frame = self.camera.read()
         exposure = self.camera.exposure
-        assert shot is not None and exposure is not None  # there is a next picture
+        assert camera_frame is not None and exposure is not None  # there is a next image
         clock.append(time.perf_counter())
-        step = self.loop.step(shot, report)
+        step = self.loop.step(camera_frame, report)
         self.mirrors.command(step.q_command, exposure.end_s + self.dive.control_latency_ms / 1000)
         clock.append(time.perf_counter())
         (state,) = self.camera.states(np.array([time_s]))
@@ -110,7 +110,7 @@ class ClosedLoop:
         clock.append(time.perf_counter())
         for name, took in zip(self.seconds, np.diff(clock).tolist(), strict=True):
             self.seconds[name] += took
-        return Moment(shot=shot, step=step, row=row)
+        return FrameRecord(camera_frame=camera_frame, step=step, row=row)
 
     def snapshot(self) -> dict[str, Any]:
         """State of all parts, as JSON holds it."""
@@ -143,7 +143,7 @@ def run_dive(
     log : callable, optional
         Gets sentences about what is going on.
     progress : callable, optional
-        Gets the pictures done and to do.
+        Gets the images done and to do.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def run_dive(
     Raises
     ------
     DiveStoppedError
-        When a picture could not be made or written; what was finished is kept, and the same call goes on from there.
+        When an image could not be made or written; what was finished is kept, and the same call goes on from there.
     ValueError
         When the folder holds another dive, or another process is writing into it.
     """
@@ -196,9 +196,9 @@ def _record(dive: Dive, rig: Rig, folder: Path, journal: Journal, *, log: Log, p
     started = time.perf_counter()
     try:
         for done in range(first + 1, dive.frames + 1):
-            moment = closed.next()
-            assert moment is not None  # the dive has that many pictures
-            recorder.add(moment.shot, moment.step, moment.row)
+            record = closed.next()
+            assert record is not None  # the dive has that many images
+            recorder.add(record.camera_frame, record.step, record.row)
             if journal.ends_segment(done) or done == dive.frames:
                 recorder.finish_segment(json.dumps(closed.snapshot(), allow_nan=True))
             progress(done, dive.frames)

@@ -65,7 +65,7 @@ class DiveSpecification(Section):
 
     Places are told from the robot's start (`dives.paths`). The camera's frame rate is the dive's; how long
     its exposures may be and how fast it is read out is the rig's (`[image_sensor]`). `control_latency_ms` counts from
-    the end of a picture's last row to the command that it leads to. `seed` is that of noise, servos and sway,
+    the end of an image's last row to the command that it leads to. `seed` is that of noise, servos and sway,
     `world_seed` that of what stands and drifts around.
     """
 
@@ -94,7 +94,7 @@ class DiveSpecification(Section):
 
     @property
     def frames(self) -> int:
-        """Number of pictures: the last one is taken before the duration is over."""
+        """Number of images: the last one is taken before the duration is over."""
         return max(1, round(self.duration_s * self.frame_rate_hz))
 
     def load_rig(self) -> Rig:

@@ -1,6 +1,6 @@
 """The mirrors on a dive's clock: commands that arrive late, and the motion that an exposure sees.
 
-A picture is exposed from before its time to after it, and the next one may begin before the command that this one led
+An image is exposed from before its time to after it, and the next one may begin before the command that this one led
 to arrives. So commands wait in a queue until the clock reaches them, and the true motion is kept for a while.
 """
 

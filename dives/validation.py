@@ -16,7 +16,7 @@ from rigs import Rig
 from scenes.stage.targets import Ball, target_named
 from tracking.control.crop_scale import crop_scale, level_pose
 from tracking.estimation.gimbal import Gimbal
-from tracking.estimation.sight_lines import SightLines
+from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
 from tracking.perception import Crop, ExactCorners
 
@@ -26,13 +26,13 @@ OFF_THE_HULL_M = 0.5
 """Of the ball's centre, at its nearest: the robot sways, and the ball has a radius."""
 
 LEAST_SHARE = 0.6
-"""Of the ball's area where it is farthest: a smaller spot is something else of its colour."""
+"""Of the ball's area where it is farthest: a smaller blob is something else of its colour."""
 
 
 def validation_dive(rig: Rig) -> Dive:
     """The preset `spiral` for a rig.
 
-    The ball starts farther off where the hull is large, and the least area of a spot is that of most of the ball at the
+    The ball starts farther off where the hull is large, and the least area of a blob is that of most of the ball at the
     path's end: who built the target knows its size, and on a reef it is the size that tells it from red corals.
 
     Raises
@@ -67,8 +67,8 @@ def _hull_radius_m(rig: Rig) -> float:
 def _scale(rig: Rig) -> FloatArray:
     """Radians to a pixel of the crop, at a level gaze."""
     corners = ExactCorners(rig)
-    sight_lines = SightLines(rig, VARIANTS["default"].target_distance_m)
-    scale = crop_scale(sight_lines, lambda q: Crop.of(corners.corners(q)), level_pose(Gimbal(Layout.from_rig(rig))))
+    lines_of_sight = LinesOfSight(rig, VARIANTS["default"].target_distance_m)
+    scale = crop_scale(lines_of_sight, lambda q: Crop.of(corners.corners(q)), level_pose(Gimbal(Layout.from_rig(rig))))
     if not np.isfinite(scale).all():
         raise ValueError(f"expected a camera that sees the gaze mirror at a level gaze, got rig {rig.name!r}")
     return scale

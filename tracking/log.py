@@ -1,4 +1,4 @@
-"""The log of a dive: one row a picture, each column with its unit and what it means."""
+"""The log of a dive: one row an image, each column with its unit and what it means."""
 
 from __future__ import annotations
 
@@ -43,30 +43,30 @@ def _counts(unit: str, **described: str) -> list[Column]:
 OVER_MIRROR = "crop of the true corners, nan where no part of the target would lie over the gaze mirror"
 
 COLUMNS = (
-    *_counts("1", frame="number of the picture"),
+    *_counts("1", frame="number of the image"),
     *_numbers("s", time_s="middle of the middle row's exposure", exposure_s="exposure time of a row"),
     *_numbers("dB", gain_db="analogue gain"),
     Column("mode", pa.string(), "", "state of figure 12 in which the command was decided"),
     *_numbers(
         "deg",
-        q1_command_deg="pan asked for after this picture",
-        q2_command_deg="tilt asked for after this picture",
-        q1_believed_deg="pan with which the loop read this picture",
-        q2_believed_deg="tilt with which the loop read this picture",
-        q1_true_deg="true pan at the picture's time",
-        q2_true_deg="true tilt at the picture's time",
+        q1_command_deg="pan asked for after this image",
+        q2_command_deg="tilt asked for after this image",
+        q1_estimated_deg="pan with which the loop read this image",
+        q2_estimated_deg="tilt with which the loop read this image",
+        q1_true_deg="true pan at the image's time",
+        q2_true_deg="true tilt at the image's time",
         q1_first_row_deg="true pan in the middle of the first row's exposure",
         q2_first_row_deg="true tilt in the middle of the first row's exposure",
         q1_last_row_deg="true pan in the middle of the last row's exposure",
         q2_last_row_deg="true tilt in the middle of the last row's exposure",
     ),
-    Column("detected", pa.bool_(), "", "whether the detector found a spot"),
-    *_counts("1", spots="spots that passed the filters"),
+    Column("detected", pa.bool_(), "", "whether the detector found a blob"),
+    *_counts("1", blobs="blobs that passed the filters"),
     *_numbers(
         "px",
-        spot_area_px="area of the spots together; crop",
-        centroid_x_px="centroid of the spots (eq. 7), to the right; crop, nan without a spot",
-        centroid_y_px="centroid of the spots, down; crop, nan without a spot",
+        blob_area_px="area of the blobs together; crop",
+        centroid_x_px="centroid of the blobs (eq. 7), to the right; crop, nan without a blob",
+        centroid_y_px="centroid of the blobs, down; crop, nan without a blob",
         predicted_x_px="where the filter expects the target, to the right; crop, nan where it does not know",
         predicted_y_px="where the filter expects the target, down; crop, nan where it does not know",
         error_x_px="error that is controlled (eqs. 11, 12), to the right; crop, nan without one",
@@ -83,15 +83,15 @@ COLUMNS = (
         gaze_azimuth_deg="azimuth of the true optical axis after both mirrors; body frame",
         gaze_elevation_deg="elevation of the true optical axis after both mirrors; body frame",
         gaze_error_deg="angle between the true axis and the direction from the virtual camera's centre to the target",
-        believed_azimuth_deg="azimuth of the target as the loop believes; body frame, nan where it does not know",
-        believed_elevation_deg="elevation of the target as the loop believes; body frame, nan where it does not know",
+        estimated_azimuth_deg="azimuth of the target as the loop estimates; body frame, nan where it does not know",
+        estimated_elevation_deg="elevation of the target as the loop estimates; body frame, nan where it does not know",
     ),
     *_numbers(
         "px",
         true_x_px=f"target's centre through the exact train, to the right; {OVER_MIRROR}",
         true_y_px=f"target's centre through the exact train, down; {OVER_MIRROR}",
     ),
-    *_counts("px", target_visible_px="pixels of the camera's picture that show the target over the gaze mirror"),
+    *_counts("px", target_visible_px="pixels of the camera's image that show the target over the gaze mirror"),
     *_numbers("px", target_full_px="those it would have if nothing hid it and the mirror had no edge"),
     *_counts(
         "px",
@@ -113,14 +113,14 @@ SCHEMA = pa.schema(
 
 def loop_columns(step: Step, q_true: FloatArray) -> Row:
     """Columns of what the loop saw, thought and did, beside the true joints, radians, shape (2,)."""
-    area = sum(spot.area_px for spot in step.detection.spots)
+    area = sum(blob.area_px for blob in step.detection.blobs)
     row: Row = {"time_s": step.time_s, "mode": str(step.mode)}
-    for name, q in (("command", step.q_command), ("believed", step.q_believed), ("true", q_true)):
+    for name, q in (("command", step.q_command), ("estimated", step.q_estimated), ("true", q_true)):
         row |= joint_columns(name, q)
     row |= {
-        "detected": bool(step.detection.spots),
-        "spots": len(step.detection.spots),
-        "spot_area_px": float(area),
+        "detected": bool(step.detection.blobs),
+        "blobs": len(step.detection.blobs),
+        "blob_area_px": float(area),
     }
     for name, point in (
         ("centroid", step.detection.centroid_px),
@@ -132,7 +132,7 @@ def loop_columns(step: Step, q_true: FloatArray) -> Row:
     if step.target_direction is not None:
         x, y, z = step.target_direction.tolist()
         azimuth, elevation = np.degrees([np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))]).tolist()
-    return row | {"believed_azimuth_deg": azimuth, "believed_elevation_deg": elevation}
+    return row | {"estimated_azimuth_deg": azimuth, "estimated_elevation_deg": elevation}
 
 
 def joint_columns(name: str, q: FloatArray) -> Row:

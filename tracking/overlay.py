@@ -1,6 +1,6 @@
-"""What the loop sees and thinks, as one picture: figure 8 of the paper, with numbers.
+"""What the loop sees and thinks, as one image: figure 8 of the paper, with numbers.
 
-A, the camera's picture with the outline of the gaze mirror; B, the crop with spots (green boxes), the line through
+A, the camera's image with the outline of the gaze mirror; B, the crop with blobs (green boxes), the line through
 their centroids to the estimate (pink, as in figure 10), the prediction (yellow cross) and the crop's centre (white
 cross), where the target should be; C, the detector's mask. A line below gives time, mode, joints and error.
 """
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 from tracking.records import Mode, Step
 
 Image = NDArray[np.uint8]
@@ -29,7 +29,7 @@ SMALLEST_WIDTH_PX = 900
 PAPER_WHITE: Colour = (240, 244, 248)
 INK: Colour = (28, 43, 57)
 OUTLINE: Colour = (0, 224, 255)
-SPOT: Colour = (60, 230, 90)
+BLOB: Colour = (60, 230, 90)
 ESTIMATE: Colour = (255, 90, 220)
 PREDICTION: Colour = (255, 225, 60)
 MODE_COLOURS: dict[Mode, Colour] = {
@@ -41,17 +41,17 @@ MODE_COLOURS: dict[Mode, Colour] = {
 SUBPIXEL_BITS = 4
 """OpenCV draws at fixed-point coordinates: sixteenths of a pixel."""
 
-FIELD_STARTS_PX = {"time": 12, "mode": 105, "joints": 215, "asked": 400, "error": 610, "spots": 815}
+FIELD_STARTS_PX = {"time": 12, "mode": 105, "joints": 215, "asked": 400, "error": 610, "blobs": 815}
 """Where each field of the line begins, so that numbers do not jump about."""
 
 
 def overlay_size(width_px: int, height_px: int, crop_size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of `overlay`'s pictures: both even, as H.264 wants them, and the same for all frames.
+    """Width and height of `overlay`'s images: both even, as H.264 wants them, and the same for all frames.
 
     Parameters
     ----------
     width_px, height_px : int
-        Of the camera's picture.
+        Of the camera's image.
     crop_size : (width, height)
         Of the crop, pixels.
     """
@@ -60,13 +60,13 @@ def overlay_size(width_px: int, height_px: int, crop_size: tuple[int, int]) -> t
     return _even(width), _even(max(height_px, 2 * panel_height) + STRIP_ROWS)
 
 
-def overlay(shot: Shot, step: Step) -> Image:
-    """Picture of one step of the loop.
+def overlay(camera_frame: CameraFrame, step: Step) -> Image:
+    """Image of one step of the loop.
 
     Parameters
     ----------
     shot : Shot
-        The picture the step was made from.
+        The image the step was made from.
     step : Step
 
     Returns
@@ -74,12 +74,12 @@ def overlay(shot: Shot, step: Step) -> Image:
     array, shape (height, width, 3)
         uint8, sRGB; width and height as `overlay_size` says.
     """
-    rows, columns = shot.image.shape[:2]
+    rows, columns = camera_frame.image.shape[:2]
     crop_size = (step.crop.shape[1], step.crop.shape[0])
     panel = _panel_size(rows, crop_size)
     width, height = overlay_size(columns, rows, crop_size)
     drawn: Image = np.zeros((height, width, 3), dtype=np.uint8)
-    drawn[:rows, :columns] = shot.image
+    drawn[:rows, :columns] = camera_frame.image
     _draw_outline(drawn[:rows, :columns], step.corners_px)
     upper, lower = (drawn[k * panel[1] : (k + 1) * panel[1], columns : columns + panel[0]] for k in range(2))
     upper[:] = _scaled(step.crop, panel, cv2.INTER_LINEAR)
@@ -98,7 +98,7 @@ def _even(length: int) -> int:
 
 
 def _panel_size(height_px: int, crop_size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of B and C: one above the other beside the picture, the crop's proportions kept.
+    """Width and height of B and C: one above the other beside the image, the crop's proportions kept.
 
     Never smaller than the crop: what the loop sees is what has to be looked at.
     """
@@ -120,7 +120,7 @@ def _draw_outline(picture: Image, corners_px: FloatArray) -> None:
     """Outline of M2; a thick line on the side that is the crop's upper edge."""
     if not np.isfinite(corners_px).all():
         return
-    # A corner far outside the picture would overflow OpenCV's fixed-point coordinates.
+    # A corner far outside the image would overflow OpenCV's fixed-point coordinates.
     corners = _fixed_point(np.clip(corners_px, -1e4, 1e4))
     cv2.polylines(picture, [corners], isClosed=True, color=OUTLINE, lineType=cv2.LINE_AA, shift=SUBPIXEL_BITS)
     cv2.polylines(picture, [corners[:2]], False, OUTLINE, thickness=3, lineType=cv2.LINE_AA, shift=SUBPIXEL_BITS)
@@ -129,13 +129,13 @@ def _draw_outline(picture: Image, corners_px: FloatArray) -> None:
 def _draw_findings(panel: Image, step: Step, *, scale: float) -> None:
     centre = (panel.shape[1] / 2, panel.shape[0] / 2)
     cv2.drawMarker(panel, (round(centre[0] - 0.5), round(centre[1] - 0.5)), PAPER_WHITE, cv2.MARKER_CROSS, 14)
-    for spot in step.detection.spots:
-        x, y, width, height = (round(scale * edge) for edge in spot.box_px)
-        cv2.rectangle(panel, (x, y, width, height), SPOT)
+    for blob in step.detection.blobs:
+        x, y, width, height = (round(scale * edge) for edge in blob.box_px)
+        cv2.rectangle(panel, (x, y, width, height), BLOB)
     if step.detection.centroid_px is not None:
         found = _on_panel(step.detection.centroid_px, scale)
-        for spot in step.detection.spots:
-            cv2.line(panel, _on_panel(spot.centroid_px, scale), found, ESTIMATE, lineType=cv2.LINE_AA)
+        for blob in step.detection.blobs:
+            cv2.line(panel, _on_panel(blob.centroid_px, scale), found, ESTIMATE, lineType=cv2.LINE_AA)
         cv2.rectangle(panel, (found[0] - 3, found[1] - 3, 7, 7), ESTIMATE, thickness=2)
     if step.predicted_px is not None:
         cv2.drawMarker(panel, _on_panel(step.predicted_px, scale), PREDICTION, cv2.MARKER_TILTED_CROSS, 12, 2)
@@ -149,7 +149,7 @@ def _on_panel(point_px: tuple[float, float], scale: float) -> tuple[int, int]:
 
 @cache
 def _font() -> cv2.FontFace:
-    # One of the faces that OpenCV carries within itself, so the picture does not depend on the machine's fonts.
+    # One of the faces that OpenCV carries within itself, so the image does not depend on the machine's fonts.
     return cv2.FontFace("sans")
 
 
@@ -165,7 +165,7 @@ def _letter(picture: Image, letter: str, corner: tuple[int, int]) -> None:
 
 def _draw_numbers(strip: Image, step: Step) -> None:
     strip[:] = INK
-    q1, q2 = np.degrees(step.q_believed)
+    q1, q2 = np.degrees(step.q_estimated)
     asked1, asked2 = np.degrees(step.q_command)
     error = "\N{EN DASH}" if step.error_px is None else "{:+.1f} {:+.1f} px".format(*step.error_px)
     fields = {
@@ -174,7 +174,7 @@ def _draw_numbers(strip: Image, step: Step) -> None:
         "joints": f"q {q1:+.1f}\N{DEGREE SIGN} {q2:+.1f}\N{DEGREE SIGN}",
         "asked": f"asked {asked1:+.1f}\N{DEGREE SIGN} {asked2:+.1f}\N{DEGREE SIGN}",
         "error": f"error {error}",
-        "spots": f"spots {len(step.detection.spots)}",
+        "blobs": f"blobs {len(step.detection.blobs)}",
     }
     strip[5:-5, FIELD_STARTS_PX["mode"] - 8 : FIELD_STARTS_PX["joints"] - 16] = MODE_COLOURS[step.mode]
     for name, text in fields.items():

@@ -1,4 +1,4 @@
-"""What the loop stands between: a camera that gives pictures, and mirrors that take joint values.
+"""What the loop stands between: a camera that gives images, and mirrors that take joint values.
 
 Rendered dives, recorded video and real hardware share these two protocols, so the same loop runs on all of them.
 """
@@ -15,8 +15,8 @@ from optics.kernels.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot:
-    """One picture of a camera.
+class CameraFrame:
+    """One image of a camera.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class MirrorReport:
     Attributes
     ----------
     q : array, shape (2,)
-        Pan and tilt at `time_s`, radians: measured, or where the driver believes the servos to be.
+        Pan and tilt at `time_s`, radians: measured, or where the driver estimates the servos to be.
     time_s : float
     measured : bool
         Whether a sensor says so. Hobby servos have none.
@@ -49,10 +49,10 @@ class MirrorReport:
 
 
 class Camera(Protocol):
-    """Gives pictures, one after the other."""
+    """Gives images, one after the other."""
 
-    def read(self) -> Shot | None:
-        """Next picture; None when there will be no more."""
+    def read(self) -> CameraFrame | None:
+        """Next image; None when there will be no more."""
 
 
 class MirrorDriver(Protocol):

@@ -1,4 +1,4 @@
-"""What each part of the loop says about one picture: the loop hands these on, the log writes them down."""
+"""What each part of the loop says about one image: the loop hands these on, the log writes them down."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from optics.kernels.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spot:
+class Blob:
     """One cluster of target-coloured pixels in the crop.
 
     Attributes
@@ -40,14 +40,14 @@ class Detection:
     ----------
     mask : array, shape (height, width)
         uint8, 255 where a pixel has the target's colour, after opening and closing.
-    spots : tuple of Spot
+    blobs : tuple of Blob
         Clusters that passed the filters, the largest first.
     centroid_px : tuple of float, optional
-        Mean of the spots' centroids weighted by their areas (eq. 7); None without spots.
+        Mean of the blobs' centroids weighted by their areas (eq. 7); None without blobs.
     """
 
     mask: NDArray[np.uint8]
-    spots: tuple[Spot, ...]
+    blobs: tuple[Blob, ...]
     centroid_px: tuple[float, float] | None
 
 
@@ -63,20 +63,20 @@ class Mode(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """What the loop made of one picture.
+    """What the loop made of one image.
 
     Attributes
     ----------
     time_s : float
-        Of the picture.
+        Of the image.
     mode : Mode
         In which the command was decided.
-    q_believed : array, shape (2,)
-        Joint values the picture was read with, radians.
+    q_estimated : array, shape (2,)
+        Joint values the image was read with, radians.
     q_command : array, shape (2,)
         Pan and tilt asked for, radians.
     corners_px : array, shape (4, 2)
-        Of the gaze mirror in the picture, in the crop's order; nan where it is not seen.
+        Of the gaze mirror in the image, in the crop's order; nan where it is not seen.
     crop : array, shape (crop height, crop width, 3)
         uint8, sRGB.
     detection : Detection
@@ -85,13 +85,13 @@ class Step:
     error_px : tuple of float, optional
         Of the detected or, without a detection, the predicted target from the crop's centre (eqs. 11, 12).
     target_direction : array, shape (3,), optional
-        Unit vector to the target in the body frame as the loop believes it, None when it does not know or does not use
+        Unit vector to the target in the body frame as the loop estimates it, None when it does not know or does not use
         directions (the paper's own loop).
     """
 
     time_s: float
     mode: Mode
-    q_believed: FloatArray
+    q_estimated: FloatArray
     q_command: FloatArray
     corners_px: FloatArray
     crop: NDArray[np.uint8]

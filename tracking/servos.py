@@ -1,4 +1,4 @@
-"""How a servo turns: pulses at their own rhythm, a delay, a rate limit, a deadband, play in the gears.
+"""How a servo turns: pulses at their own rhythm, a delay, a rate limit, a deadband, backlash in the gears.
 
 Between two pulses the motor runs straight towards its goal or stands, so that everything has a closed form: a servo
 remembers only its last event, and its angle at any later moment is computed from that. Many small steps and a single

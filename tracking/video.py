@@ -1,6 +1,6 @@
-"""Pictures to video, in segments that are put together at the end without encoding anything again.
+"""Images to video, in segments that are put together at the end without encoding anything again.
 
-Encoders run in one thread and write no times, versions or random numbers, so that equal pictures give equal bytes.
+Encoders run in one thread and write no times, versions or random numbers, so that equal images give equal bytes.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Picture = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 Codec = Literal["ffv1", "h264"]
 
 ENCODERS: dict[Codec, tuple[str, str, dict[str, str]]] = {
     # Version 3 with four slices and check sums, every frame by itself. Golomb-Rice codes take half as long as the range
-    # coder, and make a noisy picture half a per cent larger.
+    # coder, and make a noisy image half a per cent larger.
     "ffv1": ("ffv1", "bgr0", {"level": "3", "slices": "4", "slicecrc": "1", "coder": "0", "context": "0", "g": "1"}),
-    # No frame refers to a later one: packets stay in the order of the pictures.
+    # No frame refers to a later one: packets stay in the order of the images.
     "h264": ("libx264", "yuv420p", {"preset": "veryfast", "crf": "20", "bf": "0"}),
 }
 """Encoder, pixel format and options."""
@@ -50,13 +50,13 @@ class VideoWriter:
         self._stream: Any = None
         self._count = 0
 
-    def write(self, picture: Picture) -> None:
-        """Append a picture, uint8 sRGB of shape (height, width, 3)."""
+    def write(self, image: Image) -> None:
+        """Append an image, uint8 sRGB of shape (height, width, 3)."""
         if self._format == "yuv420p":
-            picture = _even(picture)
+            image = _even(image)
         if self._stream is None:
-            self._stream = self._started(picture)
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+            self._stream = self._started(image)
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgb24")
         frame.pts = self._count
         frame.time_base = 1 / self._rate
         self._count += 1
@@ -70,11 +70,11 @@ class VideoWriter:
         finally:
             self._container.close()
 
-    def _started(self, picture: Picture) -> Any:
+    def _started(self, image: Image) -> Any:
         stream = self._container.add_stream(
             self._name, rate=self._rate, options={**self._options, "flags": "+bitexact"}
         )
-        stream.height, stream.width = picture.shape[:2]
+        stream.height, stream.width = image.shape[:2]
         stream.pix_fmt = self._format
         stream.codec_context.thread_count = 1
         stream.codec_context.time_base = 1 / self._rate
@@ -109,9 +109,9 @@ def frame_rate(frame_rate_hz: float) -> Fraction:
     return Fraction(frame_rate_hz).limit_denominator(RATE_DENOMINATOR)
 
 
-def _even(picture: Picture) -> Picture:
-    """Picture whose sides are even, as 4:2:0 wants them: an odd one repeats its last row or column."""
-    rows, columns = picture.shape[0] % 2, picture.shape[1] % 2
+def _even(image: Image) -> Image:
+    """Image whose sides are even, as 4:2:0 wants them: an odd one repeats its last row or column."""
+    rows, columns = image.shape[0] % 2, image.shape[1] % 2
     if not rows and not columns:
-        return picture
-    return np.asarray(cv2.copyMakeBorder(picture, 0, rows, 0, columns, cv2.BORDER_REPLICATE), dtype=np.uint8)
+        return image
+    return np.asarray(cv2.copyMakeBorder(image, 0, rows, 0, columns, cv2.BORDER_REPLICATE), dtype=np.uint8)

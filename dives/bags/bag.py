@@ -43,9 +43,9 @@ TOPICS = {
     "/camera/camera_info": "sensor_msgs/msg/CameraInfo",
     "/joint_states": "sensor_msgs/msg/JointState",
     "/joint_states/commanded": "sensor_msgs/msg/JointState",
-    "/joint_states/believed": "sensor_msgs/msg/JointState",
+    "/joint_states/estimated": "sensor_msgs/msg/JointState",
     "/target/truth": "geometry_msgs/msg/PointStamped",
-    "/target/believed_direction": "geometry_msgs/msg/Vector3Stamped",
+    "/target/estimated_direction": "geometry_msgs/msg/Vector3Stamped",
     "/target/detected_px": "geometry_msgs/msg/PointStamped",
     "/tracking/mode": "std_msgs/msg/String",
 }
@@ -54,7 +54,7 @@ TOPICS = {
 def write_bag(
     folder: Path, rig: Rig, path: Path, *, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> Path:
-    """Write a dive's pictures, joints, frames and truth as a ROS 2 bag.
+    """Write a dive's images, joints, frames and truth as a ROS 2 bag.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def write_bag(
     path : Path
         Folder of the bag. A bag that is there is replaced.
     progress : callable
-        Told the number of pictures written and of all pictures.
+        Told the number of images written and of all images.
 
     Returns
     -------
@@ -114,11 +114,11 @@ def _write_all(
     still = [motion.at(0) for motion in fixed_frames(joints)]
     _write(writer, connections["/tf_static"], stamps[0], messages.transforms(still, stamps[0]))
     facts = Facts.of(recording, rig, joints)
-    for row, (stamp, picture) in enumerate(zip(stamps, recording.pictures(), strict=True)):
+    for row, (stamp, image) in enumerate(zip(stamps, recording.images(), strict=True)):
         for topic, message in facts.at(row, stamp):
             _write(writer, connections[topic], stamp, message)
         _write(writer, connections["/camera/camera_info"], stamp, messages.camera_info(rig.camera, stamp, CAMERA))
-        _write(writer, connections["/camera/image_raw"], stamp, messages.image(picture, stamp, CAMERA))
+        _write(writer, connections["/camera/image_raw"], stamp, messages.image(image, stamp, CAMERA))
         progress(row + 1, len(stamps))
 
 

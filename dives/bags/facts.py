@@ -1,4 +1,4 @@
-"""What a bag says of each picture besides the picture: joints, frames, the target's truth, what the loop found."""
+"""What a bag says of each image besides the image: joints, frames, the target's truth, what the loop found."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ CROP = "gaze_mirror_crop"
 JOINT_TOPICS = {
     "true": "/joint_states",
     "command": "/joint_states/commanded",
-    "believed": "/joint_states/believed",
+    "estimated": "/joint_states/estimated",
 }
 """Topic of each kind of joint values; a node that poses a model listens to the first."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Facts:
-    """Everything but the pictures, for all pictures at once: some hundred bytes each.
+    """Everything but the images, for all images at once: some hundred bytes each.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Facts:
         Frames that move, the vehicle's in the world first.
     target_m : array, shape (n, 3)
         True place of the target's centre in the body's frame.
-    believed_direction : array, shape (n, 3)
+    estimated_direction : array, shape (n, 3)
         Unit vectors in the body's frame; nan where the loop has none.
     detected_px : array, shape (n, 2)
         In the crop; nan without a detection.
@@ -52,7 +52,7 @@ class Facts:
     joints: dict[str, FloatArray]
     motions: tuple[Motion, ...]
     target_m: FloatArray
-    believed_direction: FloatArray
+    estimated_direction: FloatArray
     detected_px: FloatArray
     modes: Sequence[str]
 
@@ -69,19 +69,19 @@ class Facts:
             joints=values,
             motions=(Motion.of(WORLD, BODY, recording.body_poses()), *moving),
             target_m=Layout.from_rig(rig).body_from_gimbal.translation + to_target,
-            believed_direction=recording.directions("believed"),
+            estimated_direction=recording.directions("estimated"),
             detected_px=np.stack([recording.number(f"centroid_{axis}_px") for axis in "xy"], axis=1),
             modes=recording.modes(),
         )
 
     def at(self, row: int, stamp_ns: int) -> Iterator[tuple[str, Message]]:
-        """Topics and messages of one picture; what is not known is not said."""
+        """Topics and messages of one image; what is not known is not said."""
         yield "/tf", messages.transforms([motion.at(row) for motion in self.motions], stamp_ns)
         for kind, topic in JOINT_TOPICS.items():
             yield topic, messages.joint_state(self.driven, self.joints[kind][row], stamp_ns)
         yield "/target/truth", messages.point(self.target_m[row], stamp_ns, BODY)
-        if np.isfinite(self.believed_direction[row]).all():
-            yield "/target/believed_direction", messages.vector(self.believed_direction[row], stamp_ns, BODY)
+        if np.isfinite(self.estimated_direction[row]).all():
+            yield "/target/estimated_direction", messages.vector(self.estimated_direction[row], stamp_ns, BODY)
         if np.isfinite(self.detected_px[row]).all():
             yield "/target/detected_px", messages.point([*self.detected_px[row], 0.0], stamp_ns, CROP)
         yield "/tracking/mode", messages.string(self.modes[row])

@@ -32,7 +32,7 @@ FOLD_MIRROR = "fold_mirror"
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """Pose of a frame in its parent over the pictures of a dive.
+    """Pose of a frame in its parent over the images of a dive.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Motion:
         )
 
     def at(self, row: int) -> tuple[str, str, FloatArray, FloatArray]:
-        """Parent, child, translation and quaternion at one picture."""
+        """Parent, child, translation and quaternion at one image."""
         return self.parent, self.child, self.translation_m[row], self.quaternion[row]
 
 
@@ -88,7 +88,7 @@ def moving_frames(joints: Sequence[LinkJoint], values: Mapping[str, FloatArray])
     ----------
     joints : sequence of LinkJoint
     values : mapping
-        Of each of `driven_joints` to its values over the pictures, radians, shape (n,).
+        Of each of `driven_joints` to its values over the images, radians, shape (n,).
     """
     motions = []
     for joint in joints:

@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-PATIENCE_S = 10.0
+TIMEOUT_S = 10.0
 """How long a process that was told to end may take, before it is killed."""
 
 
@@ -137,7 +137,7 @@ def _end(running: Mapping[Connection, _Running]) -> None:
     for left in running.values():
         left.process.terminate()
     for reports, left in running.items():
-        left.process.join(PATIENCE_S)
+        left.process.join(TIMEOUT_S)
         if left.process.exitcode is None:
             left.process.kill()
             left.process.join()

@@ -20,7 +20,7 @@ HEADLINE = (
     "gaze_error_held_rms_deg",
     "gaze_error_p95_deg",
     "crop_error_rms_px",
-    "believed_direction_error_rms_deg",
+    "estimated_direction_error_rms_deg",
     "search_time_s",
     "losses",
     "reacquisition_time_mean_s",

@@ -1,4 +1,4 @@
-"""A trial of the detector: pictures of a world with the target at random places, and how often it is found there."""
+"""A trial of the detector: images of a world with the target at random places, and how often it is found there."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ASIDE = 0.06
 """Standard deviation of the target's place from the axis, as a share of its distance."""
 
 EMPTY_EVERY = 6
-"""Every so many pictures show no target."""
+"""Every so many images show no target."""
 
 LEAST_PX = 60
 """Of the target in the crop, to count as seen: less hides behind something, or leaves the mirror."""
@@ -53,12 +53,12 @@ CLOCK_S = 20.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrialPicture:
-    """One picture of a trial.
+class EvaluationImage:
+    """One image of a trial.
 
     Attributes
     ----------
-    picture : array, shape (height, width, 3)
+    image : array, shape (height, width, 3)
         uint8 sRGB, as the image sensor takes it with settled exposure and white balance.
     crop : array, shape (crop height, crop width, 3)
         uint8 sRGB.
@@ -71,7 +71,7 @@ class TrialPicture:
         There is no target to be seen anywhere.
     """
 
-    picture: NDArray[np.uint8]
+    image: NDArray[np.uint8]
     crop: NDArray[np.uint8]
     target: BoolImage
     corners_px: NDArray[np.float64]
@@ -87,17 +87,17 @@ class TrialPicture:
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """What a detector made of a trial's pictures.
+    """What a detector made of a trial's images.
 
     Attributes
     ----------
     seen, found, wrong : int
-        Pictures that show the target; those in which the centroid lies within the target's radius of the true one;
+        Images that show the target; those in which the centroid lies within the target's radius of the true one;
         those in which it lies elsewhere.
     empty, false_alarms : int
-        Pictures without a target, and those of them in which there was said to be one.
+        Images without a target, and those of them in which there was said to be one.
     precision, recall : float
-        Of the mask's pixels in the pictures that show the target.
+        Of the mask's pixels in the images that show the target.
     """
 
     seen: int
@@ -109,10 +109,10 @@ class Score:
     recall: float
 
 
-def trial_pictures(
+def evaluation_images(
     renderer: FastRenderer, count: int, seed: int, progress: Callable[[int, int], None] = lambda done, total: None
-) -> list[TrialPicture]:
-    """Pictures with heading, gaze, and the target's place drawn at random; the same for the same seed.
+) -> list[EvaluationImage]:
+    """Images with heading, gaze, and the target's place drawn at random; the same for the same seed.
 
     Parameters
     ----------
@@ -120,12 +120,12 @@ def trial_pictures(
         Of a rig with mirrors, with a target on its stage.
     count, seed : int
     progress : callable
-        Told how many pictures are made, and of how many.
+        Told how many images are made, and of how many.
     """
     rng = np.random.default_rng(seed)
     sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)
     card = renderer.stage.light.white_radiance(renderer.stage.depth_m)
-    pictures = []
+    images = []
     layout = Layout.from_rig(renderer.rig)
     for number in range(count):
         progress(number, count)
@@ -139,15 +139,15 @@ def trial_pictures(
             time_s=drawn.time_s,
         )
         exposure = settled_settings(frame.radiance, sensor, card_radiance=card)
-        picture = capture(frame.radiance, sensor, exposure, frame_generator(seed, number)).picture
+        image = capture(frame.radiance, sensor, exposure, frame_generator(seed, number)).picture
         corners = model.corners(drawn.q)
         crop = Crop.of(corners)
         target = (frame.label == Label.TARGET) & (frame.region == Region.GAZE)
         shown = crop.take(np.repeat(np.where(target, np.uint8(255), np.uint8(0))[..., np.newaxis], 3, axis=2))
-        pictures.append(
-            TrialPicture(
-                picture=picture,
-                crop=crop.take(picture),
+        images.append(
+            EvaluationImage(
+                image=image,
+                crop=crop.take(image),
                 target=shown[..., 0] > HALF,
                 corners_px=corners,
                 distance_m=drawn.distance_m,
@@ -156,7 +156,7 @@ def trial_pictures(
             )
         )
     progress(count, count)
-    return pictures
+    return images
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,11 +190,11 @@ def _drawn(renderer: FastRenderer, rng: np.random.Generator, *, empty: bool) -> 
     )
 
 
-def score(pictures: Sequence[TrialPicture], settings: DetectorSettings) -> Score:
-    """Score detector settings on pictures."""
-    detections = [detect(each.crop, settings) for each in pictures]
-    shown = [(each.target, found) for each, found in zip(pictures, detections, strict=True) if each.seen]
-    alarms = [found.centroid_px is not None for each, found in zip(pictures, detections, strict=True) if each.empty]
+def score(images: Sequence[EvaluationImage], settings: DetectorSettings) -> Score:
+    """Score detector settings on images."""
+    detections = [detect(each.crop, settings) for each in images]
+    shown = [(each.target, found) for each, found in zip(images, detections, strict=True) if each.seen]
+    alarms = [found.centroid_px is not None for each, found in zip(images, detections, strict=True) if each.empty]
     hits = [_is_hit(target, found.centroid_px) for target, found in shown if found.centroid_px is not None]
     both, marked, true = (
         sum(int(np.count_nonzero(mask)) for mask in masks)
@@ -223,12 +223,12 @@ def _is_hit(target: BoolImage, centroid_px: tuple[float, float]) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Colours:
-    """Colours of the target in a trial's pictures, each picture's by the median of its pixels.
+    """Colours of the target in a trial's images, each image's by the median of its pixels.
 
     Attributes
     ----------
     hue_deg, saturation, value : tuple of float
-        5, 50 and 95 of 100 pictures have less; hue is counted from its mean, so that red has no gap: it may be
+        5, 50 and 95 of 100 images have less; hue is counted from its mean, so that red has no gap: it may be
         negative, or beyond 360.
     """
 
@@ -237,10 +237,10 @@ class Colours:
     value: tuple[float, float, float]
 
 
-def target_colours(pictures: Sequence[TrialPicture]) -> Colours | None:
+def target_colours(images: Sequence[EvaluationImage]) -> Colours | None:
     """What a colour window has to let through: hue, saturation and value of the target; None where it is not seen."""
     medians = []
-    for each in pictures:
+    for each in images:
         if each.seen:
             pixels = cv2.cvtColor(each.crop, cv2.COLOR_RGB2HSV)[each.target].astype(np.float64)
             hues = _unwrapped(DEG_PER_STEP * pixels[:, 0])

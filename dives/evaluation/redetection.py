@@ -1,6 +1,6 @@
 """A recorded dive detected again with other settings, and what that gains: the paper's video S5.
 
-The pictures are those of the record, and so are the joint values that the loop believed, hence its crops; only the
+The images are those of the record, and so are the joint values that the loop estimated, hence its crops; only the
 detector differs. Which pixels show the target is not kept with a dive: they are rendered again, from the dive's file
 and the true joint values of its log.
 """
@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from cad.assembly.meshes import rig_meshes
 from dives.dive import Dive
 from dives.files import DIVE_FILE, OVERLAY_FILE, VIDEO_FILE, json_text
+from dives.ground_truth_columns import GroundTruthColumns
 from dives.metrics import dive_metrics
 from dives.metrics.detector import DETECTOR_DEFINITIONS
 from dives.paths import body_pose, target_pose
 from dives.recorder import FRAMES
 from dives.rendered_camera import Exposure, dive_stage
-from dives.truth_columns import TruthColumns
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
@@ -33,7 +33,7 @@ from rigs.atomic_files import atomic_files
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings, ImageSensor
 from scenes.stage.state import State
-from tracking.cameras import PictureFolderCamera, VideoCamera
+from tracking.cameras import ImageFolderCamera, VideoCamera
 from tracking.estimation.gimbal import Gimbal
 from tracking.log import LOG, Row, loop_columns, read_log, table_of, write_table
 from tracking.loop.loop import TrackingLoop
@@ -41,7 +41,7 @@ from tracking.loop.offline import detector_named
 from tracking.loop.variants import VARIANTS
 from tracking.overlay import overlay
 from tracking.perception import ColourWindow, DetectorSettings
-from tracking.protocols import MirrorReport, Shot
+from tracking.protocols import CameraFrame, MirrorReport
 from tracking.records import Mode, Step
 from tracking.video import VideoWriter, concatenate
 
@@ -54,8 +54,8 @@ COMPARED = (*DETECTOR_DEFINITIONS, "detected_error_rms_px")
 
 DETECTION_COLUMNS = (
     "detected",
-    "spots",
-    "spot_area_px",
+    "blobs",
+    "blob_area_px",
     "centroid_x_px",
     "centroid_y_px",
     "error_x_px",
@@ -69,7 +69,7 @@ DETECTION_COLUMNS = (
 
 @dataclass(frozen=True, kw_only=True)
 class DetectedAgain:
-    """One picture of the record with its new detection.
+    """One image of the record with its new detection.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class DetectedAgain:
         Of the new log.
     """
 
-    shot: Shot
+    camera_frame: CameraFrame
     step: Step
     row: Row
 
@@ -101,9 +101,9 @@ class Recording:
     Raises
     ------
     FileNotFoundError
-        When the folder holds no finished dive, or no pictures of it.
+        When the folder holds no finished dive, or no images of it.
     ValueError
-        When its pictures are not kept as they were.
+        When its images are not kept as they were.
     """
 
     def __init__(self, folder: Path):
@@ -114,25 +114,23 @@ class Recording:
         if self.dive.video not in LOSSLESS:
             kept = f"video = {self.dive.video!r}"
             raise ValueError(
-                f'{folder}: expected video = "ffv1" or "frames", which keep pictures as they were, got {kept}'
+                f'{folder}: expected video = "ffv1" or "frames", which keep images as they were, got {kept}'
             )
 
-    def shots(self) -> Iterator[Shot]:
-        """Its pictures, at the times of its log; `ValueError` when one is missing."""
+    def camera_frames(self) -> Iterator[CameraFrame]:
+        """Its images, at the times of its log; `ValueError` when one is missing."""
         times_s = self.log["time_s"].to_pylist()
-        camera: VideoCamera | PictureFolderCamera
+        camera: VideoCamera | ImageFolderCamera
         if self.dive.video == "frames":
-            camera = PictureFolderCamera(self.folder / FRAMES, frame_rate_hz=self.dive.frame_rate_hz)
+            camera = ImageFolderCamera(self.folder / FRAMES, frame_rate_hz=self.dive.frame_rate_hz)
         else:
             camera = VideoCamera(self.folder / VIDEO_FILE)
         try:
             for number, time_s in enumerate(times_s):
-                shot = camera.read()
-                if shot is None or abs(shot.time_s - time_s) > 0.5 / self.dive.frame_rate_hz:
-                    raise ValueError(
-                        f"{self.folder}: expected a picture for each row of its log, row {number} has none"
-                    )
-                yield replace(shot, time_s=time_s)
+                camera_frame = camera.read()
+                if camera_frame is None or abs(camera_frame.time_s - time_s) > 0.5 / self.dive.frame_rate_hz:
+                    raise ValueError(f"{self.folder}: expected an image for each row of its log, row {number} has none")
+                yield replace(camera_frame, time_s=time_s)
         finally:
             camera.close()
 
@@ -172,38 +170,38 @@ def changed_settings(dive: Dive, detector: str | None, changes: Mapping[str, Any
 def detect_again(
     recording: Recording, settings: DetectorSettings, *, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> Iterator[DetectedAgain]:
-    """Detect the target in every picture of a dive again.
+    """Detect the target in every image of a dive again.
 
     Parameters
     ----------
     recording : Recording
     settings : DetectorSettings
     progress : callable, optional
-        Gets the pictures done and to do.
+        Gets the images done and to do.
     """
     dive, rig = recording.dive, recording.rig
     renderer = FastRenderer(rig, rig_meshes(rig), dive_stage(dive, rig))
     target = renderer.stage.target
     assert target is not None  # a dive's stage has one
-    truth = TruthColumns(rig, target.shape, settings)
+    truth = GroundTruthColumns(rig, target.shape, settings)
     gimbal = Gimbal(Layout.from_rig(rig))
     loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
     rows = recording.log.to_pylist()
     sensor = ImageSensor.from_rig(rig)
     half_s = (sensor.height_px - 1) * sensor.row_time_s / 2
-    for number, (shot, recorded) in enumerate(zip(recording.shots(), rows, strict=True)):
+    for number, (camera_frame, recorded) in enumerate(zip(recording.camera_frames(), rows, strict=True)):
         # Degrees and back may end a rounding beyond a joint's limit.
         states = [
-            _state(dive, np.clip(_joints(recorded, name), gimbal.lowest, gimbal.highest), shot.time_s + later_s)
+            _state(dive, np.clip(_joints(recorded, name), gimbal.lowest, gimbal.highest), camera_frame.time_s + later_s)
             for name, later_s in (("first_row", -half_s), ("true", 0.0), ("last_row", half_s))
         ]
         state = states[1]
         q_true = np.array([state.q1, state.q2])
-        believed = MirrorReport(q=_joints(recorded, "believed"), time_s=shot.time_s, measured=False)
-        step = _as_recorded(loop.step(shot, believed), recorded)
+        estimated = MirrorReport(q=_joints(recorded, "estimated"), time_s=camera_frame.time_s, measured=False)
+        step = _as_recorded(loop.step(camera_frame, estimated), recorded)
         label = _labels(renderer, states)
         true = truth.of(_exposure(recorded, label), state, step, np.zeros(2))
-        yield DetectedAgain(shot=shot, step=step, row=_row(recorded, loop_columns(step, q_true) | true))
+        yield DetectedAgain(camera_frame=camera_frame, step=step, row=_row(recorded, loop_columns(step, q_true) | true))
         progress(number + 1, len(rows))
 
 
@@ -220,7 +218,7 @@ def redetect(
         Gets log.parquet, overlay.mp4 and comparison.json, when all of it is done.
     settings : DetectorSettings
     progress : callable
-        Gets the pictures done and to do.
+        Gets the images done and to do.
 
     Returns
     -------
@@ -234,7 +232,7 @@ def redetect(
         rows = []
         with closing(VideoWriter(segment, "h264", rate_hz)) as video:
             for each in detect_again(recording, settings, progress=progress):
-                video.write(overlay(each.shot, each.step))
+                video.write(overlay(each.camera_frame, each.step))
                 rows.append(each.row)
         again = table_of(rows)
         comparison = compared(recording.log, again)
@@ -272,7 +270,7 @@ def _row(recorded: Row, again: Row) -> Row:
     """A row of the new log: the recorded one with the columns of the new detection."""
     found = bool(again["detector_both_px"] > 0 and again["detected"])
     was_found = recorded["cause_of_loss"] == ""
-    # The record knows how fast servos and picture moved; for what was found there, nothing but the picture is to blame.
+    # The record knows how fast servos and image moved; for what was found there, nothing but the image is to blame.
     cause = "" if found else again["cause_of_loss"] if was_found else recorded["cause_of_loss"]
     return recorded | {name: again[name] for name in DETECTION_COLUMNS} | {"cause_of_loss": cause}
 

@@ -1,7 +1,7 @@
 """A camera that draws instead of rendering: a red ball in the gaze mirror's outline, both where the exact train says.
 
 It has no water, no light, no noise and no exposure time: what it leaves of a dive is geometry and time, at a hundredth
-of the cost of a rendered picture.
+of the cost of a rendered image.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tracking.estimation.gimbal import Gimbal
 from tracking.perception import ColourWindow, DetectorSettings, ExactCorners
 
 WATER, MIRROR, BALL = (20, 60, 110), (90, 120, 130), (190, 30, 25)
-"""sRGB of the picture, of the gaze mirror in it, and of the ball."""
+"""sRGB of the image, of the gaze mirror in it, and of the ball."""
 
 DRAWN_BALL = DetectorSettings(window=ColourWindow(hue_from_deg=340, hue_to_deg=20, saturation_min=0.5))
 """The detector's own settings but for the colour, which no water has changed."""
@@ -32,8 +32,8 @@ LIMB_POINTS = 24
 SUBPIXEL_BITS = 4
 
 
-class DrawnCamera:
-    """Pictures of a ball over the gaze mirror.
+class SyntheticCamera:
+    """Images of a ball over the gaze mirror.
 
     Parameters
     ----------
@@ -60,12 +60,12 @@ class DrawnCamera:
         train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
         fixed = replace(train, mirrors=train.mirrors[:1])
         self._parameters, self._project = fixed.parameters(), compiled_project(*fixed.kind)
-        # Kept, because copying a picture takes a tenth of the time of filling one with a colour.
+        # Kept, because copying an image takes a tenth of the time of filling one with a colour.
         self._water = np.full((rig.camera.height_px, rig.camera.width_px, 3), WATER, dtype=np.uint8)
         angle = np.linspace(0, 2 * np.pi, LIMB_POINTS, endpoint=False)[:, np.newaxis]
         self._circle = np.cos(angle), np.sin(angle)
 
-    def picture(self, q: FloatArray, target_m: FloatArray) -> NDArray[np.uint8]:
+    def image(self, q: FloatArray, target_m: FloatArray) -> NDArray[np.uint8]:
         """Draw what the camera would see, uint8, shape (height, width, 3).
 
         Parameters
@@ -100,9 +100,9 @@ class DrawnCamera:
         projected: tuple[Any, ...] = self._project(self._parameters, Array3f64(*columns))
         return np.asarray(np.where(ahead > 0, to_rows(projected[:2]), np.nan))
 
-    def _across(self, sight: FloatArray) -> FloatArray:
+    def _across(self, observation: FloatArray) -> FloatArray:
         """Unit circle across a line of sight, shape (LIMB_POINTS, 3)."""
-        _, _, axes = np.linalg.svd(sight[np.newaxis])
+        _, _, axes = np.linalg.svd(observation[np.newaxis])
         cosine, sine = self._circle
         return np.asarray(cosine * axes[1] + sine * axes[2])
 

@@ -1,6 +1,6 @@
 """The largest angular speed of a target that a loop can follow: an arc around the robot, faster and faster.
 
-Without rendering: servos, corners, crop, detector, filter and law are the dive's own, pictures are drawn
+Without rendering: servos, corners, crop, detector, filter and law are the dive's own, images are drawn
 (`dives.evaluation.synthetic_camera`). What light and water cost is left out; speed is a matter of time and geometry.
 """
 
@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from dives.evaluation.synthetic_camera import DRAWN_BALL, DrawnCamera
+from dives.evaluation.synthetic_camera import DRAWN_BALL, SyntheticCamera
 from dives.metrics.holding import LOSS_FRAMES
 from dives.metrics.intervals import Interval, mean_interval
 from optics.gaze.kinematics import inverse_gaze
@@ -24,7 +24,7 @@ from tracking.estimation.gimbal import Gimbal
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import Variant
 from tracking.mirrors.simulated import SimulatedMirrors
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 from tracking.records import Mode, Step
 
 Axis = Literal["azimuth", "elevation"]
@@ -235,7 +235,7 @@ class Chase:
     def __init__(self, rig: Rig, variant: Variant, arc: Arc, *, seed: int, frame_rate_hz: float):
         self.arc, self._step_s = arc, 1 / frame_rate_hz
         self._gimbal = Gimbal(Layout.from_rig(rig))
-        self._camera = DrawnCamera(rig, arc.radius_m)
+        self._camera = SyntheticCamera(rig, arc.radius_m)
         self._mirrors = SimulatedMirrors.from_rig(rig, seed=seed)
         without_check = replace(variant, behaviour=replace(variant.behaviour, check_s=0.0))
         self._loop = TrackingLoop(self._camera.rig, without_check, detector=DRAWN_BALL)
@@ -253,7 +253,7 @@ class Chase:
         for frame in range(math.ceil(self.arc.duration_s(speed_deg_per_s) / self._step_s)):
             target_m = self.arc.place_m(self.arc.angle_deg(frame * self._step_s, speed_deg_per_s))
             step, q = self._advance(target_m)
-            gap = 0 if step.detection.spots else gap + 1
+            gap = 0 if step.detection.blobs else gap + 1
             longest = max(longest, gap)
             errors.append(_angle_deg(self._gimbal.gaze(q), target_m))
             if longest > LOSS_FRAMES:
@@ -271,11 +271,11 @@ class Chase:
         return tracked_s >= SETTLING_S
 
     def _advance(self, target_m: FloatArray) -> tuple[Step, FloatArray]:
-        """Take one picture and act on it; the loop's step, and the true joint values."""
+        """Take one image and act on it; the loop's step, and the true joint values."""
         time_s = self._frame * self._step_s
         q = self._mirrors.true_q(time_s)
-        shot = Shot(image=self._camera.picture(q, target_m), time_s=time_s)
-        step = self._loop.step(shot, self._mirrors.report(time_s))
+        camera_frame = CameraFrame(image=self._camera.image(q, target_m), time_s=time_s)
+        step = self._loop.step(camera_frame, self._mirrors.report(time_s))
         self._mirrors.command(step.q_command, time_s + CONTROL_LATENCY_S)
         self._frame = self._frame + 1
         return step, q

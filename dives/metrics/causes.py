@@ -1,4 +1,4 @@
-"""Why the target was not found in a picture: one word, from what ground truth knows of that picture."""
+"""Why the target was not found in an image: one word, from what ground truth knows of that image."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 CLIPPED = 255
-"""A channel of the picture that reached it may have been brighter."""
+"""A channel of the image that reached it may have been brighter."""
 
 
 class Cause(StrEnum):
@@ -41,7 +41,7 @@ def cause_of_loss(
     """Why the target was not found, the first that applies in the order in which light meets things.
 
     A target of which less than `smallest_px` is seen was lost on the way to the camera, to whatever took most of it:
-    the edge of the gaze mirror, the hull or the mount. One that is seen was lost in the picture: smeared, blown out,
+    the edge of the gaze mirror, the hull or the mount. One that is seen was lost in the image: smeared, blown out,
     dark, and when nothing of this holds for half of it, its colour lies outside the detector's window.
 
     Parameters
@@ -49,8 +49,8 @@ def cause_of_loss(
     found : bool
         Whether the detector's mask met the target.
     full_px : float
-        Pixels that the target would have if nothing hid it and the mirror had no edge; nan where it has no picture, as
-        behind the camera. All counts are of pixels of the same picture: camera or crop.
+        Pixels that the target would have if nothing hid it and the mirror had no edge; nan where it has no image, as
+        behind the camera. All counts are of pixels of the same image: camera or crop.
     hull_px, mount_px : float
         Pixels of it that hull or mount (servos and mirror backs included) hide.
     visible_px : float
@@ -61,7 +61,7 @@ def cause_of_loss(
         Whether the mirrors follow (no scan) and a servo turns as fast as it can. A target out of view then is one that
         outran them.
     smear_px : float
-        How far the target's picture moved during the exposure.
+        How far the target's image moved during the exposure.
     saturated_share, dark_share : float
         Of its visible pixels, as `blown_and_dark` counts them; nan where there are none.
 
@@ -87,12 +87,12 @@ def cause_of_loss(
         )
         return max(parts, key=lambda part: part[0])[1]
     diameter_px = 2 * np.sqrt(full_px / np.pi)
-    in_the_picture = (
+    in_the_image = (
         (smear_px > diameter_px, Cause.SLEWING),
         (saturated_share > 0.5, Cause.SATURATED),
         (dark_share > 0.5, Cause.TOO_DARK),
     )
-    return next((cause for applies, cause in in_the_picture if applies), Cause.COLOUR)
+    return next((cause for applies, cause in in_the_image if applies), Cause.COLOUR)
 
 
 def blown_and_dark(pixels: NDArray[np.uint8], *, value_min: float) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""How far off the loop looks and believes: errors against ground truth, in degrees and in pixels of the crop."""
+"""How far off the loop looks and estimates: errors against ground truth, in degrees and in pixels of the crop."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ ERRORS = {
     "detected_error": "px: distance of the detected centroid from the target's true place in the crop, found frames",
     "predicted_error": "px: distance of the filter's prediction from the target's true place in the crop, frames from"
     " the acquisition on",
-    "believed_direction_error": "deg: angle between the direction to the target that the loop believes and the true"
-    " one, frames from the acquisition on in which it believes one",
+    "estimated_direction_error": "deg: angle between the direction to the target that the loop estimates and the true"
+    " one, frames from the acquisition on in which it estimates one",
 }
 
 POINTING_DEFINITIONS = {
@@ -43,7 +43,7 @@ def pointing_metrics(frames: Frames) -> dict[str, object]:
         **_spread("crop_error", "px", _length(true_px - crop_centre_px(frames))[after]),
         **_spread("detected_error", "px", _length(centroid_px - true_px)[frames.found]),
         **_spread("predicted_error", "px", _length(predicted_px - true_px)[after]),
-        **_spread("believed_direction_error", "deg", believed_direction_error_deg(frames)[after]),
+        **_spread("estimated_direction_error", "deg", estimated_direction_error_deg(frames)[after]),
     }
 
 
@@ -54,14 +54,14 @@ def crop_centre_px(frames: Frames) -> FloatArray:
     return np.asarray(np.median(finite, axis=0)) if len(finite) else np.full(2, np.nan)
 
 
-def believed_direction_error_deg(frames: Frames) -> FloatArray:
-    """Angle between the believed and the true direction to the target, shape (n,); nan where none is believed."""
-    believed, true = (
+def estimated_direction_error_deg(frames: Frames) -> FloatArray:
+    """Angle between the estimated and the true direction to the target, shape (n,); nan where none is estimated."""
+    estimated, true = (
         unit_vectors(frames.numbers[f"{name}_azimuth_deg"], frames.numbers[f"{name}_elevation_deg"])
-        for name in ("believed", "true")
+        for name in ("estimated", "true")
     )
     # The half chord keeps its digits at small angles, where an arc cosine has lost them.
-    half_chord = 0.5 * _length(believed - true)
+    half_chord = 0.5 * _length(estimated - true)
     return np.asarray(np.degrees(2 * np.arcsin(np.minimum(half_chord, 1.0))))
 
 

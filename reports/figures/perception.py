@@ -1,4 +1,4 @@
-"""Figures of perception: the error of interpolated corners over the joints, and the steps from picture to mask."""
+"""Figures of perception: the error of interpolated corners over the joints, and the steps from image to mask."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tracking.perception.corner_error import CornerError
 
 if TYPE_CHECKING:
     # It renders; what draws the maps of corners need not load the renderer.
-    from dives.evaluation.detector_evaluation import TrialPicture
+    from dives.evaluation.detector_evaluation import EvaluationImage
 
 OUTLINE, FOUND, TRUE = "#2a9d8f", "#e76f51", "#00e5ff"
 
@@ -77,25 +77,25 @@ def _map(axes: Axes, error: CornerError, largest_px: float) -> mpl.image.AxesIma
     return image
 
 
-def draw_detection(pictures: Sequence[TrialPicture], settings: DetectorSettings, path: Path) -> None:
-    """Figure: for each picture the mirror's outline in it, the crop with what was found, and the mask (figure 8)."""
+def draw_detection(pictures: Sequence[EvaluationImage], settings: DetectorSettings, path: Path) -> None:
+    """Figure: for each image the mirror's outline in it, the crop with what was found, and the mask (figure 8)."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3.2 * len(pictures), 7.0), layout="constrained")
         rows = figure.subplots(3, len(pictures), squeeze=False)
         for (whole, crop, mask), each in zip(rows.T, pictures, strict=True):
             detection = detect(each.crop, settings)
-            whole.imshow(each.picture)
+            whole.imshow(each.image)
             outline = np.vstack([each.corners_px, each.corners_px[:1]])
             whole.plot(*outline.T, color=OUTLINE, linewidth=1.5)
             whole.plot(*each.corners_px[0], marker="o", color=OUTLINE, markersize=5)
-            whole.set_xlim(-0.5, each.picture.shape[1] - 0.5)
-            whole.set_ylim(each.picture.shape[0] - 0.5, -0.5)
+            whole.set_xlim(-0.5, each.image.shape[1] - 0.5)
+            whole.set_ylim(each.image.shape[0] - 0.5, -0.5)
             whole.set_title(f"{each.distance_m:.1f} m away, {each.elevation_deg:+.0f} degrees")
             crop.imshow(each.crop)
             crop.contour(each.target, levels=[0.5], colors=[TRUE], linewidths=0.8)
             mask.imshow(detection.mask, cmap="gray", vmin=0, vmax=255)
-            for spot in detection.spots:
-                x, y, width, height = spot.box_px
+            for blob in detection.blobs:
+                x, y, width, height = blob.box_px
                 for axes in (crop, mask):
                     axes.add_patch(
                         mpl.patches.Rectangle((x - 0.5, y - 0.5), width, height, edgecolor=FOUND, facecolor="none")
@@ -106,6 +106,6 @@ def draw_detection(pictures: Sequence[TrialPicture], settings: DetectorSettings,
                 axes.set_xticks([])
                 axes.set_yticks([])
                 axes.spines[:].set_color(INK)
-        for axes, name in zip(rows[:, 0], ("picture", "crop", "mask"), strict=True):
+        for axes, name in zip(rows[:, 0], ("image", "crop", "mask"), strict=True):
             axes.set_ylabel(name)
         save_figure(figure, path)

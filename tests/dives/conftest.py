@@ -1,4 +1,4 @@
-"""A rig with a small picture and a dive in open water: what a rendered dive is made of, but for the minutes."""
+"""A rig with a small image and a dive in open water: what a rendered dive is made of, but for the minutes."""
 
 from pathlib import Path
 
@@ -53,5 +53,5 @@ def small_folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def small_dive(small_folder) -> Dive:
-    """Eight pictures of 160 x 120."""
+    """Eight images of 160 x 120."""
     return parse_dive(SMALL_DIVE, source="small", folder=small_folder)

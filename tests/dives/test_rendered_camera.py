@@ -104,11 +104,11 @@ def test_mirrors_go_on_from_a_snapshot_through_json():
     assert np.array_equal(first.q(times), second.q(times))
 
 
-def test_picture_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_dive, rig, parts):
-    """Two ways to the same picture: by hand from renderer and sensor, and from the camera."""
+def test_image_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_dive, rig, parts):
+    """Two ways to the same image: by hand from renderer and sensor, and from the camera."""
     still = small_dive.model_copy(update={"robot": Hover(motion="hover")})
     taken = camera(still, rig, parts)
-    shot = taken.read()
+    camera_frame = taken.read()
     stage = dive_stage(still, rig)
     sensor = ImageSensor.from_rig(rig)
     settings = start_settings(sensor, stage.light.white_radiance(still.depth_m))
@@ -120,18 +120,18 @@ def test_picture_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_
     frame = FastRenderer(rig, parts, stage).render(
         world_from_body=body_pose(still, 0.0), world_from_target=target_pose(still, 0.0), time_s=float(times.mean())
     )
-    picture = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).picture
-    assert np.array_equal(shot.image, picture)
+    image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).image
+    assert np.array_equal(camera_frame.image, image)
     assert np.array_equal(exposure.label, frame.label)
 
 
-def test_pictures_come_at_the_frame_rate_and_then_no_more(small_dive, rig, parts):
+def test_images_come_at_the_frame_rate_and_then_no_more(small_dive, rig, parts):
     short = small_dive.model_copy(update={"duration_s": 0.1})
     taken = camera(short, rig, parts)
     times = []
-    while (shot := taken.read()) is not None:
-        times.append(shot.time_s)
-        assert (taken.exposure.start_s + taken.exposure.end_s) / 2 == pytest.approx(shot.time_s)
+    while (camera_frame := taken.read()) is not None:
+        times.append(camera_frame.time_s)
+        assert (taken.exposure.start_s + taken.exposure.end_s) / 2 == pytest.approx(camera_frame.time_s)
     assert times == pytest.approx(np.arange(3) / 30)
     assert taken.next_time_s is None
 
@@ -139,7 +139,7 @@ def test_pictures_come_at_the_frame_rate_and_then_no_more(small_dive, rig, parts
 def test_a_fast_slew_is_rendered_several_times_and_blurs(small_dive, rig, parts, monkeypatch):
     """Sway alone leaves one frame; at 1 rad/s a joint moves the view by pixels while a row is open.
 
-    By two of them, in this small picture: steps are made finer here.
+    By two of them, in this small image: steps are made finer here.
     """
     monkeypatch.setattr(rendered_camera, "STEP_PX", 0.9)
     taken = camera(small_dive, rig, parts)

@@ -1,7 +1,7 @@
 """Dives that are stopped: nothing finished is lost, and the files do not tell.
 
-Eight small pictures in segments of three. What a dive must withstand is what stops it in earnest: a killed process, a
-full disk, a picture that cannot be made, and the same while the segments are being put together.
+Eight small images in segments of three. What a dive must withstand is what stops it in earnest: a killed process, a
+full disk, an image that cannot be made, and the same while the segments are being put together.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _short_segments():
 
 @pytest.fixture(scope="module", autouse=True)
 def _one_renderer_for_all():
-    """A renderer keeps nothing from picture to picture, and takes longer to make than a dive of eight."""
+    """A renderer keeps nothing from image to image, and takes longer to make than a dive of eight."""
     made: dict[str, object] = {}
     make = rendered_camera.FastRenderer
     with pytest.MonkeyPatch.context() as patch:
@@ -99,7 +99,7 @@ def test_a_dive_writes_what_it_says(small_dive, whole, tmp_path):
 
 
 def test_stopped_again_and_again_it_goes_on_to_the_same_bytes(small_dive, whole, tmp_path):
-    """Before the first segment's end, behind it, and after the last picture; each time a new loop takes over."""
+    """Before the first segment's end, behind it, and after the last image; each time a new loop takes over."""
     said: list[str] = []
     for frames in (1, 5, 8):
         with pytest.raises(StoppedError):
@@ -143,7 +143,7 @@ def test_a_full_disk_loses_nothing_that_was_finished(small_dive, whole, tmp_path
     assert bytes_of(run_dive(small_dive, tmp_path / "dive")) == whole
 
 
-def test_a_picture_that_cannot_be_made_loses_nothing_that_was_finished(small_dive, whole, tmp_path, monkeypatch):
+def test_a_image_that_cannot_be_made_loses_nothing_that_was_finished(small_dive, whole, tmp_path, monkeypatch):
     """The sensor refuses light that is not a number."""
     take, taken = rendered_camera.capture, []
 
@@ -169,7 +169,7 @@ def test_stopped_while_the_segments_are_put_together(small_dive, whole, tmp_path
         patch.setattr(files, name, full)
         with pytest.raises(DiveStoppedError, match="8 of 8 frames are kept"):
             run_dive(small_dive, tmp_path / "dive")
-    # No picture is made a second time.
+    # No image is made a second time.
     with monkeypatch.context() as patch:
         patch.setattr(runner, "ClosedLoop", None)
         assert bytes_of(run_dive(small_dive, tmp_path / "dive")) == whole

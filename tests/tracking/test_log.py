@@ -6,7 +6,7 @@ import pytest
 
 from dives.metrics.frames import FLAGS, NUMBERS, TEXT
 from tracking.log import COLUMNS, LOG, SCHEMA, loop_columns, read_log, table_of, write_table
-from tracking.records import Detection, Mode, Spot, Step
+from tracking.records import Blob, Detection, Mode, Step
 
 EXAMPLES = {pa.int32(): 1, pa.float64(): 0.5, pa.string(): "track", pa.bool_(): True}
 
@@ -16,14 +16,14 @@ def row(frame):
 
 
 def step(**changes):
-    spots = tuple(
-        Spot(area_px=area, centroid_px=(0.0, 0.0), box_px=(0, 0, 1, 1), circularity=1.0) for area in (256.0, 156.0)
+    blobs = tuple(
+        Blob(area_px=area, centroid_px=(0.0, 0.0), box_px=(0, 0, 1, 1), circularity=1.0) for area in (256.0, 156.0)
     )
-    detection = Detection(mask=np.zeros((2, 2), np.uint8), spots=spots, centroid_px=(3.0, 4.0))
+    detection = Detection(mask=np.zeros((2, 2), np.uint8), blobs=blobs, centroid_px=(3.0, 4.0))
     values = {
         "time_s": 1.5,
         "mode": Mode.TRACK,
-        "q_believed": np.radians([1.0, 2.0]),
+        "q_estimated": np.radians([1.0, 2.0]),
         "q_command": np.radians([3.0, 4.0]),
         "corners_px": np.zeros((4, 2)),
         "crop": np.zeros((2, 2, 3), np.uint8),
@@ -59,42 +59,42 @@ def test_columns_of_a_step_are_in_degrees_and_crop_pixels():
         "mode": "track",
         "q1_command_deg": 3.0,
         "q2_command_deg": 4.0,
-        "q1_believed_deg": 1.0,
-        "q2_believed_deg": 2.0,
+        "q1_estimated_deg": 1.0,
+        "q2_estimated_deg": 2.0,
         "q1_true_deg": -1.0,
         "q2_true_deg": -2.0,
         "detected": True,
-        "spots": 2,
-        "spot_area_px": 412.0,
+        "blobs": 2,
+        "blob_area_px": 412.0,
         "centroid_x_px": 3.0,
         "centroid_y_px": 4.0,
         "predicted_x_px": 5.0,
         "predicted_y_px": 6.0,
         "error_x_px": 7.0,
         "error_y_px": 8.0,
-        "believed_azimuth_deg": 90.0,
-        "believed_elevation_deg": 45.0,
+        "estimated_azimuth_deg": 90.0,
+        "estimated_elevation_deg": 45.0,
     }
     assert found == pytest.approx(expected)
 
 
 def test_what_is_not_known_is_nan():
-    nothing = Detection(mask=np.zeros((2, 2), np.uint8), spots=(), centroid_px=None)
+    nothing = Detection(mask=np.zeros((2, 2), np.uint8), blobs=(), centroid_px=None)
     found = loop_columns(step(detection=nothing, predicted_px=None, error_px=None, target_direction=None), np.zeros(2))
     unknown = {name for name, value in found.items() if isinstance(value, float) and np.isnan(value)}
     assert unknown == {
         *(f"{name}_{axis}_px" for name in ("centroid", "predicted", "error") for axis in "xy"),
-        "believed_azimuth_deg",
-        "believed_elevation_deg",
+        "estimated_azimuth_deg",
+        "estimated_elevation_deg",
     }
     assert not found["detected"]
 
 
 def test_a_row_with_a_column_too_few_or_too_many_is_refused():
     short = row(0)
-    del short["spots"]
+    del short["blobs"]
     for wrong in (short, row(0) | {"step_ms": 1.0}):
-        with pytest.raises(ValueError, match=r"spots|step_ms"):
+        with pytest.raises(ValueError, match=r"blobs|step_ms"):
             table_of([wrong])
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.kernels.arrays import FloatArray
-from tracking.perception.crop import check_picture
+from tracking.perception.crop import check_image
 
 ENLARGED = 3
 """The finder's own templates are some pixels wide: on three times larger a picture its error falls by half."""
@@ -37,7 +37,7 @@ def board_corners(image: NDArray[np.uint8], outline_px: ArrayLike, *, columns: i
     A board that the outline cuts may be taken for a whole one, one square further on: look only where all of it is
     expected, with a square to spare.
     """
-    check_picture("image", image)
+    check_image("image", image)
     outline = np.asarray(outline_px, dtype=np.float64)
     if outline.shape != (4, 2) or not np.isfinite(outline).all():
         raise ValueError(f"expected an outline of four finite corners, got {outline.tolist()}")

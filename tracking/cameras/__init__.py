@@ -1,4 +1,4 @@
-"""Cameras that the loop can see through: video files, folders of pictures, live cameras."""
+"""Cameras that the loop can see through: video files, folders of images, live cameras."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from pathlib import Path
 
 from rigs import ImageSensorSpec, Rig
 from tracking.cameras.live import LiveCamera, is_live
-from tracking.cameras.video import PictureFolderCamera, VideoCamera
+from tracking.cameras.video import ImageFolderCamera, VideoCamera
 
-__all__ = ["LiveCamera", "PictureFolderCamera", "VideoCamera", "open_camera"]
+__all__ = ["ImageFolderCamera", "LiveCamera", "VideoCamera", "open_camera"]
 
 
-def open_camera(source: str, rig: Rig) -> VideoCamera | PictureFolderCamera | LiveCamera:
-    """The camera that a name means: a number or /dev/video* is live, a folder holds pictures, the rest is a video.
+def open_camera(source: str, rig: Rig) -> VideoCamera | ImageFolderCamera | LiveCamera:
+    """The camera that a name means: a number or /dev/video* is live, a folder holds images, the rest is a video.
 
-    Pictures in a folder are taken at the frame rate of the rig's image sensor.
+    Images in a folder are taken at the frame rate of the rig's image sensor.
 
     Raises
     ------
@@ -25,5 +25,5 @@ def open_camera(source: str, rig: Rig) -> VideoCamera | PictureFolderCamera | Li
         return LiveCamera(source)
     path = Path(source)
     if path.is_dir():
-        return PictureFolderCamera(path, frame_rate_hz=(rig.image_sensor or ImageSensorSpec()).frame_rate_hz)
+        return ImageFolderCamera(path, frame_rate_hz=(rig.image_sensor or ImageSensorSpec()).frame_rate_hz)
     return VideoCamera(path)

@@ -9,10 +9,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 
 MOST_FAILURES = 10
-"""Pictures in a row that may fail before the camera counts as gone."""
+"""Images in a row that may fail before the camera counts as gone."""
 
 
 def is_live(source: str) -> bool:
@@ -21,10 +21,10 @@ def is_live(source: str) -> bool:
 
 
 class LiveCamera:
-    """Pictures as they come, on the machine's steady clock with the camera's opening at 0.
+    """Images as they come, on the machine's steady clock with the camera's opening at 0.
 
-    A picture's time is that of its arrival less half a frame: the driver says neither how long it exposed nor how long
-    the picture was on its way.
+    An image's time is that of its arrival less half a frame: the driver says neither how long it exposed nor how long
+    the image was on its way.
 
     Parameters
     ----------
@@ -34,10 +34,10 @@ class LiveCamera:
     Attributes
     ----------
     skipped, missing : int
-        Pictures that failed so far.
+        Images that failed so far.
     frame_rate_hz : float, optional
         As the driver states it.
-    expected_pictures : None
+    expected_images : None
         There is no end.
 
     Raises
@@ -46,7 +46,7 @@ class LiveCamera:
         When there is no such camera, or it does not open.
     """
 
-    expected_pictures = None
+    expected_images = None
 
     def __init__(self, source: str):
         device = f"/dev/video{source}" if source.isdecimal() else source
@@ -58,26 +58,28 @@ class LiveCamera:
         rate = self._capture.get(cv2.CAP_PROP_FPS)
         self.frame_rate_hz = rate if rate > 0 else None
         self._half_frame_s = 0.5 / self.frame_rate_hz if self.frame_rate_hz else 0.0
-        # So that no picture can be from before time 0.
+        # So that no image can be from before time 0.
         self._start_s = time.monotonic() - self._half_frame_s
         self.skipped = 0
 
     @property
     def missing(self) -> int:
-        """Nothing else tells of a missing picture."""
+        """Nothing else tells of a missing image."""
         return self.skipped
 
     def now_s(self) -> float:
         """The camera's clock: what commands to the mirrors are timed with."""
         return time.monotonic() - self._start_s
 
-    def read(self) -> Shot | None:
-        """Wait for the next picture; None when the camera is gone."""
+    def read(self) -> CameraFrame | None:
+        """Wait for the next image; None when the camera is gone."""
         for _ in range(MOST_FAILURES):
             good, image = self._capture.read()
             if good:
                 time_s = self.now_s() - self._half_frame_s
-                return Shot(image=np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), dtype=np.uint8), time_s=time_s)
+                return CameraFrame(
+                    image=np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), dtype=np.uint8), time_s=time_s
+                )
             self.skipped += 1
         return None
 

@@ -1,4 +1,4 @@
-"""Recorded pictures as a camera: video files, and folders of PNGs."""
+"""Recorded images as a camera: video files, and folders of PNGs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import av
 import cv2
 import numpy as np
 
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 
 LONG_STEP = 1.5
 """Frame periods from one time stamp to the next, from which on a frame is missing between them."""
 
 
 class VideoCamera:
-    """Pictures of a video file, with the time stamps of its container, the video's start at 0.
+    """Images of a video file, with the time stamps of its container, the video's start at 0.
 
-    Pictures that cannot be decoded, that the decoder calls corrupt, or whose time does not come after the one before
+    Images that cannot be decoded, that the decoder calls corrupt, or whose time does not come after the one before
     are left out and counted. What a decoder patches up without a word, it gives as good.
 
     Parameters
@@ -29,12 +29,12 @@ class VideoCamera:
     Attributes
     ----------
     skipped : int
-        Pictures that were left out so far.
+        Images that were left out so far.
     missing : int
-        Pictures that, by the time stamps, the file has never had or that were left out, so far.
+        Images that, by the time stamps, the file has never had or that were left out, so far.
     frame_rate_hz : float, optional
         As the container states it.
-    expected_pictures : int, optional
+    expected_images : int, optional
         How many there should be, if the container knows.
 
     Raises
@@ -45,33 +45,33 @@ class VideoCamera:
 
     def __init__(self, path: Path):
         if not path.is_file():
-            raise FileNotFoundError(f"{path}: expected a video, a folder of pictures or a camera; there is none")
+            raise FileNotFoundError(f"{path}: expected a video, a folder of images or a camera; there is none")
         try:
             self._container = av.open(str(path))
         except av.error.FFmpegError as error:
             raise ValueError(f"{path}: expected a video, got something else ({error.strerror})") from None
         if not self._container.streams.video:
             self._container.close()
-            raise ValueError(f"{path}: expected a video, got a file without pictures")
+            raise ValueError(f"{path}: expected a video, got a file without images")
         self._stream = self._container.streams.video[0]
         self._stream.thread_type = "AUTO"
         self.skipped = 0
         self.missing = 0
         rate = self._stream.guessed_rate
         self.frame_rate_hz = float(rate) if rate else None
-        self.expected_pictures = self._count()
+        self.expected_images = self._count()
         self._last_s = -np.inf
-        self._shots = self._decoded()
+        self._camera_frames = self._decoded()
 
-    def read(self) -> Shot | None:
-        """Next picture; None at the end."""
-        return next(self._shots, None)
+    def read(self) -> CameraFrame | None:
+        """Next image; None at the end."""
+        return next(self._camera_frames, None)
 
     def close(self) -> None:
         """Close the file."""
         self._container.close()
 
-    def _decoded(self) -> Iterator[Shot]:
+    def _decoded(self) -> Iterator[CameraFrame]:
         for number, frame in enumerate(self._frames()):
             time_s = self._time_s(frame, number)
             if frame.is_corrupt or not time_s > self._last_s:
@@ -81,7 +81,7 @@ class VideoCamera:
                 steps = (time_s - self._last_s) * self.frame_rate_hz
                 self.missing += round(steps) - 1 if steps > LONG_STEP else 0
             self._last_s = time_s
-            yield Shot(image=frame.to_ndarray(format="rgb24"), time_s=time_s)
+            yield CameraFrame(image=frame.to_ndarray(format="rgb24"), time_s=time_s)
 
     def _frames(self) -> Iterator[Any]:
         packets = self._container.demux(self._stream)
@@ -96,7 +96,7 @@ class VideoCamera:
                 self.skipped += 1
 
     def _time_s(self, frame: Any, number: int) -> float:
-        """Time stamp; bare streams have none, but pictures at a steady rate."""
+        """Time stamp; bare streams have none, but images at a steady rate."""
         if frame.pts is None or frame.time_base is None:
             return number / (self.frame_rate_hz or 1.0)
         start = self._stream.start_time or 0
@@ -110,10 +110,10 @@ class VideoCamera:
         return None
 
 
-class PictureFolderCamera:
+class ImageFolderCamera:
     """PNGs of a folder in the order of their names, at a steady rate from time 0.
 
-    A picture that cannot be read is left out and counted; its time passes.
+    An image that cannot be read is left out and counted; its time passes.
 
     Parameters
     ----------
@@ -123,9 +123,9 @@ class PictureFolderCamera:
     Attributes
     ----------
     skipped, missing : int
-        Pictures that were left out so far.
+        Images that were left out so far.
     frame_rate_hz : float
-    expected_pictures : int
+    expected_images : int
 
     Raises
     ------
@@ -138,23 +138,23 @@ class PictureFolderCamera:
         if not self._paths:
             raise FileNotFoundError(f"{folder}: expected a folder of PNG files, found none")
         self.frame_rate_hz = frame_rate_hz
-        self.expected_pictures = len(self._paths)
+        self.expected_images = len(self._paths)
         self.skipped = 0
         self._next = 0
 
     @property
     def missing(self) -> int:
-        """Nothing else tells of a missing picture."""
+        """Nothing else tells of a missing image."""
         return self.skipped
 
-    def read(self) -> Shot | None:
-        """Next picture; None at the end."""
+    def read(self) -> CameraFrame | None:
+        """Next image; None at the end."""
         while self._next < len(self._paths):
             number = self._next
             self._next += 1
             image = cv2.imdecode(np.fromfile(self._paths[number], dtype=np.uint8), cv2.IMREAD_COLOR_RGB)
             if image is not None:
-                return Shot(image=np.asarray(image, dtype=np.uint8), time_s=number / self.frame_rate_hz)
+                return CameraFrame(image=np.asarray(image, dtype=np.uint8), time_s=number / self.frame_rate_hz)
             self.skipped += 1
         return None
 

@@ -20,14 +20,14 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from tracking.estimation.gimbal import Gimbal
-from tracking.estimation.sight_lines import SightLines
+from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.perception import Crop
 
 MIDDLE = 0.5
 """Share of the crop over which its scale is taken: the outer parts may miss M1."""
 
 
-def crop_scale(sight_lines: SightLines, crop_at: Callable[[FloatArray], Crop], q: FloatArray) -> FloatArray:
+def crop_scale(lines_of_sight: LinesOfSight, crop_at: Callable[[FloatArray], Crop], q: FloatArray) -> FloatArray:
     """Radians of gaze to a pixel of the crop along x and y, shape (2,), at joint values; nan where no mirror is seen.
 
     The mean over the crop's middle half of the angle between the rays of its ends, through port and mirrors.
@@ -39,7 +39,7 @@ def crop_scale(sight_lines: SightLines, crop_at: Callable[[FloatArray], Crop], q
     scale = np.full(2, np.nan)
     for axis, length in enumerate(MIDDLE * size):
         offset = np.eye(2)[axis] * length / 2
-        ends = [sight_lines.ray(pixel, q) for pixel in crop.to_image([centre - offset, centre + offset])]
+        ends = [lines_of_sight.ray(pixel, q) for pixel in crop.to_image([centre - offset, centre + offset])]
         if ends[0] is not None and ends[1] is not None:
             scale[axis] = _angle(ends[0].direction, ends[1].direction) / length
     return scale
@@ -54,7 +54,7 @@ def level_pose(gimbal: Gimbal) -> FloatArray:
 def centroid_motion(gimbal: Gimbal, scale: FloatArray, q: FloatArray) -> FloatArray:
     """B of eq. 8: pixels of the crop that a still target moves, to a radian of each joint, shape (2, 2).
 
-    Of a target in the middle: that a pan off the horizon turns the picture about its middle as well is left out.
+    Of a target in the middle: that a pan off the horizon turns the image about its middle as well is left out.
     """
     _, tilt = gimbal.angles(q)
     return np.asarray(np.diag(gimbal.signs * [math.cos(2 * tilt), 2.0] / scale))

@@ -1,7 +1,7 @@
 """The paper's law, eqs. 11 to 15, as printed and as it must be meant.
 
-As printed, eq. 14 turns the tilt by the error of x, one picture late, and eq. 15 adds the prediction while the target
-*is* found: `paper-literal`. Text and figure 12 say otherwise: the tilt follows the error of y of the same picture (1/2,
+As printed, eq. 14 turns the tilt by the error of x, one image late, and eq. 15 adds the prediction while the target
+*is* found: `paper-literal`. Text and figure 12 say otherwise: the tilt follows the error of y of the same image (1/2,
 because the gaze turns by twice the mirror's turn) and the prediction stands in while the target is *not* found:
 `paper`. The text calls it a PD law; no equation has a derivative.
 
@@ -20,14 +20,14 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 
 GAIN = 0.25
-"""Share of the error that one picture takes away. From exposure to the joint's answer two pictures pass, so that
+"""Share of the error that one image takes away. From exposure to the joint's answer two images pass, so that
 ``e_(k+1) = e_k - GAIN e_(k-1)``: both roots of ``z^2 - z + GAIN`` are 1/2, the fastest return without overshoot.
-A target at a steady rate is followed 1 / GAIN pictures late."""
+A target at a steady rate is followed 1 / GAIN images late."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CropErrors:
-    """Errors of one picture, crop pixels, shape (2,) each, zero for what there is not.
+    """Errors of one image, crop pixels, shape (2,) each, zero for what there is not.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ def printed_turn(now: CropErrors, before: CropErrors, gains: FloatArray) -> Floa
     Parameters
     ----------
     now, before : CropErrors
-        Of this picture and of the one before.
+        Of this image and of the one before.
     gains : array, shape (2,)
         kp1, kp2, radians to a pixel.
     """

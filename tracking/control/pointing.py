@@ -83,7 +83,7 @@ class Pointing:
         q : array, shape (2,)
             Joint values now.
         seen : bool
-            Whether the target is in the last picture.
+            Whether the target is in the last image.
         """
         pan_now = min(max(self._gimbal.angles(q)[0], self._pan_limits[0]), self._pan_limits[1])
         x, y, z = self._gimbal.in_gimbal(bearing.after(ahead_s).direction).tolist()

@@ -36,7 +36,7 @@ class Search:
 
     def __init__(self, gimbal: Gimbal, speeds: JointSpeeds, view: FloatArray):
         self._gimbal, self._speeds, self._step = gimbal, speeds, (1 - OVERLAP) * view
-        # Lost pictures leave no gap: from one to the next the gaze goes on by no more than a step.
+        # Lost images leave no gap: from one to the next the gaze goes on by no more than a step.
         self._longest_s = min(float(self._step[0]) / speeds.pan, float(self._step[1]) / (2 * speeds.tilt))
         self._raster = raster_path(gimbal, speeds, self._step)
         self._around: JointPath | None = None

@@ -1,1 +1,1 @@
-"""Where the target is believed to be: the Kalman filter, in the crop (the paper) and among directions."""
+"""Where the target is estimated to be: the Kalman filter, in the crop (the paper) and among directions."""

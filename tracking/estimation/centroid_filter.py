@@ -1,7 +1,7 @@
 """The paper's filter, eqs. 8 to 10: the state is the target's centroid in the crop.
 
 The paper prints neither A, B, u nor Q and R. Read here as: A = I, so that a centroid stays where it is but for noise;
-u is the turn of the joints since the last picture and B what that does to the centroid (`tracking.control.crop_scale`),
+u is the turn of the joints since the last image and B what that does to the centroid (`tracking.control.crop_scale`),
 or nothing (`paper-literal`). With B u the prediction of a lost target stays where it was in the world while the mirror
 turns towards it; without, it stays where it was in the crop and the mirror runs on after it.
 """
@@ -25,7 +25,7 @@ class CentroidNoise:
     Attributes
     ----------
     process_px : float
-        How far a target wanders in the crop from picture to picture: at 30 pictures a second, 6 px of 320 are about
+        How far a target wanders in the crop from image to image: at 30 images a second, 6 px of 320 are about
         12 degrees/s.
     measurement_px : float
         How well a detected centroid is known.
@@ -49,7 +49,7 @@ class CentroidFilter:
         return None if self._estimate is None else self._estimate.mean
 
     def predict(self, moved_px: ArrayLike = 0.0) -> None:
-        """Go on to the next picture, in which the mirror's own turn has moved the target by B u, `moved_px`."""
+        """Go on to the next image, in which the mirror's own turn has moved the target by B u, `moved_px`."""
         if self._estimate is not None:
             self._estimate = predict(self._estimate, np.eye(2), self._process, moved_px)
 

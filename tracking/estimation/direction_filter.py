@@ -1,7 +1,7 @@
 """The target's direction in the body frame, at a constant rate: the default's filter.
 
-In the picture a target moves when the mirror turns. Among the directions of the body it does not: the mirror's own turn
-is taken out of each measurement, exactly, by `SightLines`, and what is left is the target's (and the vehicle's) motion.
+In the image a target moves when the mirror turns. Among the directions of the body it does not: the mirror's own turn
+is taken out of each measurement, exactly, by `LinesOfSight`, and the target's (and vehicle's) motion is left.
 
 The state is the direction and its rate, three columns of eqs. 8 and 9 with one covariance, since noise has no preferred
 direction: the model ``A = [1 dt; 0 1]`` of a white acceleration (Bar-Shalom, Li & Kirubarajan, Estimation with
@@ -53,7 +53,7 @@ class DirectionNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class Bearing:
-    """Where the target is believed to be, seen from the centre of M2, and how it moves.
+    """Where the target is estimated to be, seen from the centre of M2, and how it moves.
 
     Attributes
     ----------

@@ -20,7 +20,7 @@ from optics.kernels.arrays import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """What is believed of a state.
+    """What is estimated of a state.
 
     Attributes
     ----------

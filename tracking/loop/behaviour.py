@@ -1,13 +1,13 @@
 """The behaviour of figure 12 as a state machine: check, scan, track, predict, and scan again.
 
     CHECK    --- its time is over ----------------------------> SCAN
-    SCAN     --- seen in `confirm_frames` pictures -----------> TRACK
+    SCAN     --- seen in `confirm_frames` images -----------> TRACK
     TRACK    --- not seen ------------------------------------> PREDICT
     PREDICT  --- seen ----------------------------------------> TRACK
     PREDICT  --- not seen for more than `predict_frames` -----> SCAN
 
-While scanning, a target that was seen but not yet often enough is a candidate: it is already followed, and a picture
-without it takes one of its pictures away again. While predicting, a picture that does not show the place where the
+While scanning, a target that was seen but not yet often enough is a candidate: it is already followed, and an image
+without it takes one of its images away again. While predicting, an image that does not show the place where the
 target is expected, because the mirror is still on its way there, says nothing; so many do not count.
 """
 
@@ -28,11 +28,11 @@ class BehaviourSettings:
     check_s : float
         Duration of the functional check, seconds; 0 leaves it out. The paper's takes the first 30 s.
     confirm_frames : int
-        Pictures that a target must be seen in before it is tracked; the paper's first is enough.
+        Images that a target must be seen in before it is tracked; the paper's first is enough.
     predict_frames : int
-        Pictures that a lost target is looked for where it is predicted; the paper's 30.
+        Images that a lost target is looked for where it is predicted; the paper's 30.
     unseen_frames : int
-        Pictures that do not count, because the place where it is predicted is not in the crop. The paper counts all.
+        Images that do not count, because the place where it is predicted is not in the crop. The paper counts all.
     """
 
     check_s: float = 30.0
@@ -63,11 +63,11 @@ class BehaviourState:
     ----------
     mode : Mode
     hits : int
-        While scanning: in how many pictures a candidate was seen, less those it was missed in.
+        While scanning: in how many images a candidate was seen, less those it was missed in.
     missed : int
-        While predicting: pictures without the target that count.
+        While predicting: images without the target that count.
     unseen : int
-        While predicting: pictures that do not.
+        While predicting: images that do not.
     """
 
     mode: Mode = Mode.CHECK
@@ -79,17 +79,17 @@ class BehaviourState:
 def next_state(
     state: BehaviourState, settings: BehaviourSettings, *, elapsed_s: float, found: bool, expected: bool
 ) -> BehaviourState:
-    """State in which the command after one more picture is decided.
+    """State in which the command after one more image is decided.
 
     Parameters
     ----------
     state : BehaviourState
-        After the picture before.
+        After the image before.
     settings : BehaviourSettings
     elapsed_s : float
-        Since the first picture.
+        Since the first image.
     found : bool
-        Whether the target is seen in this picture. The functional check does not look.
+        Whether the target is seen in this image. The functional check does not look.
     expected : bool
         Whether the place where it is predicted lies in the crop.
     """

@@ -1,4 +1,4 @@
-"""The loop: a picture and a report of the mirrors in, joint values out."""
+"""The loop: an image and a report of the mirrors in, joint values out."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import ImageSensorSpec, Rig
-from tracking.control.crop_pursuit import CropPursuit
+from tracking.control.crop_follower import CropFollower
 from tracking.control.crop_scale import crop_scale, level_pose
-from tracking.control.gaze_pursuit import GazePursuit
+from tracking.control.follower import Follower, Observation
+from tracking.control.gaze_follower import GazeFollower
 from tracking.control.joint_paths import check_path
 from tracking.control.paper_law import error
 from tracking.control.pointing import Pointing
-from tracking.control.pursuit import Pursuit, Sight
 from tracking.control.search import Search
 from tracking.estimation.gimbal import Gimbal
-from tracking.estimation.sight_lines import SightLines
+from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.behaviour import BehaviourState, next_state
 from tracking.loop.variants import Variant
 from tracking.perception import (
@@ -36,21 +36,21 @@ from tracking.perception import (
     detect,
     weighted_centroid,
 )
-from tracking.protocols import MirrorReport, Shot
+from tracking.protocols import CameraFrame, MirrorReport
 from tracking.records import Mode, Step
 
 SAMPLE_GRID = 7
 """Poses a joint at which the exact corners are taken when eq. 6 has no samples of its own."""
 
 FIRST_INTERVAL_S = 1 / 30
-"""From picture to picture, until two are known."""
+"""From image to image, until two are known."""
 
 INTERVALS = 5
-"""Whose median is the usual time from picture to picture: two lost ones do not change it."""
+"""Whose median is the usual time from image to image: two lost ones do not change it."""
 
 
 class TrackingLoop:
-    """Finds the target in each picture and says where to turn the mirror. It draws no random numbers.
+    """Finds the target in each image and says where to turn the mirror. It draws no random numbers.
 
     Parameters
     ----------
@@ -82,18 +82,18 @@ class TrackingLoop:
         self._detector = RED_BALL if detector is None else detector
         self._gimbal = Gimbal(Layout.from_rig(rig))
         self._corners = _corner_model(rig, variant, samples, self._gimbal)
-        sight_lines = SightLines(rig, variant.target_distance_m)
-        scale = crop_scale(sight_lines, self._crop_at, level_pose(self._gimbal))
+        lines_of_sight = LinesOfSight(rig, variant.target_distance_m)
+        scale = crop_scale(lines_of_sight, self._crop_at, level_pose(self._gimbal))
         if not np.isfinite(scale).all():
             raise ValueError(f"expected a camera that sees the gaze mirror at a level gaze, got rig {rig.name!r}")
         crop = self._crop_at(level_pose(self._gimbal))
         view = scale * [crop.width_px, crop.height_px]
-        self._pursuit: Pursuit
+        self._follower: Follower
         if variant.law == "gaze":
             pointing = Pointing(self._gimbal, speeds, float(view.min()) / 2)
             latency_s = variant.control_latency_s + _servo_latency_s(rig)
-            self._pursuit = GazePursuit(
-                sight_lines,
+            self._follower = GazeFollower(
+                lines_of_sight,
                 pointing,
                 scale,
                 variant.direction_noise,
@@ -102,7 +102,7 @@ class TrackingLoop:
             )
         else:
             literal = variant.law == "paper-literal"
-            self._pursuit = CropPursuit(self._gimbal, scale, variant.centroid_noise, literal=literal)
+            self._follower = CropFollower(self._gimbal, scale, variant.centroid_noise, literal=literal)
         self._search = Search(self._gimbal, speeds, view)
         self._check = check_path(self._gimbal, variant.behaviour.check_s) if variant.behaviour.check_s > 0 else None
         self._state = BehaviourState()
@@ -115,66 +115,70 @@ class TrackingLoop:
 
     @property
     def started(self) -> bool:
-        """Whether it has taken a picture."""
+        """Whether it has taken an image."""
         return self._first_s is not None
 
-    def step(self, shot: Shot, report: MirrorReport) -> Step:
-        """Take one picture, decide where to turn the mirror.
+    def step(self, camera_frame: CameraFrame, report: MirrorReport) -> Step:
+        """Take one image, decide where to turn the mirror.
 
-        Pictures may be missing: time may jump, but must grow. A report that is not finite is replaced by the last
+        Images may be missing: time may jump, but must grow. A report that is not finite is replaced by the last
         command. Where no mirror is seen, the crop is black.
 
         Raises
         ------
         ValueError
-            For a time that is not later than the last picture's, or no picture of uint8 colours.
+            For a time that is not later than the last image's, or no image of uint8 colours.
         """
-        if not math.isfinite(shot.time_s) or shot.time_s <= self._last_s:
-            raise ValueError(f"expected a picture later than the last, at {self._last_s} s, got one at {shot.time_s} s")
+        if not math.isfinite(camera_frame.time_s) or camera_frame.time_s <= self._last_s:
+            raise ValueError(
+                f"expected an image later than the last, at {self._last_s} s, got one at {camera_frame.time_s} s"
+            )
         q = np.array(report.q if np.isfinite(report.q).all() else self._q_command, dtype=np.float64)
         corners = self._corners.corners(q)
         crop = Crop.of(corners)
-        picture = crop.take(shot.image)
-        # Nothing is refused from here on: a picture that is leaves no trace.
-        elapsed_s = self._note_time(shot.time_s)
-        detection = detect(picture, self._detector)
+        image = crop.take(camera_frame.image)
+        # Nothing is refused from here on: an image that is leaves no trace.
+        elapsed_s = self._note_time(camera_frame.time_s)
+        detection = detect(image, self._detector)
         looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
-        sight = Sight(
-            time_s=shot.time_s,
+        observation = Observation(
+            time_s=camera_frame.time_s,
             interval_s=self._interval_s,
             q=q,
             q_command=self._q_command,
             crop=crop,
-            spots=detection.spots if looking else (),
+            blobs=detection.blobs if looking else (),
         )
-        look = self._pursuit.look(sight)
-        expected = look.expected_px
-        if look.spots:
+        update = self._follower.update(observation)
+        expected = update.expected_px
+        if update.blobs:
             self._q_seen = q
             self._seen += 1
         if looking:
-            detection = replace(detection, spots=look.spots, centroid_px=weighted_centroid(look.spots))
+            detection = replace(detection, blobs=update.blobs, centroid_px=weighted_centroid(update.blobs))
         before = self._state
         self._state = next_state(
             before,
             self._variant.behaviour,
             elapsed_s=elapsed_s,
-            found=bool(look.spots),
+            found=bool(update.blobs),
             expected=expected is not None and _within(expected, crop),
         )
-        self._q_command = np.clip(self._decide(before, sight, elapsed_s), self._gimbal.lowest, self._gimbal.highest)
+        self._q_command = np.clip(
+            self._decide(before, observation, elapsed_s), self._gimbal.lowest, self._gimbal.highest
+        )
         target = detection.centroid_px if detection.centroid_px is not None else expected
         return Step(
-            time_s=shot.time_s,
+            time_s=camera_frame.time_s,
             mode=self._state.mode,
-            q_believed=q,
+            q_estimated=q,
             q_command=self._q_command,
             corners_px=corners,
-            crop=picture,
+            crop=image,
             detection=detection,
             predicted_px=expected,
             error_px=None if target is None else _pair(error(target, crop.width_px, crop.height_px)),
-            target_direction=self._pursuit.direction,
+            target_direction=self._follower.direction,
         )
 
     def snapshot(self) -> dict[str, Any]:
@@ -190,7 +194,7 @@ class TrackingLoop:
             "first_s": self._first_s,
             "last_s": None if math.isnan(self._last_s) else self._last_s,
             "intervals": list(self._intervals),
-            "pursuit": self._pursuit.snapshot(),
+            "follower": self._follower.snapshot(),
             "search": self._search.snapshot(),
         }
 
@@ -205,7 +209,7 @@ class TrackingLoop:
         self._first_s = snapshot["first_s"]
         self._last_s = math.nan if snapshot["last_s"] is None else snapshot["last_s"]
         self._intervals = list(snapshot["intervals"])
-        self._pursuit.restore(snapshot["pursuit"])
+        self._follower.restore(snapshot["follower"])
         self._search.restore(snapshot["search"])
 
     @property
@@ -216,7 +220,7 @@ class TrackingLoop:
         return Crop.of(self._corners.corners(q))
 
     def _note_time(self, time_s: float) -> float:
-        """Note the time of a picture; seconds since the first."""
+        """Note the time of an image; seconds since the first."""
         if self._first_s is None:
             self._first_s = time_s
         else:
@@ -224,30 +228,30 @@ class TrackingLoop:
         self._last_s = time_s
         return time_s - self._first_s
 
-    def _decide(self, before: BehaviourState, sight: Sight, elapsed_s: float) -> FloatArray:
+    def _decide(self, before: BehaviourState, observation: Observation, elapsed_s: float) -> FloatArray:
         """Joint values to ask for in the mode that has been found."""
         mode = self._state.mode
         if mode is Mode.CHECK and self._check is not None:
             return self._check.at(elapsed_s)
         if mode is not Mode.SCAN or self._state.hits > 0:
-            return self._pursuit.follow(sight)
+            return self._follower.follow(observation)
         if before.mode is not Mode.SCAN:
-            self._search_on(before, sight)
+            self._search_on(before, observation)
         self._seen = 0
-        self._pursuit.forget()
+        self._follower.forget()
         return self._search.advance(self._intervals[-1] if self._intervals else 0.0)
 
-    def _search_on(self, before: BehaviourState, sight: Sight) -> None:
+    def _search_on(self, before: BehaviourState, observation: Observation) -> None:
         """Begin a search, or take up the one that something else of the target's colour has broken off."""
         outwards = self._variant.rescan == "outwards"
         if before.mode is Mode.CHECK or not outwards:
-            self._search.begin(sight.q)
+            self._search.begin(observation.q)
         elif self._seen > self._variant.behaviour.predict_frames:
             # Around where it was last seen: predictions of a target that turns or stops lead away from it.
-            self._search.begin(sight.q, self._q_seen)
+            self._search.begin(observation.q, self._q_seen)
         else:
-            # Seen in fewer pictures than it has been missed in since.
-            self._search.resume(sight.q)
+            # Seen in fewer images than it has been missed in since.
+            self._search.resume(observation.q)
 
 
 def _corner_model(rig: Rig, variant: Variant, samples: CornerSamples | None, gimbal: Gimbal) -> CornerModel:

@@ -17,7 +17,7 @@ from tracking.loop.loop import TrackingLoop
 from tracking.loop.track_files import TrackFiles
 from tracking.loop.variants import VARIANTS, Variant
 from tracking.perception import DETECTORS, DetectorSettings
-from tracking.protocols import MirrorDriver, Shot
+from tracking.protocols import CameraFrame, MirrorDriver
 from tracking.records import Mode
 
 Progress = Callable[[int], None]
@@ -31,10 +31,10 @@ class CountingCamera(Protocol):
 
     @property
     def missing(self) -> int:
-        """Pictures that should have been there and were not."""
+        """Images that should have been there and were not."""
 
-    def read(self) -> Shot | None:
-        """Next picture; None when there will be no more."""
+    def read(self) -> CameraFrame | None:
+        """Next image; None when there will be no more."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,24 +43,24 @@ class Tracked:
 
     Attributes
     ----------
-    pictures : int
+    images : int
     detected : int
-        Pictures in which a spot was found.
+        Images in which a blob was found.
     modes : dict of str to int
-        Pictures in each state of figure 12.
+        Images in each state of figure 12.
     first_s, last_s : float
-        Times of the first and the last picture.
+        Times of the first and the last image.
     skipped : int
-        Pictures that could not be read.
+        Images that could not be read.
     missing : int
-        Pictures that should have been there by the time stamps, and were not.
+        Images that should have been there by the time stamps, and were not.
     interrupted : bool
         Whether it was stopped before the camera's end.
     wall_s : float
         How long it took; not part of what is written.
     """
 
-    pictures: int
+    images: int
     detected: int
     modes: dict[str, int]
     first_s: float
@@ -72,8 +72,8 @@ class Tracked:
 
     @property
     def frames_per_s(self) -> float:
-        """Pictures a second, with overlay and log."""
-        return self.pictures / self.wall_s
+        """Images a second, with overlay and log."""
+        return self.images / self.wall_s
 
     def as_dict(self) -> dict[str, Any]:
         """All but what depends on the machine."""
@@ -104,35 +104,35 @@ def track(
     folder : Path
         New, empty, or of an earlier run.
     rig : Rig
-        Whose camera's pictures they must be.
+        Whose camera's images they must be.
     about : dict
-        What the summary says besides: where pictures and joints came from.
+        What the summary says besides: where images and joints came from.
     clock : callable, optional
-        The camera's clock, seconds: when a command goes out. By default at the time of the picture.
+        The camera's clock, seconds: when a command goes out. By default at the time of the image.
     progress : callable
-        Takes the number of pictures so far.
+        Takes the number of images so far.
     stopped : callable
-        Whether to stop before the next picture.
+        Whether to stop before the next image.
 
     Raises
     ------
     ValueError
-        When there is no picture, or one of another size than the rig's.
+        When there is no image, or one of another size than the rig's.
     FileExistsError
         When the folder holds something else.
     """
-    shot = camera.read()
-    if shot is None:
-        raise ValueError(f"{about['source']}: expected at least one picture, got none that can be read")
-    _check_size(shot, rig, about)
+    camera_frame = camera.read()
+    if camera_frame is None:
+        raise ValueError(f"{about['source']}: expected at least one image, got none that can be read")
+    _check_size(camera_frame, rig, about)
     files = TrackFiles(folder)
     modes: Counter[Mode] = Counter()
-    detected, first_s, last_s = 0, shot.time_s, shot.time_s
+    detected, first_s, last_s = 0, camera_frame.time_s, camera_frame.time_s
     start = time.perf_counter()
 
     def tracked(*, interrupted: bool) -> Tracked:
         return Tracked(
-            pictures=modes.total(),
+            images=modes.total(),
             detected=detected,
             modes={str(mode): modes[mode] for mode in Mode},
             first_s=first_s,
@@ -145,17 +145,17 @@ def track(
 
     result = None
     try:
-        while shot is not None and not stopped():
-            _check_size(shot, rig, about)
-            step = loop.step(shot, mirrors.report(shot.time_s))
-            mirrors.command(step.q_command, shot.time_s if clock is None else clock())
-            files.write(shot, step)
+        while camera_frame is not None and not stopped():
+            _check_size(camera_frame, rig, about)
+            step = loop.step(camera_frame, mirrors.report(camera_frame.time_s))
+            mirrors.command(step.q_command, camera_frame.time_s if clock is None else clock())
+            files.write(camera_frame, step)
             modes[step.mode] += 1
-            detected += bool(step.detection.spots)
-            last_s = shot.time_s
+            detected += bool(step.detection.blobs)
+            last_s = camera_frame.time_s
             progress(modes.total())
-            shot = camera.read()
-        result = tracked(interrupted=shot is not None)
+            camera_frame = camera.read()
+        result = tracked(interrupted=camera_frame is not None)
     finally:
         files.finish(about | (result or tracked(interrupted=True)).as_dict())
     return result
@@ -202,10 +202,10 @@ def until_interrupted() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-def _check_size(shot: Shot, rig: Rig, about: dict[str, Any]) -> None:
-    height, width = shot.image.shape[:2]
+def _check_size(camera_frame: CameraFrame, rig: Rig, about: dict[str, Any]) -> None:
+    height, width = camera_frame.image.shape[:2]
     if (width, height) != (rig.camera.width_px, rig.camera.height_px):
         raise ValueError(
-            f"{about['source']}: expected pictures of {rig.camera.width_px} x {rig.camera.height_px} px as rig "
+            f"{about['source']}: expected images of {rig.camera.width_px} x {rig.camera.height_px} px as rig "
             f"{rig.name!r} has them, got {width} x {height}"
         )

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rigs.atomic_files import sync, write_text
 from tracking.log import COLUMNS, SCHEMA, loop_columns
 from tracking.overlay import overlay
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 from tracking.records import Step
 from tracking.video import ENCODERS
 
@@ -57,14 +57,14 @@ ROWS_PER_GROUP = 1024
 """Rows that wait in memory before they are written."""
 
 TICKS_PER_S = 90_000
-"""Of the overlay's time stamps: pictures of a camera do not come at an even rate."""
+"""Of the overlay's time stamps: images of a camera do not come at an even rate."""
 
 NOMINAL_RATE = 30
 """Frames per second that the encoder is told; it only steers its bit rate."""
 
 
 class TrackFiles:
-    """Log and overlay video, row by row and picture by picture; `finish` puts them in place.
+    """Log and overlay video, row by row and image by image; `finish` puts them in place.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class TrackFiles:
         self._log = pq.ParquetWriter(_partial(folder / LOG), TRACK_SCHEMA, compression="zstd")
         self._video = _TimedVideo(_partial(folder / OVERLAY))
 
-    def write(self, shot: Shot, step: Step) -> None:
+    def write(self, camera_frame: CameraFrame, step: Step) -> None:
         """Add one step of the loop."""
         row = loop_columns(step, np.full(2, np.nan)) | {
             "frame": self._count,
@@ -97,7 +97,7 @@ class TrackFiles:
         }
         self._rows.append({name: row[name] for name in TRACK_SCHEMA.names})
         self._count += 1
-        self._video.write(overlay(shot, step), shot.time_s)
+        self._video.write(overlay(camera_frame, step), camera_frame.time_s)
         if len(self._rows) == ROWS_PER_GROUP:
             self._write_rows()
 
@@ -120,7 +120,7 @@ class TrackFiles:
 
 
 def _place(path: Path, close: Callable[[], None]) -> None:
-    """Close a file and give it its name; remove it when that fails. A video without a picture was never a file."""
+    """Close a file and give it its name; remove it when that fails. A video without an image was never a file."""
     try:
         close()
         if _partial(path).exists():
@@ -131,22 +131,22 @@ def _place(path: Path, close: Callable[[], None]) -> None:
 
 
 class _TimedVideo:
-    """H.264 in MP4, each picture with its own time stamp."""
+    """H.264 in MP4, each image with its own time stamp."""
 
     def __init__(self, path: Path):
         self._container = av.open(str(path), "w", format="mp4", options={"fflags": "+bitexact"})
         self._stream: Any = None
         self._first_s = 0.0
 
-    def write(self, picture: NDArray[np.uint8], time_s: float) -> None:
+    def write(self, image: NDArray[np.uint8], time_s: float) -> None:
         name, pixel_format, options = ENCODERS["h264"]
         if self._stream is None:
             self._first_s = time_s
             self._stream = self._container.add_stream(name, rate=NOMINAL_RATE, options=options | {"flags": "+bitexact"})
-            self._stream.height, self._stream.width = picture.shape[:2]
+            self._stream.height, self._stream.width = image.shape[:2]
             self._stream.pix_fmt = pixel_format
             self._stream.codec_context.time_base = Fraction(1, TICKS_PER_S)
-        frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+        frame = av.VideoFrame.from_ndarray(image, format="rgb24")
         frame.pts = round((time_s - self._first_s) * TICKS_PER_S)
         frame.time_base = Fraction(1, TICKS_PER_S)
         self._container.mux(self._stream.encode(frame))

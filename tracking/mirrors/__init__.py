@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from rigs import Rig
-from tracking.mirrors.belief import JointBelief
+from tracking.mirrors.estimate import JointEstimate
 from tracking.mirrors.recording import ReplayedMirrors
 from tracking.protocols import MirrorDriver
 
@@ -26,7 +26,7 @@ def open_mirrors(name: str, rig: Rig, *, joints: Path | None, live: bool) -> Abs
     joints : Path, optional
         What the joints were, where nothing is turned; without it, they stand at q = 0 or the limits next to it.
     live : bool
-        Whether the pictures show what the mirrors do now.
+        Whether the images show what the mirrors do now.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def open_mirrors(name: str, rig: Rig, *, joints: Path | None, live: bool) -> Abs
     if name == NO_MIRRORS:
         if joints is not None:
             return nullcontext(ReplayedMirrors.from_file(joints))
-        return nullcontext(ReplayedMirrors([0.0], [JointBelief(rig).report(0.0).q]))
+        return nullcontext(ReplayedMirrors([0.0], [JointEstimate(rig).report(0.0).q]))
     if not name.startswith(MAESTRO) or name == MAESTRO:
         raise ValueError(f"mirrors {name!r}: expected {NO_MIRRORS} or {MAESTRO} and a serial port")
     if joints is not None:

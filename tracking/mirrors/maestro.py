@@ -14,7 +14,7 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from rigs import Joint, Rig, Servo
-from tracking.mirrors.belief import JointBelief, expected_latency_s, jointed_servos
+from tracking.mirrors.estimate import JointEstimate, expected_latency_s, jointed_servos
 from tracking.mirrors.serial_port import SerialPort
 from tracking.protocols import MirrorReport
 
@@ -148,7 +148,7 @@ class MaestroMirrors:
     def __init__(self, rig: Rig, maestro: Maestro, *, channels: tuple[int, int] = (0, 1)):
         self._maestro = maestro
         self._joints = tuple(zip(channels, jointed_servos(rig), strict=True))
-        self._belief = JointBelief(rig, latency_s=expected_latency_s(rig))
+        self._estimate = JointEstimate(rig, latency_s=expected_latency_s(rig))
         maestro.errors()  # clears what happened before
         for channel, (servo, _) in self._joints:
             maestro.set_speed(channel, servo.speed_deg_per_s * _us_per_deg(servo))
@@ -164,7 +164,7 @@ class MaestroMirrors:
         OSError
             When the controller has met an error.
         """
-        self._belief.command(q, time_s)
+        self._estimate.command(q, time_s)
         for angle, (channel, (servo, joint)) in zip(q, self._joints, strict=True):
             self._maestro.set_target(channel, pulse_us(servo, joint, float(angle)))
         errors = self._maestro.errors()
@@ -172,8 +172,8 @@ class MaestroMirrors:
             raise OSError(f"the servo controller reports: {', '.join(errors)}; it has sent its servos home")
 
     def report(self, time_s: float) -> MirrorReport:
-        """Where the joints are believed to be: by their speed and the latency that the rig file expects."""
-        return self._belief.report(time_s)
+        """Where the joints are estimated to be: by their speed and the latency that the rig file expects."""
+        return self._estimate.report(time_s)
 
 
 def pulse_us(servo: Servo, joint: Joint, angle: float) -> float:

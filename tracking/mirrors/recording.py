@@ -20,7 +20,7 @@ from rigs.atomic_files import atomic_file
 from tracking.protocols import MirrorDriver, MirrorReport
 
 COMMAND, REPORT = "command", "report"
-JOINT_COLUMNS = (("q1_deg", "q2_deg"), ("q1_believed_deg", "q2_believed_deg"))
+JOINT_COLUMNS = (("q1_deg", "q2_deg"), ("q1_estimated_deg", "q2_estimated_deg"))
 """Names that the joints may have in a file: in a record or a table of your own, and in the log of a dive or track."""
 
 MOST_PROBLEMS = 10
@@ -103,7 +103,7 @@ class ReplayedMirrors:
         if (np.diff(self._time_s) <= 0).any():
             row = int(np.argmax(np.diff(self._time_s) <= 0)) + 1
             raise ValueError(f"expected ascending times, got {self._time_s[row]:g} s after {self._time_s[row - 1]:g} s")
-        # One sample may be missing at either end: pictures and joints are rarely sampled at the same moments.
+        # One sample may be missing at either end: images and joints are rarely sampled at the same moments.
         self._slack_s = float(np.median(np.diff(self._time_s))) if len(self._time_s) > 1 else math.inf
 
     @classmethod

@@ -1,4 +1,4 @@
-"""A gaze mirror on simulated servos: what they are told, where they are, and where a driver believes them to be."""
+"""A gaze mirror on simulated servos: what they are told, where they are, and where a driver estimates them to be."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
 from rigs import Rig
-from tracking.mirrors.belief import JOINTS, JointBelief, expected_latency_s, jointed_servos
+from tracking.mirrors.estimate import JOINTS, JointEstimate, expected_latency_s, jointed_servos
 from tracking.protocols import MirrorReport
 from tracking.servos import ServoBehaviour, ServoPlant
 
@@ -18,7 +18,7 @@ class SimulatedMirrors:
     """Mirror driver over two servo plants, which it does not look at: hobby servos report nothing.
 
     A frame goes like this: `true_q` at the times that its exposure needs, in order; `report`; `command`, not before
-    the last `true_q`, because no command can come before the picture that it answers to was exposed.
+    the last `true_q`, because no command can come before the image that it answers to was exposed.
 
     Parameters
     ----------
@@ -27,12 +27,12 @@ class SimulatedMirrors:
     belief : JointBelief
     """
 
-    def __init__(self, plants: tuple[ServoPlant, ServoPlant], belief: JointBelief):
+    def __init__(self, plants: tuple[ServoPlant, ServoPlant], estimate: JointEstimate):
         self._plants = plants
-        self._belief = belief
+        self._estimate = estimate
 
     @classmethod
-    def from_rig(cls, rig: Rig, seed: int = 0, *, believed_latency_s: float | None = None) -> Self:
+    def from_rig(cls, rig: Rig, seed: int = 0, *, estimated_latency_s: float | None = None) -> Self:
         """Servos as the rig file has them.
 
         Where they stand at power-on, where the pulses fall on the loop's clock, and the pulses' jitter come from the
@@ -43,7 +43,7 @@ class SimulatedMirrors:
         rig : Rig
             With mirrors; `ValueError` otherwise.
         seed : int
-        believed_latency_s : float, optional
+        estimated_latency_s : float, optional
             What the driver takes the servos' delay to be; by default what the rig file makes of it on average, as the
             driver of real servos does. A loop whose driver is ahead of its servos swings: while the mirror turns, it
             measures the target's direction as wrong as the mirror turns in that time.
@@ -58,18 +58,18 @@ class SimulatedMirrors:
             behaviour = ServoBehaviour.of(servo, joint, pulse_phase_s=phase_s)
             angle = float(rng.uniform(*behaviour.travel))
             plants.append(ServoPlant(behaviour, angle=angle, seed=int(rng.integers(2**32))))
-        latency_s = expected_latency_s(rig) if believed_latency_s is None else believed_latency_s
-        return cls((plants[0], plants[1]), JointBelief(rig, latency_s=latency_s))
+        latency_s = expected_latency_s(rig) if estimated_latency_s is None else estimated_latency_s
+        return cls((plants[0], plants[1]), JointEstimate(rig, latency_s=latency_s))
 
     def command(self, q: ArrayLike, time_s: float) -> None:
         """Ask for pan and tilt, radians, shape (2,); `ValueError` beyond the limits or before the last `true_q`."""
-        self._belief.command(q, time_s)
+        self._estimate.command(q, time_s)
         for plant, angle in zip(self._plants, np.asarray(q, dtype=np.float64), strict=True):
             plant.command(float(angle), time_s)
 
     def report(self, time_s: float) -> MirrorReport:
-        """Where the driver believes the joints to be: by their speed alone."""
-        return self._belief.report(time_s)
+        """Where the driver estimates the joints to be: by their speed alone."""
+        return self._estimate.report(time_s)
 
     def true_q(self, time_s: float) -> FloatArray:
         """Where the joints are, radians, shape (2,), at a time that is not before the last one asked for."""
@@ -80,10 +80,10 @@ class SimulatedMirrors:
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs to go on with the same bytes, for JSON."""
         plants = {name: plant.snapshot() for name, plant in zip(JOINTS, self._plants, strict=True)}
-        return {"plants": plants, "belief": self._belief.snapshot()}
+        return {"plants": plants, "estimate": self._estimate.snapshot()}
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go back to where `snapshot` was taken, by mirrors of the same rig and seed."""
         for name, plant in zip(JOINTS, self._plants, strict=True):
             plant.restore(snapshot["plants"][name])
-        self._belief.restore(snapshot["belief"])
+        self._estimate.restore(snapshot["estimate"])

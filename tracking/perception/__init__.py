@@ -1,9 +1,9 @@
-"""Seeing: the gaze mirror's corners in the picture, the crop between them, and the target's colour in the crop.
+"""Seeing: the gaze mirror's corners in the image, the crop between them, and the target's colour in the crop.
 
 Section 3 of Cortes-Perez & Torres-Mendez 2021, one module a step.
 """
 
-from tracking.perception.clusters import detect, find_spots, weighted_centroid
+from tracking.perception.clusters import detect, find_blobs, weighted_centroid
 from tracking.perception.colour import (
     DETECTORS,
     NARROW_HUE,
@@ -35,7 +35,7 @@ __all__ = [
     "corner_error",
     "detect",
     "exact_samples",
-    "find_spots",
+    "find_blobs",
     "pose_grid",
     "weighted_centroid",
 ]

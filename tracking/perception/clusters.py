@@ -11,7 +11,7 @@ from cv2.typing import MatLike
 from numpy.typing import NDArray
 
 from tracking.perception.colour import RED_BALL, DetectorSettings, Mask, colour_mask
-from tracking.records import Detection, Spot
+from tracking.records import Blob, Detection
 
 CHAIN_TO_CURVE = math.pi / 8 * (1 + math.sqrt(2))
 """Length of a curve over that of the chain of pixels that follows it, 0.948 in the mean over all directions.
@@ -26,30 +26,30 @@ def detect(crop: NDArray[np.uint8], settings: DetectorSettings = RED_BALL) -> De
     Raises
     ------
     ValueError
-        For anything but a picture.
+        For anything but an image.
     """
     mask = colour_mask(crop, settings)
-    spots = find_spots(mask, settings)
-    return Detection(mask=mask, spots=spots, centroid_px=weighted_centroid(spots))
+    blobs = find_blobs(mask, settings)
+    return Detection(mask=mask, blobs=blobs, centroid_px=weighted_centroid(blobs))
 
 
-def weighted_centroid(spots: Sequence[Spot]) -> tuple[float, float] | None:
-    """Eq. 7: mean of the spots' centroids weighted by their areas; None without spots."""
-    total = sum(spot.area_px for spot in spots)
+def weighted_centroid(blobs: Sequence[Blob]) -> tuple[float, float] | None:
+    """Eq. 7: mean of the blobs' centroids weighted by their areas; None without blobs."""
+    total = sum(blob.area_px for blob in blobs)
     if not total > 0:
         return None
-    x, y = (sum(spot.area_px * spot.centroid_px[axis] for spot in spots) / total for axis in (0, 1))
+    x, y = (sum(blob.area_px * blob.centroid_px[axis] for blob in blobs) / total for axis in (0, 1))
     return x, y
 
 
-def find_spots(mask: Mask, settings: DetectorSettings = RED_BALL) -> tuple[Spot, ...]:
+def find_blobs(mask: Mask, settings: DetectorSettings = RED_BALL) -> tuple[Blob, ...]:
     """Clusters of a mask (uint8, shape (height, width)) that pass the filters of the settings, the largest first.
 
     A cluster is what one outer contour encloses, over edges and corners of pixels. Its area and centroid are those of
     its pixels, without holes; its circularity is that of the contour.
     """
     contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    spots = []
+    blobs = []
     for contour in contours:
         x, y, width, height = cv2.boundingRect(contour)
         # Its box is the most that it can fill, and costs next to nothing to find.
@@ -63,8 +63,8 @@ def find_spots(mask: Mask, settings: DetectorSettings = RED_BALL) -> tuple[Spot,
         box = (x, y, width, height)
         area, centroid = _area_and_centroid(mask, contour, box)
         if area >= settings.area_min_px:
-            spots.append(Spot(area_px=area, centroid_px=centroid, box_px=box, circularity=roundness))
-    return tuple(sorted(spots, key=lambda spot: (-spot.area_px, spot.box_px)))
+            blobs.append(Blob(area_px=area, centroid_px=centroid, box_px=box, circularity=roundness))
+    return tuple(sorted(blobs, key=lambda blob: (-blob.area_px, blob.box_px)))
 
 
 def circularity(contour: MatLike) -> float:

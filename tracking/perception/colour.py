@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracking.perception.crop import check_picture
+from tracking.perception.crop import check_image
 
 Mask = NDArray[np.uint8]
 
 FULL_TURN_DEG = 360.0
 DEG_PER_STEP = 2
-"""OpenCV keeps the hue of an 8-bit picture in steps of two degrees."""
+"""OpenCV keeps the hue of an 8-bit image in steps of two degrees."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class ColourWindow:
     Parameters
     ----------
     hue_from_deg, hue_to_deg : float
-        In [0, 360]; both ends belong to the window. A picture of 8 bits knows hue to 2 degrees.
+        In [0, 360]; both ends belong to the window. An image of 8 bits knows hue to 2 degrees.
     saturation_min : float
         (max - min) / max of red, green and blue.
     value_min, value_max : float
@@ -59,10 +59,10 @@ class ColourWindow:
         if problems:
             raise ValueError("; ".join(problems))
 
-    def mask(self, picture: Mask) -> Mask:
-        """255 where a picture (uint8 sRGB, shape (height, width, 3)) has a colour of the window, else 0."""
-        check_picture("picture", picture)
-        hsv = cv2.cvtColor(picture, cv2.COLOR_RGB2HSV)
+    def mask(self, image: Mask) -> Mask:
+        """255 where an image (uint8 sRGB, shape (height, width, 3)) has a colour of the window, else 0."""
+        check_image("image", image)
+        hsv = cv2.cvtColor(image, cv2.COLOR_RGB2HSV)
         first, last = self._hue_steps()
         weak, dark = math.ceil(255 * self.saturation_min), math.ceil(255 * self.value_min)
         bright = math.floor(255 * self.value_max)
@@ -104,11 +104,11 @@ class DetectorSettings:
     opening_px, closing_px : int
         Odd diameters of the elliptic elements; 1 does nothing. Opening removes specks, closing fills holes.
     area_min_px : float
-        Least area of a spot.
+        Least area of a blob.
     circularity_min : float
-        4 pi area / perimeter^2 of a spot's outline, 1 for a disc.
+        4 pi area / perimeter^2 of a blob's outline, 1 for a disc.
     aspect_max : float
-        Longer over shorter side of a spot's upright box. The crop stretches a ball: its shape changes with tilt.
+        Longer over shorter side of a blob's upright box. The crop stretches a ball: its shape changes with tilt.
     """
 
     window: ColourWindow = field(default=RED_IN_WATER)
@@ -154,7 +154,7 @@ DETECTORS = {"red-ball": RED_BALL, "narrow-hue": NARROW_HUE, "wide-hue": WIDE_HU
 
 def colour_mask(crop: Mask, settings: DetectorSettings) -> Mask:
     """Pixels of the target's colour after opening and closing: uint8, 255 or 0, shape (height, width)."""
-    check_picture("crop", crop)
+    check_image("crop", crop)
     if settings.smoothing_px > 1:
         crop = np.asarray(cv2.GaussianBlur(crop, (settings.smoothing_px,) * 2, 0), dtype=np.uint8)
     mask = settings.window.mask(crop)

@@ -20,7 +20,7 @@ from rigs.atomic_files import write_text
 from tracking.perception.crop import runs_clockwise
 
 CORNER_NAMES = ("top_left", "top_right", "bottom_right", "bottom_left")
-"""The crop's order; clockwise in the picture."""
+"""The crop's order; clockwise in the image."""
 
 JOINT_COLUMNS = ("q1_deg", "q2_deg")
 CORNER_COLUMNS = tuple(f"{corner}_{axis}_px" for corner in CORNER_NAMES for axis in "uv")
@@ -39,7 +39,7 @@ class CornerSamples:
     q : array, shape (n, 2)
         Pan and tilt, radians; no pair twice.
     corners_px : array, shape (n, 4, 2)
-        Top left, top right, bottom right, bottom left of the crop: clockwise in the picture, wherever the mirror turns.
+        Top left, top right, bottom right, bottom left of the crop: clockwise in the image, wherever the mirror turns.
     """
 
     q: FloatArray

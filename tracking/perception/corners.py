@@ -1,4 +1,4 @@
-"""Corners of the gaze mirror in the picture from joint values, by inverse-distance weighting (eq. 6)."""
+"""Corners of the gaze mirror in the image from joint values, by inverse-distance weighting (eq. 6)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The crop: the gaze mirror's face as a picture of constant size, by the homography of its four corners."""
+"""The crop: the gaze mirror's face as an image of constant size, by the homography of its four corners."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NEXT_CORNER = [1, 2, 3, 0]
 
 @dataclass(frozen=True, kw_only=True)
 class Crop:
-    """Maps between a picture and the crop of the gaze mirror in it.
+    """Maps between an image and the crop of the gaze mirror in it.
 
     The mirror's outline is the crop's border: the outer corner of its first pixel, at (-0.5, -0.5), is the mirror's top
     left corner. Right is right and down is down as the virtual camera has it, which turns with the mirror.
@@ -41,7 +41,7 @@ class Crop:
         """Crop between four corners, shape (4, 2): top left, top right, bottom right, bottom left.
 
         Corners that are not finite, or not clockwise around a convex outline, give an empty crop: there is no mirror to
-        be seen. They may lie outside the picture.
+        be seen. They may lie outside the image.
         """
         corners = np.asarray(corners_px, dtype=np.float64)
         if corners.shape != (CORNER_COUNT, 2):
@@ -66,14 +66,14 @@ class Crop:
         return (self.width_px - 1) / 2, (self.height_px - 1) / 2
 
     def take(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Crop of a picture, shape (height_px, width_px, 3), bilinear; black where the picture ends.
+        """Crop of an image, shape (height_px, width_px, 3), bilinear; black where the image ends.
 
         Parameters
         ----------
         image : array, shape (height, width, 3)
             uint8.
         """
-        check_picture("image", image)
+        check_image("image", image)
         if self.empty:
             return np.zeros((self.height_px, self.width_px, 3), dtype=np.uint8)
         size = (self.width_px, self.height_px)
@@ -81,17 +81,17 @@ class Crop:
         return np.asarray(crop, dtype=np.uint8)
 
     def to_image(self, points_px: ArrayLike) -> FloatArray:
-        """Where points of the crop, shape (n, 2), are in the picture; nan for an empty crop."""
+        """Where points of the crop, shape (n, 2), are in the image; nan for an empty crop."""
         return _mapped(self.image_from_crop, points_px)
 
     def from_image(self, points_px: ArrayLike) -> FloatArray:
-        """Where points of the picture, shape (n, 2), are in the crop; nan for an empty crop."""
+        """Where points of the image, shape (n, 2), are in the crop; nan for an empty crop."""
         # nan stays nan: the inverse of nothing is nothing.
         return _mapped(np.asarray(np.linalg.inv(self.image_from_crop), dtype=np.float64), points_px)
 
 
 def runs_clockwise(corners_px: FloatArray) -> NDArray[np.bool_]:
-    """Whether quadrilaterals, shape (..., 4, 2), are finite, convex and clockwise as the picture is seen (v down)."""
+    """Whether quadrilaterals, shape (..., 4, 2), are finite, convex and clockwise as the image is seen (v down)."""
     edges = corners_px[..., NEXT_CORNER, :] - corners_px
     following = edges[..., NEXT_CORNER, :]
     turns = edges[..., 0] * following[..., 1] - edges[..., 1] * following[..., 0]
@@ -99,8 +99,8 @@ def runs_clockwise(corners_px: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((turns > 0).all(axis=-1))
 
 
-def check_picture(name: str, image: NDArray[np.uint8]) -> None:
-    """Raise a `ValueError` for anything that is not a picture of three channels of uint8."""
+def check_image(name: str, image: NDArray[np.uint8]) -> None:
+    """Raise a `ValueError` for anything that is not an image of three channels of uint8."""
     shape, kind = getattr(image, "shape", None), getattr(image, "dtype", type(image).__name__)
     if shape is None or len(shape) != 3 or shape[2] != 3 or kind != np.uint8 or 0 in shape:
         raise ValueError(f"expected {name} of uint8, shape (height, width, 3), got {kind}, shape {shape}")

@@ -1,4 +1,4 @@
-"""Corners of the gaze mirror in the picture from joint values, exact: what section 3.1.1 of the paper gave up on.
+"""Corners of the gaze mirror in the image from joint values, exact: what section 3.1.1 of the paper gave up on.
 
 The outline of M2 is seen through the port and over M1 alone, so its corners are projected by the train without M2,
 which does not depend on the pose. They are smooth functions of the joints, so they are projected once, at Chebyshev
@@ -65,7 +65,7 @@ class ExactCorners:
     def corners(self, q: ArrayLike) -> FloatArray:
         """Pixels, shape (..., 4, 2), in the crop's order for joint values of shape (..., 2), radians.
 
-        Corners that the picture's border or M1's edge cuts off keep the pixel at which they would appear, so that the
+        Corners that the image's border or M1's edge cuts off keep the pixel at which they would appear, so that the
         crop stays in its place. All four are nan where the camera does not see M2's face.
         """
         q = check_joint_values(q)
@@ -78,7 +78,7 @@ class ExactCorners:
         return _without_backs(corners)
 
     def seen(self, q: ArrayLike) -> NDArray[np.bool_]:
-        """Which of the corners the camera sees, inside the picture and M1, shape (..., 4); hull and mount not asked."""
+        """Which of the corners the camera sees, inside the image and M1, shape (..., 4); hull and mount not asked."""
         q = check_joint_values(q)
         image = self._before_m2.project(self._points(q.reshape(-1, 2)).reshape(-1, 3))
         found = image.status.reshape(*q.shape[:-1], CORNER_COUNT) == Status.OK

@@ -13,7 +13,7 @@ from mirrorgaze.output import print_json, print_progress, print_table
 from mirrorgaze.scene_options import SceneOptions
 
 if TYPE_CHECKING:
-    from dives.evaluation.detector_evaluation import TrialPicture
+    from dives.evaluation.detector_evaluation import EvaluationImage
     from tracking.perception import DetectorSettings
 
 RANGES_M = ((2.0, 3.0), (3.0, 4.0), (4.0, 5.0), (2.0, 5.0))
@@ -49,7 +49,7 @@ def evaluate_detector(
       mirrorgaze evaluate-detector aqua2 --world reef --detector wide-hue -o evaluation.png
     """
     from cad.assembly.meshes import rig_meshes
-    from dives.evaluation.detector_evaluation import trial_pictures
+    from dives.evaluation.detector_evaluation import evaluation_images
     from mirrorgaze.loading import load_usable_rig
     from scenes.image import check_image_path
     from scenes.renderer import FastRenderer
@@ -62,7 +62,7 @@ def evaluate_detector(
     if output is not None:
         check_image_path(output, ".png")
     renderer = FastRenderer(loaded, rig_meshes(loaded), scene.stage(loaded))
-    taken = trial_pictures(renderer, images, scene.seed, partial(print_progress, "evaluate-detector: image"))
+    taken = evaluation_images(renderer, images, scene.seed, partial(print_progress, "evaluate-detector: image"))
     settings = DETECTORS[detector]
     if output is not None:
         from reports.figures.perception import draw_detection
@@ -91,7 +91,7 @@ def evaluate_detector(
         typer.echo(str(output))
 
 
-def _row(low_m: float, high_m: float, images: list[TrialPicture], settings: DetectorSettings) -> dict[str, Any]:
+def _row(low_m: float, high_m: float, images: list[EvaluationImage], settings: DetectorSettings) -> dict[str, Any]:
     from dataclasses import asdict
 
     from dives.evaluation.detector_evaluation import score, target_colours

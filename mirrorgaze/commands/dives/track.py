@@ -92,7 +92,7 @@ def track(
                 "calibration": None if calibration is None else str(calibration),
             },
             clock=camera.now_s if isinstance(camera, LiveCamera) else None,
-            progress=_progress(camera.expected_pictures),
+            progress=_progress(camera.expected_images),
             stopped=stack.enter_context(until_interrupted()),
         )
     if json:
@@ -116,9 +116,9 @@ def _progress(expected: int | None) -> Callable[[int], None]:
 def _rows(tracked: Tracked) -> list[tuple[str, str]]:
     modes = ", ".join(f"{mode} {count}" for mode, count in tracked.modes.items() if count)
     return [
-        ("  images", f"{tracked.pictures}, from {tracked.first_s:.2f} to {tracked.last_s:.2f} s"),
+        ("  images", f"{tracked.images}, from {tracked.first_s:.2f} to {tracked.last_s:.2f} s"),
         ("  skipped", f"{tracked.skipped}; {tracked.missing} missing by the time stamps"),
-        ("  detected", f"in {tracked.detected} ({tracked.detected / max(tracked.pictures, 1):.1%})"),
+        ("  detected", f"in {tracked.detected} ({tracked.detected / max(tracked.images, 1):.1%})"),
         ("  modes", modes),
         ("  speed", f"{tracked.frames_per_s:.1f} images/s, overlay and log included"),
     ]

@@ -1,4 +1,4 @@
-"""Bags of a dive made by hand, read back by mcap and mcap-ros2-support: numbers, frames, pictures, bytes, sentences."""
+"""Bags of a dive made by hand, read back by mcap and mcap-ros2-support: numbers, frames, images, bytes, sentences."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def rig():
 
 
 @pytest.fixture(scope="module")
-def pictures(rig):
+def images(rig):
     rng = np.random.default_rng(7)
     shape = (rig.camera.height_px, rig.camera.width_px, 3)
     # Smooth enough to be quick to compress, different in every frame and channel.
@@ -88,8 +88,8 @@ def a_table(rig, dive):
         "true_azimuth_deg": np.degrees(np.arctan2(y, x)),
         "true_elevation_deg": np.degrees(np.arctan2(z, np.hypot(x, y))),
         "target_distance_m": np.sqrt(x * x + y * y + z * z),
-        "believed_azimuth_deg": np.where(found, 20.0, np.nan),
-        "believed_elevation_deg": np.where(found, -10.0, np.nan),
+        "estimated_azimuth_deg": np.where(found, 20.0, np.nan),
+        "estimated_elevation_deg": np.where(found, -10.0, np.nan),
         "cause_of_loss": [""] * FRAMES,
     }
     for column in COLUMNS:
@@ -102,24 +102,24 @@ def a_table(rig, dive):
     return pa.table({name: pa.array(data[name], type=SCHEMA.field(name).type) for name in SCHEMA.names}, schema=SCHEMA)
 
 
-def write_folder(folder, rig, pictures):
+def write_folder(folder, rig, images):
     folder.mkdir()
     (folder / "dive.toml").write_text(DIVE)
     pq.write_table(a_table(rig, Dive.load(folder / "dive.toml")), folder / "log.parquet")
-    write_video(folder / "video.mkv", pictures)
+    write_video(folder / "video.mkv", images)
     return folder
 
 
-def write_video(path, pictures):
+def write_video(path, images):
     writer = VideoWriter(path, "ffv1", RATE_HZ)
-    for picture in pictures:
-        writer.write(picture)
+    for image in images:
+        writer.write(image)
     writer.close()
 
 
 @pytest.fixture(scope="module")
-def folder(rig, pictures, tmp_path_factory):
-    return write_folder(tmp_path_factory.mktemp("dives") / "by_hand", rig, pictures)
+def folder(rig, images, tmp_path_factory):
+    return write_folder(tmp_path_factory.mktemp("dives") / "by_hand", rig, images)
 
 
 @pytest.fixture
@@ -182,14 +182,14 @@ def test_every_topic_has_its_type_and_number(topics):
         "/camera/camera_info": "sensor_msgs/msg/CameraInfo",
         "/joint_states": "sensor_msgs/msg/JointState",
         "/joint_states/commanded": "sensor_msgs/msg/JointState",
-        "/joint_states/believed": "sensor_msgs/msg/JointState",
+        "/joint_states/estimated": "sensor_msgs/msg/JointState",
         "/target/truth": "geometry_msgs/msg/PointStamped",
         "/tracking/mode": "std_msgs/msg/String",
     }
     found = {topic: ({kind for _, kind, _ in said}, len(said)) for topic, said in topics.items()}
     assert found == {topic: ({kind}, FRAMES) for topic, kind in often.items()} | {
         "/tf_static": ({"tf2_msgs/msg/TFMessage"}, 1),
-        "/target/believed_direction": ({"geometry_msgs/msg/Vector3Stamped"}, len(FOUND)),
+        "/target/estimated_direction": ({"geometry_msgs/msg/Vector3Stamped"}, len(FOUND)),
         "/target/detected_px": ({"geometry_msgs/msg/PointStamped"}, len(FOUND)),
     }
 
@@ -202,12 +202,12 @@ def test_stamps_are_the_logs_times_one_second_on(topics, table):
         np.testing.assert_array_equal([at for at, _, _ in topics[topic]], np.round(np.array(stamps) * 1e9))
 
 
-def test_pictures_come_back_pixel_by_pixel(topics, pictures):
-    for (_, _, message), picture in zip(topics["/camera/image_raw"], pictures, strict=True):
+def test_images_come_back_pixel_by_pixel(topics, images):
+    for (_, _, message), image in zip(topics["/camera/image_raw"], images, strict=True):
         assert (message.encoding, message.header.frame_id) == ("rgb8", "camera_optical_frame")
         assert message.step == 3 * message.width
         back = np.frombuffer(bytes(message.data), dtype=np.uint8).reshape(message.height, message.width, 3)
-        np.testing.assert_array_equal(back, picture)
+        np.testing.assert_array_equal(back, image)
 
 
 def test_camera_info_is_the_rigs_camera_in_air(topics, rig):
@@ -236,7 +236,7 @@ def test_other_lenses_have_the_names_that_ros_gives_them(rig, kind, model, disto
 
 def test_joints_are_those_of_the_log_and_named_as_in_the_urdf(topics, table, rig, tmp_path):
     names = urdf_joints(rig_joints(rig), tmp_path)
-    for topic, kind in (("", "true"), ("/commanded", "command"), ("/believed", "believed")):
+    for topic, kind in (("", "true"), ("/commanded", "command"), ("/estimated", "estimated")):
         said = topics[f"/joint_states{topic}"]
         expected = [np.radians(table[f"q{joint}_{kind}_deg"].to_numpy()) for joint in (1, 2)]
         assert all(list(message.name) == names for _, _, message in said)
@@ -314,7 +314,7 @@ def test_the_target_is_where_the_dive_says_in_the_world(topics, folder):
 
 
 def test_what_the_loop_found_is_said_and_nothing_else(topics, table):
-    for _, _, message in topics["/target/believed_direction"]:
+    for _, _, message in topics["/target/estimated_direction"]:
         said = [message.vector.x, message.vector.y, message.vector.z]
         azimuth, elevation = np.radians([20.0, -10.0])
         expected = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
@@ -337,11 +337,11 @@ def test_the_same_dive_gives_the_same_bytes(folder, rig, bag, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == [bag.name]
 
 
-def test_frames_as_single_pictures_give_the_same_messages(own_folder, rig, pictures, topics, tmp_path):
+def test_frames_as_single_images_give_the_same_messages(own_folder, rig, images, topics, tmp_path):
     (own_folder / "video.mkv").unlink()
     (own_folder / "frames").mkdir()
-    for number, picture in enumerate(pictures):
-        (own_folder / "frames" / f"{number:06d}.png").write_bytes(png(picture))
+    for number, image in enumerate(images):
+        (own_folder / "frames" / f"{number:06d}.png").write_bytes(png(image))
     found = read(write_bag(own_folder, rig, tmp_path / "bag"))
     for (_, _, first), (_, _, second) in zip(topics["/camera/image_raw"], found["/camera/image_raw"], strict=True):
         assert bytes(first.data) == bytes(second.data)
@@ -354,12 +354,12 @@ def test_the_video_is_never_held_as_a_whole(folder, rig, tmp_path, monkeypatch):
         __hash__ = object.__hash__
 
     def watched(path):
-        for picture in decode(path):
-            seen = picture.view(Watched)
+        for image in decode(path):
+            seen = image.view(Watched)
             alive.add(seen)
             most.append(len(alive))
             yield seen
-            del seen, picture
+            del seen, image
 
     monkeypatch.setattr(recording, "_decoded", watched)
     write_bag(folder, rig, tmp_path / "bag")
@@ -368,7 +368,7 @@ def test_the_video_is_never_held_as_a_whole(folder, rig, tmp_path, monkeypatch):
     assert max(most) <= 3
 
 
-def test_progress_is_told_picture_by_picture(folder, rig, tmp_path):
+def test_progress_is_told_image_by_image(folder, rig, tmp_path):
     told = []
     write_bag(folder, rig, tmp_path / "bag", progress=lambda done, total: told.append((done, total)))
     assert told == [(done, FRAMES) for done in range(1, FRAMES + 1)]
@@ -410,8 +410,8 @@ def without_columns(folder):
         ),
         (lambda folder: cut(folder, 0.5), r"video\.mkv: expected .*(cut short|cannot be read)"),
         (lambda folder: cut(folder, 0.001), r"video\.mkv: expected a video"),
-        (one_row_more, r"expected 6 pictures, one for each row of the log, got 5: it is cut short"),
-        (one_row_less, r"expected 4 pictures, one for each row of the log, got more"),
+        (one_row_more, r"expected 6 images, one for each row of the log, got 5: it is cut short"),
+        (one_row_less, r"expected 4 images, one for each row of the log, got more"),
         (without_columns, r"without column target_distance_m, column mode"),
     ],
 )
@@ -422,9 +422,9 @@ def test_a_bad_folder_is_told_in_a_sentence_and_leaves_nothing(own_folder, rig, 
     assert not list((tmp_path / "out").glob("*")) and not list((tmp_path / "out").glob(".*"))
 
 
-def test_another_cameras_pictures_are_noticed(own_folder, rig, pictures, tmp_path):
-    write_video(own_folder / "video.mkv", [picture[:240, :320] for picture in pictures])
-    with pytest.raises(ValueError, match=r"expected pictures of 640 x 480 px, the rig's camera's, got 320 x 240 px"):
+def test_another_cameras_images_are_noticed(own_folder, rig, images, tmp_path):
+    write_video(own_folder / "video.mkv", [image[:240, :320] for image in images])
+    with pytest.raises(ValueError, match=r"expected images of 640 x 480 px, the rig's camera's, got 320 x 240 px"):
         write_bag(own_folder, rig, tmp_path / "bag")
 
 

@@ -1,4 +1,4 @@
-"""The trial of a detector: scores by hand, colours over red, and pictures that a seed decides."""
+"""The trial of a detector: scores by hand, colours over red, and images that a seed decides."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from dives.evaluation.detector_evaluation import TrialPicture, score, target_colours, trial_pictures
+from dives.evaluation.detector_evaluation import EvaluationImage, evaluation_images, score, target_colours
 from rigs import Rig
 from scenes.renderer import FastRenderer
 from scenes.stage.stage import stage
@@ -24,7 +24,7 @@ SIDE = 20
 """Of a square target: 400 px, as a disc of a radius of 11.3."""
 
 
-def picture(*, shown_at=None, painted_at=None, colour=(200, 20, 30), empty=False):
+def image(*, shown_at=None, painted_at=None, colour=(200, 20, 30), empty=False):
     """Target by truth at one place of an 80 x 60 crop, paint at another; (x, y) of the top left pixel."""
     crop = np.full((60, 80, 3), 90, dtype=np.uint8)
     target = np.zeros((60, 80), dtype=bool)
@@ -32,8 +32,8 @@ def picture(*, shown_at=None, painted_at=None, colour=(200, 20, 30), empty=False
         target[shown_at[1] : shown_at[1] + SIDE, shown_at[0] : shown_at[0] + SIDE] = True
     if painted_at is not None:
         crop[painted_at[1] : painted_at[1] + SIDE, painted_at[0] : painted_at[0] + SIDE] = colour
-    return TrialPicture(
-        picture=crop,
+    return EvaluationImage(
+        image=crop,
         crop=crop,
         target=target,
         corners_px=np.zeros((4, 2)),
@@ -47,11 +47,11 @@ def test_scores_are_those_counted_by_hand():
     """Seen twice where it is: once 5 px aside, once 30 px aside, once not at all; twice empty, one with paint."""
     found = score(
         [
-            picture(shown_at=(10, 10), painted_at=(15, 10)),
-            picture(shown_at=(10, 10), painted_at=(40, 10)),
-            picture(shown_at=(10, 10)),
-            picture(painted_at=(5, 5), empty=True),
-            picture(empty=True),
+            image(shown_at=(10, 10), painted_at=(15, 10)),
+            image(shown_at=(10, 10), painted_at=(40, 10)),
+            image(shown_at=(10, 10)),
+            image(painted_at=(5, 5), empty=True),
+            image(empty=True),
         ],
         RED,
     )
@@ -62,16 +62,16 @@ def test_scores_are_those_counted_by_hand():
 
 
 def test_target_that_is_hardly_seen_counts_neither_way():
-    found = score([picture(painted_at=(5, 5))], RED)
+    found = score([image(painted_at=(5, 5))], RED)
     assert (found.seen, found.found, found.wrong, found.empty) == (0, 0, 0, 0)
     assert math.isnan(found.precision) and math.isnan(found.recall)
-    assert target_colours([picture()]) is None
+    assert target_colours([image()]) is None
 
 
 def test_hues_are_counted_over_red():
     """Hue of (200, 20, b) by Smith's formula: -60 (b - 20) / 180 for b above 20; the other side of red by green."""
     places = {"shown_at": (10, 10), "painted_at": (10, 10)}
-    colours = target_colours([picture(**places, colour=(200, 20, 50)), picture(**places, colour=(200, 50, 20))])
+    colours = target_colours([image(**places, colour=(200, 20, 50)), image(**places, colour=(200, 50, 20))])
     # Half of OpenCV's steps of 2 degrees, and 5 % towards the other one.
     np.testing.assert_allclose(colours.hue_deg, (-9, 0, 9), atol=1.0)
     np.testing.assert_allclose(colours.saturation, 0.9, atol=1 / 255)
@@ -84,13 +84,13 @@ def renderer():
     return FastRenderer(rig, [], stage(rig, world="blue"))
 
 
-def test_pictures_are_those_of_their_seed(renderer):
+def test_images_are_those_of_their_seed(renderer):
     told = []
     taken, again = (
-        trial_pictures(renderer, 6, seed, lambda done, total: told.append((done, total))) for seed in (3, 3)
+        evaluation_images(renderer, 6, seed, lambda done, total: told.append((done, total))) for seed in (3, 3)
     )
     for first, second in zip(taken, again, strict=True):
-        assert (first.picture == second.picture).all()
+        assert (first.image == second.image).all()
         assert (first.target == second.target).all()
     assert told[:7] == [(done, 6) for done in range(7)]
     # Every sixth is without the target.
@@ -98,4 +98,4 @@ def test_pictures_are_those_of_their_seed(renderer):
     assert not taken[-1].seen
     assert sum(each.seen for each in taken) >= 3
     assert {each.crop.shape for each in taken} == {(240, 320, 3)}
-    assert (trial_pictures(renderer, 1, 4)[0].picture != taken[0].picture).any()
+    assert (evaluation_images(renderer, 1, 4)[0].image != taken[0].image).any()

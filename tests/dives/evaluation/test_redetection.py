@@ -79,7 +79,7 @@ def again(recorded, folder, settings):
 
 
 def test_the_same_settings_give_the_same_log(recorded, tmp_path):
-    """Pictures, crops and truth come back bit by bit; but an error that a prediction had is no detection's."""
+    """Images, crops and truth come back bit by bit; but an error that a prediction had is no detection's."""
     before = read_log(recorded)
     after, comparison = again(recorded, tmp_path / "again", RED_BALL)
     assert 3 < comparison["recorded"]["frames_found"] < FRAMES  # it is seen in some, so that there is something to say
@@ -133,20 +133,20 @@ def copy(recorded, tmp_path):
 
 
 def shortened(copy, count):
-    """Write the video again with the first pictures only."""
+    """Write the video again with the first images only."""
     camera = VideoCamera(copy / "video.mkv")
-    shots = [camera.read() for _ in range(count)]
+    camera_frames = [camera.read() for _ in range(count)]
     camera.close()
     writer = VideoWriter(copy / "video.mkv", "ffv1", 30)
-    for shot in shots:
-        writer.write(shot.image)
+    for camera_frame in camera_frames:
+        writer.write(camera_frame.image)
     writer.close()
 
 
-def test_a_missing_picture_is_told(copy):
+def test_a_missing_image_is_told(copy):
     shortened(copy, 2)
-    with pytest.raises(ValueError, match="a picture for each row of its log, row 2 has none"):
-        list(Recording(copy).shots())
+    with pytest.raises(ValueError, match="an image for each row of its log, row 2 has none"):
+        list(Recording(copy).camera_frames())
 
 
 def test_what_breaks_off_leaves_nothing(recorded, tmp_path, monkeypatch):
@@ -160,10 +160,10 @@ def test_what_breaks_off_leaves_nothing(recorded, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir() if "again" in path.name] == []
 
 
-def test_pictures_that_were_compressed_are_refused(copy):
+def test_images_that_were_compressed_are_refused(copy):
     file = copy / "dive.toml"
     file.write_text(file.read_text().replace('video = "ffv1"', 'video = "h264"'))
-    with pytest.raises(ValueError, match="which keep pictures as they were, got video = 'h264'"):
+    with pytest.raises(ValueError, match="which keep images as they were, got video = 'h264'"):
         Recording(copy)
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dives.evaluation import tracking_rate as angular_speed
-from dives.evaluation.synthetic_camera import BALL, DRAWN_BALL, DrawnCamera
+from dives.evaluation.synthetic_camera import BALL, DRAWN_BALL, SyntheticCamera
 from dives.evaluation.tracking_rate import (
     FASTEST_DEG_PER_S,
     PRECISION,
@@ -105,23 +105,23 @@ def test_the_drawn_ball_is_where_the_train_puts_it(rig, q_deg):
     axis = train.trace([[rig.camera.cx_px + 10, rig.camera.cy_px - 8]])
     in_camera = (axis.origin_m + 2 * axis.direction)[0]
     target_m = layout.body_from_camera.apply(in_camera) - layout.body_from_gimbal.translation
-    camera = DrawnCamera(rig, 0.05)
+    camera = SyntheticCamera(rig, 0.05)
     assert camera.pixels(q, target_m[np.newaxis])[0] == pytest.approx(
         train.project(in_camera[np.newaxis]).pixels[0], abs=1e-6
     )
-    rows, columns = np.nonzero((camera.picture(q, target_m) == BALL).all(axis=2))
+    rows, columns = np.nonzero((camera.image(q, target_m) == BALL).all(axis=2))
     assert (columns.mean(), rows.mean()) == pytest.approx(train.project(in_camera[np.newaxis]).pixels[0], abs=0.25)
 
 
 def test_the_ball_ends_at_the_mirrors_edge(rig):
     """Far beside the gaze there is none, and the detector finds what is drawn, and nothing else."""
-    camera = DrawnCamera(rig, 0.03)
+    camera = SyntheticCamera(rig, 0.03)
     crop = Crop.of(ExactCorners(rig).corners([0, 0]))
-    ahead, beside = (camera.picture(np.zeros(2), np.array(place)) for place in ([2.0, 0, 0], [0, 2.0, 0]))
-    (spot,) = detect(crop.take(ahead), DRAWN_BALL).spots
+    ahead, beside = (camera.image(np.zeros(2), np.array(place)) for place in ([2.0, 0, 0], [0, 2.0, 0]))
+    (blob,) = detect(crop.take(ahead), DRAWN_BALL).blobs
     # The crop stretches a tilted mirror's lower edge more than its upper one: a disc's middle is not its centroid, by
     # the square of its size. For 10 px that is a fifth of a pixel; the rest is the mask's whole pixels.
-    assert spot.centroid_px == pytest.approx(crop.centre_px, abs=0.5)
+    assert blob.centroid_px == pytest.approx(crop.centre_px, abs=0.5)
     assert not (beside == BALL).all(axis=2).any()
 
 
@@ -129,7 +129,7 @@ def test_no_loop_outruns_its_servos(rig):
     """The paper's servos turn by 60 degrees a second, and so does the gaze about the pan axis.
 
     A target at 90 degrees a second gets away by 30 * 90 / 90 = 30 degrees on three quarters of an arc of 120 degrees:
-    more than half the crop's field of view (14 degrees) and five pictures (15 degrees) together. At three quarters of
+    more than half the crop's field of view (14 degrees) and five images (15 degrees) together. At three quarters of
     the servos' speed the loop must follow.
     """
     chase = Chase(rig, VARIANTS["default"], Arc(), seed=0, frame_rate_hz=30.0)

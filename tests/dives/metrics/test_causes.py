@@ -43,10 +43,10 @@ def test_each_cause(case, cause):
     full_px=st.floats(0, 1e4),
     shares=st.tuples(*[st.floats(0, 1)] * 3),
     smear_px=st.floats(0, 100),
-    picture=st.tuples(st.floats(0, 1), st.floats(0, 1)),
+    image=st.tuples(st.floats(0, 1), st.floats(0, 1)),
     at_speed_limit=st.booleans(),
 )
-def test_what_is_not_found_has_a_cause(full_px, shares, smear_px, picture, at_speed_limit):
+def test_what_is_not_found_has_a_cause(full_px, shares, smear_px, image, at_speed_limit):
     whole = max(sum(shares), 1.0)
     hull_px, mount_px, visible_px = (full_px * share / whole for share in shares)
     cause = cause_of_loss(
@@ -58,8 +58,8 @@ def test_what_is_not_found_has_a_cause(full_px, shares, smear_px, picture, at_sp
         smallest_px=10.0,
         at_speed_limit=at_speed_limit,
         smear_px=smear_px,
-        saturated_share=picture[0],
-        dark_share=picture[1],
+        saturated_share=image[0],
+        dark_share=image[1],
     )
     assert cause is not Cause.NONE
     lost_on_the_way = cause in {Cause.NOT_IN_VIEW, Cause.HIDDEN_BY_HULL, Cause.HIDDEN_BY_MOUNT, Cause.TOO_SMALL}

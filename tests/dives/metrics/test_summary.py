@@ -39,7 +39,7 @@ def test_a_perfect_dive(make_log):
         assert found[name] == 1.0
     assert found["losses"] == 0
     assert found["recovered_fraction"] is None
-    assert found["gaze_error_rms_deg"] == found["crop_error_max_px"] == found["believed_direction_error_p99_deg"] == 0
+    assert found["gaze_error_rms_deg"] == found["crop_error_max_px"] == found["estimated_direction_error_p99_deg"] == 0
     # Nothing moves, so nothing tells a lag.
     assert found["target_to_gaze_lag_s"] is None
 
@@ -142,12 +142,12 @@ def test_pixels_against_truth(make_log):
     assert found["crop_error_p50_px"] == pytest.approx(10.0, abs=EXACT)
 
 
-def test_believed_direction(make_log):
+def test_estimated_direction(make_log):
     """Straight up and level are 90 degrees apart whatever the azimuth; a micro-degree keeps its digits."""
-    up = dive_metrics(make_log(3, believed_elevation_deg=[90.0] * 3, believed_azimuth_deg=[77.0, -3.0, 12.0]))
-    assert up["believed_direction_error_max_deg"] == pytest.approx(90.0, abs=EXACT)
-    near = dive_metrics(make_log(3, believed_azimuth_deg=[1e-6] * 3))
-    assert near["believed_direction_error_rms_deg"] == pytest.approx(1e-6, rel=1e-6)
+    up = dive_metrics(make_log(3, estimated_elevation_deg=[90.0] * 3, estimated_azimuth_deg=[77.0, -3.0, 12.0]))
+    assert up["estimated_direction_error_max_deg"] == pytest.approx(90.0, abs=EXACT)
+    near = dive_metrics(make_log(3, estimated_azimuth_deg=[1e-6] * 3))
+    assert near["estimated_direction_error_rms_deg"] == pytest.approx(1e-6, rel=1e-6)
 
 
 def test_detector_rates(make_log):

@@ -23,7 +23,7 @@ from tracking.calibration.covariance import PerturbationCovariance
 from tracking.cameras import VideoCamera
 from tracking.perception import Crop, ExactCorners
 
-PICTURES = 12
+IMAGES = 12
 
 
 def mirrorgaze(*arguments: object):
@@ -42,7 +42,7 @@ def recorded(corners, folder):
     with av.open(str(folder / "dive.mkv"), "w") as video:
         stream = video.add_stream("ffv1", rate=30)
         stream.width, stream.height, stream.pix_fmt = 640, 480, "bgr0"
-        for number in range(PICTURES):
+        for number in range(IMAGES):
             image = np.full((480, 640, 3), 70, dtype=np.uint8)
             cv2.circle(image, [round(16 * x) for x in centre.tolist()], 9 * 16, (200, 30, 25), -1, cv2.LINE_AA, 4)
             frame = av.VideoFrame.from_ndarray(image, format="rgb24")
@@ -65,19 +65,19 @@ def test_words_json_and_files_say_the_same(recording, tmp_path):
     words = mirrorgaze(*common, "-o", tmp_path / "a")
     assert words.exit_code == 0, words.output
     assert "overlay.mp4, log.parquet, track.json" in words.stdout
-    assert f"detected  in {PICTURES} (100.0%)" in words.stdout
+    assert f"detected  in {IMAGES} (100.0%)" in words.stdout
     assert "images/s, overlay and log included" in words.stdout
-    assert f"track: {PICTURES} of {PICTURES} images" in words.stderr
+    assert f"track: {IMAGES} of {IMAGES} images" in words.stderr
     machine = mirrorgaze(*common, "-o", tmp_path / "b", "--variant", "paper", "--json")
     assert machine.exit_code == 0, machine.output
     data = json.loads(machine.stdout)
     summary = json.loads((tmp_path / "b" / "track.json").read_text())
     assert data["frames_per_s"] > 0
-    assert summary | {"pictures": PICTURES, "detected": PICTURES, "rig": "aqua2", "variant": "paper"} == summary
-    assert {name: data[name] for name in ("pictures", "detected", "modes")} == {
-        name: summary[name] for name in ("pictures", "detected", "modes")
+    assert summary | {"images": IMAGES, "detected": IMAGES, "rig": "aqua2", "variant": "paper"} == summary
+    assert {name: data[name] for name in ("images", "detected", "modes")} == {
+        name: summary[name] for name in ("images", "detected", "modes")
     }
-    assert pq.read_table(tmp_path / "b" / "log.parquet").num_rows == PICTURES
+    assert pq.read_table(tmp_path / "b" / "log.parquet").num_rows == IMAGES
 
 
 def test_a_log_serves_as_joints(recording, tmp_path):
@@ -87,7 +87,7 @@ def test_a_log_serves_as_joints(recording, tmp_path):
     assert mirrorgaze(*video, recording / "joints.csv", "-o", first).exit_code == 0
     assert mirrorgaze(*video, first / "log.parquet", "-o", again).exit_code == 0
     logs = [pq.read_table(folder / "log.parquet") for folder in (first, again)]
-    assert logs[0]["detected"].to_pylist() == [True] * PICTURES
+    assert logs[0]["detected"].to_pylist() == [True] * IMAGES
     np.testing.assert_allclose(*(np.array(log["centroid_x_px"]) for log in logs), atol=1e-9)
 
 
@@ -118,24 +118,24 @@ def test_with_a_calibration_the_target_is_where_the_built_rig_sees_it(tmp_path):
         result = mirrorgaze(*options, folder / "joints.csv", *more, "-o", tmp_path / name)
         assert result.exit_code == 0, result.output
         log = pq.read_table(tmp_path / name / "log.parquet")
-        believed = [log[f"believed_{angle}_deg"].to_pylist()[-1] for angle in ("azimuth", "elevation")]
-        off_deg[name] = np.subtract(believed, true_deg)
+        estimated = [log[f"believed_{angle}_deg"].to_pylist()[-1] for angle in ("azimuth", "elevation")]
+        off_deg[name] = np.subtract(estimated, true_deg)
     np.testing.assert_allclose(off_deg["built"], 0, atol=0.1)
     assert abs(off_deg["drawn"][0]) == pytest.approx(2.0, abs=0.1)
 
 
-def test_a_folder_of_pictures_without_joints(recording, tmp_path):
+def test_a_folder_of_images_without_joints(recording, tmp_path):
     """Read as if the mirror stood at q = 0, the disc is elsewhere; it still runs."""
-    pictures = tmp_path / "pictures"
+    pictures = tmp_path / "images"
     pictures.mkdir()
     with av.open(str(recording / "dive.mkv")) as video:
         for number, frame in enumerate(itertools.islice(video.decode(video=0), 3)):
             cv2.imwrite(str(pictures / f"{number:04}.png"), frame.to_ndarray(format="bgr24"))
     result = mirrorgaze("track", pictures, "--rig", "aqua2", "-o", tmp_path / "out", "--json")
     assert result.exit_code == 0, result.output
-    assert json.loads(result.stdout)["pictures"] == 3
-    believed = pq.read_table(tmp_path / "out" / "log.parquet")["q1_believed_deg"].to_pylist()
-    assert believed == [0.0] * 3
+    assert json.loads(result.stdout)["images"] == 3
+    estimated = pq.read_table(tmp_path / "out" / "log.parquet")["q1_estimated_deg"].to_pylist()
+    assert estimated == [0.0] * 3
 
 
 def test_ctrl_c_ends_with_finished_files(recording, tmp_path, monkeypatch):
@@ -151,7 +151,7 @@ def test_ctrl_c_ends_with_finished_files(recording, tmp_path, monkeypatch):
     result = mirrorgaze("track", recording / "dive.mkv", "--rig", "aqua2", "-o", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert "track.json, interrupted" in result.stdout
-    # The fifth picture came with the interrupt and is not taken.
+    # The fifth image came with the interrupt and is not taken.
     assert pq.read_table(tmp_path / "out" / "log.parquet").num_rows == 4
     with av.open(str(tmp_path / "out" / "overlay.mp4")) as video:
         assert sum(1 for _ in video.decode(video=0)) == 4
@@ -162,10 +162,10 @@ def test_bad_input_ends_with_2_and_a_sentence(recording, tmp_path):
     (tmp_path / "text.mp4").write_text("no video")
     (tmp_path / "nan.csv").write_text("time_s,q1_deg,q2_deg\n0,nan,0\n")
     for arguments, message in [
-        ((tmp_path / "none.mp4", "--rig", "aqua2"), "none.mp4: expected a video, a folder of pictures or a camera"),
+        ((tmp_path / "none.mp4", "--rig", "aqua2"), "none.mp4: expected a video, a folder of images or a camera"),
         ((tmp_path / "text.mp4", "--rig", "aqua2"), "text.mp4: expected a video, got something else"),
         (("/dev/video97", "--rig", "aqua2"), "/dev/video97: expected a camera, found none that opens"),
-        ((video, "--rig", "bluerov2"), "expected pictures of 1920 x 1080 px as rig 'bluerov2' has them, got 640 x 480"),
+        ((video, "--rig", "bluerov2"), "expected images of 1920 x 1080 px as rig 'bluerov2' has them, got 640 x 480"),
         ((video, "--rig", "nobody"), "nobody"),
         ((video, "--rig", "bench"), "expected a rig with mirrors, got 'bench'"),
         (

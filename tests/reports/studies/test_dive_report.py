@@ -23,7 +23,7 @@ LEVELS = 200
 """Grey levels that number the overlay's frames: frame k is k modulo this, plus 20."""
 
 CODING = 3
-"""Levels by which H.264 may change a flat grey picture, colour conversion included."""
+"""Levels by which H.264 may change a flat grey image, colour conversion included."""
 
 
 def frame_level(frame):
@@ -35,8 +35,8 @@ def write_overlay(path, count):
         stream = container.add_stream("libx264", rate=10, options={"crf": "10", "preset": "ultrafast"})
         stream.width, stream.height, stream.pix_fmt = 64, 32, "yuv420p"
         for frame in range(count):
-            picture = np.full((32, 64, 3), frame_level(frame), dtype=np.uint8)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture)))
+            image = np.full((32, 64, 3), frame_level(frame), dtype=np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image)))
         container.mux(stream.encode(None))
 
 

@@ -1,4 +1,4 @@
-"""Recorded and live pictures: colours and time stamps arrive, what is broken is left out and counted, or named."""
+"""Recorded and live images: colours and time stamps arrive, what is broken is left out and counted, or named."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from rigs import Rig
-from tracking.cameras import LiveCamera, PictureFolderCamera, VideoCamera, open_camera
+from tracking.cameras import ImageFolderCamera, LiveCamera, VideoCamera, open_camera
 from tracking.cameras import live as live_module
 from tracking.cameras.live import is_live
-from tracking.protocols import Shot
+from tracking.protocols import CameraFrame
 
 HEIGHT, WIDTH = 48, 64
 RATE = 30
@@ -22,7 +22,7 @@ H264 = {"codec": "libx264", "pixel_format": "yuv420p"}
 
 
 def picture(number: int) -> np.ndarray:
-    """Noise, so that damaged bytes are damaged pictures, with a red corner."""
+    """Noise, so that damaged bytes are damaged images, with a red corner."""
     image = np.random.default_rng(number).integers(0, 256, (HEIGHT, WIDTH, 3), dtype=np.uint8)
     image[:16, :16] = (220, 20, 10)
     return image
@@ -40,25 +40,25 @@ def write_video(path, times, *, codec="ffv1", pixel_format="bgr0", container="ma
     return path
 
 
-def shots_of(camera) -> list[Shot]:
-    return list(itertools.takewhile(lambda shot: shot is not None, iter(camera.read, object())))
+def shots_of(camera) -> list[CameraFrame]:
+    return list(itertools.takewhile(lambda camera_frame: camera_frame is not None, iter(camera.read, object())))
 
 
-def test_lossless_video_gives_the_very_pictures_and_times(tmp_path):
+def test_lossless_video_gives_the_very_images_and_times(tmp_path):
     camera = VideoCamera(write_video(tmp_path / "a.mkv", range(10)))
-    shots = shots_of(camera)
+    camera_frames = shots_of(camera)
     assert camera.read() is None
-    for number, shot in enumerate(shots):
-        assert (shot.image == picture(number)).all()
-        assert shot.time_s == pytest.approx(number / RATE, abs=5e-4)  # Matroska counts milliseconds
-    assert (len(shots), camera.skipped, camera.missing) == (10, 0, 0)
-    assert (camera.frame_rate_hz, camera.expected_pictures) == (RATE, 10)
+    for number, camera_frame in enumerate(camera_frames):
+        assert (camera_frame.image == picture(number)).all()
+        assert camera_frame.time_s == pytest.approx(number / RATE, abs=5e-4)  # Matroska counts milliseconds
+    assert (len(camera_frames), camera.skipped, camera.missing) == (10, 0, 0)
+    assert (camera.frame_rate_hz, camera.expected_images) == (RATE, 10)
 
 
 def test_time_stamps_are_the_containers_and_gaps_are_counted(tmp_path):
     times = [0, 1, 2, 5, 6, 8, 9]
     camera = VideoCamera(write_video(tmp_path / "a.mp4", times, **H264, container="mp4"))
-    assert [shot.time_s for shot in shots_of(camera)] == pytest.approx([k / RATE for k in times])
+    assert [camera_frame.time_s for camera_frame in shots_of(camera)] == pytest.approx([k / RATE for k in times])
     assert (camera.skipped, camera.missing) == (0, 3)
 
 
@@ -70,7 +70,7 @@ def test_a_video_that_starts_late_starts_at_0(tmp_path):
 
 def test_a_bare_stream_without_times_runs_at_its_rate(tmp_path):
     path = write_video(tmp_path / "a.h264", range(10), **H264, container="h264")
-    times = [shot.time_s for shot in shots_of(VideoCamera(path))]
+    times = [camera_frame.time_s for camera_frame in shots_of(VideoCamera(path))]
     assert len(times) == 10
     assert np.diff(times) == pytest.approx(1 / RATE, rel=0.5)
     assert (np.diff(times) > 0).all()
@@ -83,7 +83,7 @@ def test_compressed_colours_keep_their_order(tmp_path):
     np.testing.assert_allclose(corner, (220, 20, 10), atol=12)
 
 
-def test_corrupt_pictures_are_left_out_and_counted(tmp_path):
+def test_corrupt_images_are_left_out_and_counted(tmp_path):
     path = write_video(tmp_path / "a.avi", range(30), codec="mpeg4", pixel_format="yuv420p", container="avi")
     good = shots_of(VideoCamera(path))
     data = bytearray(path.read_bytes())
@@ -91,11 +91,11 @@ def test_corrupt_pictures_are_left_out_and_counted(tmp_path):
         data[place : place + 40] = b"\x55" * 40
     path.write_bytes(data)
     camera = VideoCamera(path)
-    shots = shots_of(camera)
+    camera_frames = shots_of(camera)
     assert 0 < camera.skipped <= 4
-    assert len(shots) == 30 - camera.skipped
+    assert len(camera_frames) == 30 - camera.skipped
     assert camera.missing == camera.skipped
-    assert {shot.time_s for shot in shots} < {shot.time_s for shot in good}
+    assert {camera_frame.time_s for camera_frame in camera_frames} < {camera_frame.time_s for camera_frame in good}
 
 
 def test_a_file_that_breaks_off_ends_there(tmp_path):
@@ -103,20 +103,20 @@ def test_a_file_that_breaks_off_ends_there(tmp_path):
     data = path.read_bytes()
     path.write_bytes(data[: len(data) * 2 // 3])
     camera = VideoCamera(path)
-    shots = shots_of(camera)
-    assert 15 <= len(shots) <= 20
-    assert all((shot.image == picture(number)).all() for number, shot in enumerate(shots[:-1]))
+    camera_frames = shots_of(camera)
+    assert 15 <= len(camera_frames) <= 20
+    assert all((camera_frame.image == picture(number)).all() for number, camera_frame in enumerate(camera_frames[:-1]))
 
 
 def test_times_that_do_not_grow_are_left_out(tmp_path):
-    """Two pictures in the same millisecond: the loop takes only pictures that come later."""
+    """Two images in the same millisecond: the loop takes only images that come later."""
     camera = VideoCamera(write_video(tmp_path / "a.mkv", [0, 100, 100, 200], scale=1000))
-    assert [shot.time_s for shot in shots_of(camera)] == pytest.approx([0.0, 0.1, 0.2])
+    assert [camera_frame.time_s for camera_frame in shots_of(camera)] == pytest.approx([0.0, 0.1, 0.2])
     assert camera.skipped == 1
 
 
 def test_what_is_no_video_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"none\.mp4: expected a video, a folder of pictures or a camera"):
+    with pytest.raises(FileNotFoundError, match=r"none\.mp4: expected a video, a folder of images or a camera"):
         VideoCamera(tmp_path / "none.mp4")
     (tmp_path / "text.mp4").write_text("no video\n" * 100)
     with pytest.raises(ValueError, match=r"text\.mp4: expected a video, got something else"):
@@ -129,20 +129,23 @@ def test_what_is_no_video_is_named(tmp_path):
         frame = av.AudioFrame.from_ndarray(np.zeros((1, 800), dtype=np.int16), format="s16", layout="mono")
         frame.sample_rate = 8000
         sound.mux(stream.encode(frame))
-    with pytest.raises(ValueError, match=r"sound\.wav: expected a video, got a file without pictures"):
+    with pytest.raises(ValueError, match=r"sound\.wav: expected a video, got a file without images"):
         VideoCamera(tmp_path / "sound.wav")
 
 
-def test_a_folder_of_pictures_is_a_camera(tmp_path):
+def test_a_folder_of_images_is_a_camera(tmp_path):
     for number in range(5):
         cv2.imwrite(str(tmp_path / f"{number:03}.png"), picture(number)[..., ::-1])
-    (tmp_path / "notes.txt").write_text("not a picture")
+    (tmp_path / "notes.txt").write_text("not an image")
     (tmp_path / "002.png").write_bytes(b"broken")
-    camera = PictureFolderCamera(tmp_path, frame_rate_hz=10)
-    shots = shots_of(camera)
-    assert [shot.time_s for shot in shots] == [0.0, 0.1, 0.3, 0.4]
-    assert all((shot.image == picture(number)).all() for number, shot in zip((0, 1, 3, 4), shots, strict=True))
-    assert (camera.skipped, camera.missing, camera.expected_pictures) == (1, 1, 5)
+    camera = ImageFolderCamera(tmp_path, frame_rate_hz=10)
+    camera_frames = shots_of(camera)
+    assert [camera_frame.time_s for camera_frame in camera_frames] == [0.0, 0.1, 0.3, 0.4]
+    assert all(
+        (camera_frame.image == picture(number)).all()
+        for number, camera_frame in zip((0, 1, 3, 4), camera_frames, strict=True)
+    )
+    assert (camera.skipped, camera.missing, camera.expected_images) == (1, 1, 5)
 
 
 def test_a_name_says_what_kind_of_camera_it_is(tmp_path):
@@ -154,7 +157,7 @@ def test_a_name_says_what_kind_of_camera_it_is(tmp_path):
         open_camera(str(tmp_path), rig)
     cv2.imwrite(str(tmp_path / "a.png"), picture(0))
     folder = open_camera(str(tmp_path), rig)
-    assert isinstance(folder, PictureFolderCamera)
+    assert isinstance(folder, ImageFolderCamera)
     assert folder.frame_rate_hz == 30  # of the image sensor's default, which aqua2 has
     assert isinstance(open_camera(str(write_video(tmp_path / "a.mkv", range(2))), rig), VideoCamera)
 
@@ -186,7 +189,7 @@ class FakeCapture:
         self.released = True
 
 
-def test_a_live_camera_gives_pictures_on_its_clock(monkeypatch):
+def test_a_live_camera_gives_images_on_its_clock(monkeypatch):
     monkeypatch.setattr(live_module.cv2, "VideoCapture", FakeCapture)
     camera = LiveCamera("/dev/null")
     first, second = camera.read(), camera.read()

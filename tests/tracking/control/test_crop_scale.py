@@ -11,7 +11,7 @@ from optics.gaze.jacobian import direction_jacobian
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.crop_scale import centroid_motion, crop_scale, level_pose
-from tracking.estimation.sight_lines import SightLines
+from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.perception import Crop, ExactCorners
 
 AQUA2 = Rig.load("aqua2")
@@ -37,7 +37,7 @@ STEP = 1e-4
 
 class View:
     def __init__(self, rig: Rig):
-        self.lines, self.corners = SightLines(rig, FAR_M), ExactCorners(rig)
+        self.lines, self.corners = LinesOfSight(rig, FAR_M), ExactCorners(rig)
 
     def crop_at(self, q: np.ndarray) -> Crop:
         return Crop.of(self.corners.corners(q))
@@ -97,8 +97,8 @@ def test_over_the_zenith_the_crop_stands_upside_down_in_the_world():
             for point in ([159.5, 60.0], [159.5, 180.0], [80.0, 119.5], [240.0, 119.5])
         )
         assert (top[2] > bottom[2]) == upright
-        # To the right of who looks along the gaze, upright: its azimuth falls. A half turn of the picture keeps that
-        # true for the picture, so in the world right and left change places.
+        # To the right of who looks along the gaze, upright: its azimuth falls. A half turn of the image keeps that
+        # true for the image, so in the world right and left change places.
         gaze = view.lines.gimbal.gaze(q)
         world_right = np.cross(gaze, [0.0, 0.0, 1.0])
         assert ((right - left) @ world_right > 0) == upright
@@ -121,7 +121,7 @@ def test_the_scale_is_the_view_of_the_mirrors_middle_half():
 
 def test_a_level_pose_keeps_to_the_limits():
     joints = AQUA2.gaze.joints.model_copy(update={"tilt": AQUA2.gaze.joints.tilt.model_copy(update={"min_deg": 10.0})})
-    lines = SightLines(AQUA2.with_gaze(joints=joints))
+    lines = LinesOfSight(AQUA2.with_gaze(joints=joints))
     np.testing.assert_allclose(np.degrees(level_pose(lines.gimbal)), [0, 10])
 
 

@@ -80,7 +80,7 @@ def test_a_search_goes_outwards_then_everywhere_and_back_again():
     search.begin(lost, lost)
     np.testing.assert_allclose(search.advance(0.0), lost)
     seen = np.array([search.advance(1 / 30) for _ in range(30 * 70)])
-    # The outermost strips run half a step inside; a picture may miss the corner by 2 degrees.
+    # The outermost strips run half a step inside; an image may miss the corner by 2 degrees.
     inside = np.array([math.radians(155 / 18), 0.0])
     np.testing.assert_allclose(seen.min(axis=0), GIMBAL.lowest + inside, atol=0.04)
     np.testing.assert_allclose(seen.max(axis=0), GIMBAL.highest - inside, atol=0.04)
@@ -108,7 +108,7 @@ def test_a_raster_begins_at_its_nearer_end_when_the_mirror_is_there(pan_deg, end
     np.testing.assert_allclose([along.min(), along.max()], limits, atol=2 * SPEEDS.tilt / 100)
 
 
-def test_a_search_does_not_run_ahead_of_lost_pictures():
+def test_a_search_does_not_run_ahead_of_lost_images():
     search = Search(GIMBAL, SPEEDS, VIEW)
     search.begin(GIMBAL.middle)
     before = search.advance(0.0)

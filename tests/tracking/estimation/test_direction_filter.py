@@ -102,7 +102,7 @@ def _moved(bearing: Bearing, step: np.ndarray, change: np.ndarray) -> Bearing:
     return Bearing(direction=direction, rate=rate - (rate @ direction) * direction)
 
 
-def test_lost_pictures_only_widen_it():
+def test_lost_images_only_widen_it():
     """A jump in time is one longer prediction: three single steps or one of three times the length are the same."""
     singly, at_once = DirectionFilter(DirectionNoise()), DirectionFilter(DirectionNoise())
     for tracked in (singly, at_once):

@@ -76,17 +76,17 @@ def test_its_covariance_is_honest():
     5.4): their sums lie within the central 99.9 %, and do not when Q is ten times too large or small.
     """
     runs = 400
-    honest = _consistency(runs, believed=1.0)
+    honest = _consistency(runs, estimated=1.0)
     for value, freedom in zip(honest, (2 * runs, runs), strict=True):
         assert chi2.ppf(0.0005, freedom) < value < chi2.ppf(0.9995, freedom)
     for wrong in (10.0, 0.1):
-        errors, innovations = _consistency(runs, believed=wrong)
+        errors, innovations = _consistency(runs, estimated=wrong)
         assert not chi2.ppf(0.0005, 2 * runs) < errors < chi2.ppf(0.9995, 2 * runs)
         assert not chi2.ppf(0.0005, runs) < innovations < chi2.ppf(0.9995, runs)
 
 
-def _consistency(runs: int, *, believed: float) -> tuple[float, float]:
-    """Sums of NEES and NIS over runs (columns of one filter) after 30 steps; Q is believed to be a multiple."""
+def _consistency(runs: int, *, estimated: float) -> tuple[float, float]:
+    """Sums of NEES and NIS over runs (columns of one filter) after 30 steps; Q is estimated to be a multiple."""
     rng = np.random.default_rng(11)
     process, noise = rate_noise(2.0), np.array([[0.01]])
     truth = rng.normal(size=(2, runs))
@@ -95,7 +95,7 @@ def _consistency(runs: int, *, believed: float) -> tuple[float, float]:
     for _ in range(30):
         truth = RATE_MODEL @ truth + rng.multivariate_normal([0.0, 0.0], process, size=runs).T
         measured = POSITION @ truth + rng.normal(scale=0.1, size=(1, runs))
-        correction = update(predict(estimate, RATE_MODEL, believed * process), measured, POSITION, noise)
+        correction = update(predict(estimate, RATE_MODEL, estimated * process), measured, POSITION, noise)
         estimate, squared = correction.estimate, correction.innovation_squared
     off = truth - estimate.mean
     return float((off * np.linalg.solve(estimate.covariance, off)).sum()), squared

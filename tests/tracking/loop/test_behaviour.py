@@ -12,11 +12,11 @@ from tracking.records import Mode
 PAPER = BehaviourSettings(check_s=30.0, confirm_frames=1, predict_frames=30)
 
 
-def run(settings, pictures, *, start=BehaviourState(mode=Mode.SCAN), elapsed_s=100.0):  # noqa: B008
-    """Modes after each picture, given whether it shows the target; 'x': not even its expected place."""
+def run(settings, images, *, start=BehaviourState(mode=Mode.SCAN), elapsed_s=100.0):  # noqa: B008
+    """Modes after each image, given whether it shows the target; 'x': not even its expected place."""
     states, state = [], start
-    for picture in pictures:
-        state = next_state(state, settings, elapsed_s=elapsed_s, found=picture == "t", expected=picture != "x")
+    for image in images:
+        state = next_state(state, settings, elapsed_s=elapsed_s, found=image == "t", expected=image != "x")
         states.append(state)
     return states
 
@@ -35,12 +35,12 @@ def test_the_check_takes_its_time_and_does_not_look():
 
 
 def test_the_papers_behaviour():
-    """Tracked from the first detection on; after 30 pictures without it the environment is scanned again."""
+    """Tracked from the first detection on; after 30 images without it the environment is scanned again."""
     assert modes(run(PAPER, "..t.t" + "." * 31 + "t")) == "ssttpt"[:2] + "tpt" + "p" * 30 + "s" + "t"
 
 
 def test_a_candidate_must_be_seen_often_enough():
-    """Three pictures; one without it takes one away."""
+    """Three images; one without it takes one away."""
     settings = BehaviourSettings(confirm_frames=3)
     assert modes(run(settings, "tt.tt")) == "sssst"
     assert [state.hits for state in run(settings, "tt..t")] == [1, 2, 1, 0, 1]
@@ -52,7 +52,7 @@ def test_a_target_found_again_while_predicted_needs_no_confirmation():
     assert modes(run(settings, "ttt...t")) == "sstpppt"
 
 
-def test_pictures_that_cannot_show_it_do_not_count_up_to_a_number():
+def test_images_that_cannot_show_it_do_not_count_up_to_a_number():
     settings = BehaviourSettings(predict_frames=2, unseen_frames=3)
     tracking = BehaviourState(mode=Mode.TRACK)
     assert modes(run(settings, "xxx...", start=tracking)) == "pppppss"[:6]
@@ -62,14 +62,14 @@ def test_pictures_that_cannot_show_it_do_not_count_up_to_a_number():
 
 
 @given(st.text("t.x", max_size=60), st.integers(1, 4), st.integers(0, 5), st.integers(0, 5))
-def test_no_other_arrows(pictures, confirm, predict, unseen):
+def test_no_other_arrows(images, confirm, predict, unseen):
     settings = BehaviourSettings(confirm_frames=confirm, predict_frames=predict, unseen_frames=unseen)
     before = BehaviourState(mode=Mode.SCAN)
-    for picture, state in zip(pictures, run(settings, pictures), strict=True):
+    for image, state in zip(images, run(settings, images), strict=True):
         allowed = {
             Mode.SCAN: {Mode.SCAN, Mode.TRACK},
-            Mode.TRACK: {Mode.TRACK} if picture == "t" else {Mode.PREDICT, Mode.SCAN},
-            Mode.PREDICT: {Mode.TRACK} if picture == "t" else {Mode.PREDICT, Mode.SCAN},
+            Mode.TRACK: {Mode.TRACK} if image == "t" else {Mode.PREDICT, Mode.SCAN},
+            Mode.PREDICT: {Mode.TRACK} if image == "t" else {Mode.PREDICT, Mode.SCAN},
         }
         assert state.mode in allowed[before.mode]
         assert state.missed <= predict

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dives.evaluation.synthetic_camera import DRAWN_BALL, DrawnCamera
+from dives.evaluation.synthetic_camera import DRAWN_BALL, SyntheticCamera
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
@@ -21,7 +21,7 @@ from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS, Variant
 from tracking.mirrors.simulated import SimulatedMirrors
 from tracking.perception import CornerSamples, ExactCorners
-from tracking.protocols import MirrorReport, Shot
+from tracking.protocols import CameraFrame, MirrorReport
 from tracking.records import Mode, Step
 
 RIG = Rig.load("aqua2")
@@ -34,10 +34,10 @@ START_DEG = -69.75
 """Azimuth of the raster's first strip: a target that waits there is found at once."""
 
 WAIT_S = 1.0
-"""It is found in less: 0.5 s from the strip's lower end up to the horizon, three pictures, and the servos' delays."""
+"""It is found in less: 0.5 s from the strip's lower end up to the horizon, three images, and the servos' delays."""
 
 SETTLED_S = 4.0
-"""Before the first picture the mirrors are sent to where the raster begins, from wherever they stood when power came
+"""Before the first image the mirrors are sent to where the raster begins, from wherever they stood when power came
 on. The functional check tells the driver where they are in a dive; these leave it out, for time."""
 
 Path = Callable[[float], FloatArray]
@@ -45,8 +45,8 @@ Path = Callable[[float], FloatArray]
 
 
 @cache
-def camera() -> DrawnCamera:
-    return DrawnCamera(RIG, RADIUS_M)
+def camera() -> SyntheticCamera:
+    return SyntheticCamera(RIG, RADIUS_M)
 
 
 def place(azimuth_deg: float, elevation_deg: float, distance_m: float = 2.0) -> FloatArray:
@@ -84,10 +84,10 @@ class Dive:
     def run(self, path: Path, until_s: float, hidden: tuple[float, float] = (0.0, 0.0)) -> Dive:
         while (time_s := len(self.steps) / self.rate_hz) < until_s:
             q, target = self.mirrors.true_q(SETTLED_S + time_s) + self.bias, path(time_s)
-            image = camera().picture(q, target)
+            image = camera().image(q, target)
             if hidden[0] <= time_s < hidden[1]:
                 image = np.zeros_like(image)
-            step = self.loop.step(Shot(image=image, time_s=time_s), self.mirrors.report(SETTLED_S + time_s))
+            step = self.loop.step(CameraFrame(image=image, time_s=time_s), self.mirrors.report(SETTLED_S + time_s))
             self.mirrors.command(step.q_command, SETTLED_S + time_s + LATENCY_S)
             gaze = GIMBAL.gaze(q)
             self.steps.append(step)
@@ -95,7 +95,7 @@ class Dive:
         return self
 
     def since(self, time_s: float) -> tuple[float, float]:
-        """Share of the pictures with a detection, RMS error in degrees."""
+        """Share of the images with a detection, RMS error in degrees."""
         first = round(time_s * self.rate_hz)
         held = np.mean([step.detection.centroid_px is not None for step in self.steps[first:]])
         return float(held), float(np.sqrt(np.mean(np.square(self.errors_deg[first:]))))
@@ -182,13 +182,13 @@ def test_servos_bound_the_speed_of_a_target():
             )
             for speed in speeds
         )
-        # It jumps to its speed within a picture: the first few see it run ahead.
+        # It jumps to its speed within an image: the first few see it run ahead.
         assert set(slow.modes(WAIT_S)) == {"t"}
         assert "p" in fast.modes(WAIT_S)
 
 
 def test_a_hidden_target_is_predicted_and_found_again():
-    """25 pictures without it, while it moves on: the 30 of the prediction are enough.
+    """25 images without it, while it moves on: the 30 of the prediction are enough.
 
     The filter knows the rate to 1.19 q^(3/8) (r T)^(1/8) = 6 degrees/s (square root of the steady state's variance, for
     acceleration q = (20 degrees)^2/s^3 and measurements of r = (0.5 degrees)^2 every T = 1/30 s): within 25 / 30 s the
@@ -218,11 +218,11 @@ def test_a_lost_target_is_searched_where_it_was_lost():
     assert np.ptp(searched, axis=0).max() < 60
 
 
-def test_what_is_seen_in_few_pictures_does_not_end_a_search():
-    """A target is lost, and 5 s later something of its colour is seen elsewhere for 7 pictures.
+def test_what_is_seen_in_few_images_does_not_end_a_search():
+    """A target is lost, and 5 s later something of its colour is seen elsewhere for 7 images.
 
     Expected: the search around the place goes on where it was broken off, and finds the target when that is back after
-    9 s. Begun anew around what was seen in between, 40 degrees away, it would look elsewhere for 10 s.
+    9 s. Begun again around what was seen in between, 40 degrees away, it would look elsewhere for 10 s.
     """
     dive = Dive(without_check("default"))
     dive.run(lambda _: place(START_DEG, 10.0), 7.0, hidden=(2.0, 7.0))
@@ -260,7 +260,7 @@ def test_other_rates(rate_hz):
 
 @pytest.mark.parametrize("name", VARIANTS)
 def test_a_loop_goes_on_from_a_snapshot_to_the_same_bytes(name):
-    """Through check, scan, track, prediction and search: at every 17th picture a new loop takes over, through JSON."""
+    """Through check, scan, track, prediction and search: at every 17th image a new loop takes over, through JSON."""
     settings = replace(VARIANTS[name].behaviour, check_s=0.5)
     variant = replace(VARIANTS[name], behaviour=settings)
     whole, passed_on = Dive(variant), Dive(variant)
@@ -282,7 +282,7 @@ def test_a_loop_goes_on_from_a_snapshot_to_the_same_bytes(name):
 
 def test_a_snapshot_holds_all_that_the_behaviour_counts():
     loop = TrackingLoop(RIG, VARIANTS["default"])
-    loop.step(shot(1.0), report(1.0))
+    loop.step(camera_frame(1.0), report(1.0))
     state = loop.snapshot() | {"mode": "predict", "hits": 1, "missed": 2, "unseen": 3}
     other = TrackingLoop(RIG, VARIANTS["default"])
     other.restore(json.loads(json.dumps(state)))
@@ -291,12 +291,12 @@ def test_a_snapshot_holds_all_that_the_behaviour_counts():
 
 def _bytes(step: Step) -> tuple[object, ...]:
     direction = None if step.target_direction is None else step.target_direction.tobytes()
-    arrays = (step.q_believed, step.q_command, step.corners_px, step.crop, step.detection.mask)
+    arrays = (step.q_estimated, step.q_command, step.corners_px, step.crop, step.detection.mask)
     return (step.time_s, step.mode, step.predicted_px, step.error_px, direction, *(array.tobytes() for array in arrays))
 
 
-def shot(time_s: float, value: int = 0) -> Shot:
-    return Shot(image=np.full((480, 640, 3), value, dtype=np.uint8), time_s=time_s)
+def camera_frame(time_s: float, value: int = 0) -> CameraFrame:
+    return CameraFrame(image=np.full((480, 640, 3), value, dtype=np.uint8), time_s=time_s)
 
 
 def report(time_s: float, q: tuple[float, float] = (0.0, 0.0)) -> MirrorReport:
@@ -304,52 +304,52 @@ def report(time_s: float, q: tuple[float, float] = (0.0, 0.0)) -> MirrorReport:
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_black_pictures_reports_that_are_not_finite_and_jumps_in_time_are_lived_through(name):
+def test_black_images_reports_that_are_not_finite_and_jumps_in_time_are_lived_through(name):
     loop = TrackingLoop(RIG, without_check(name))
     nan = (math.nan, math.nan)
     # Seconds lost here and there; a report that fails; a pose at which the camera does not see M2's face.
     for time_s, q in ((0.0, (0.0, 0.0)), (0.1, nan), (7.0, (0.2, 0.1)), (7.001, (0.0, 2.3)), (3600.0, nan)):
-        step = loop.step(shot(time_s), report(time_s, q))
+        step = loop.step(camera_frame(time_s), report(time_s, q))
         assert np.isfinite(step.q_command).all()
-        assert np.isfinite(step.q_believed).all()
+        assert np.isfinite(step.q_estimated).all()
         assert step.mode is Mode.SCAN
         assert step.crop.shape == (240, 320, 3)
-        assert step.detection.spots == ()
+        assert step.detection.blobs == ()
         assert step.error_px is None
 
 
 @pytest.mark.parametrize("name", ["default", "paper"])
-def test_a_target_survives_lost_pictures(name):
-    """Every third picture missing, and once half a second."""
+def test_a_target_survives_lost_images(name):
+    """Every third image missing, and once half a second."""
     dive = Dive(without_check(name)).run(open_spiral, WAIT_S + 1)
     loop, mirrors, modes = dive.loop, dive.mirrors, []
     for frame in range(60, 210):
         if frame % 3 == 0 or 130 <= frame < 145:
             continue
         time_s = frame / RATE_HZ
-        image = camera().picture(mirrors.true_q(SETTLED_S + time_s), open_spiral(time_s))
-        step = loop.step(Shot(image=image, time_s=time_s), mirrors.report(SETTLED_S + time_s))
+        image = camera().image(mirrors.true_q(SETTLED_S + time_s), open_spiral(time_s))
+        step = loop.step(CameraFrame(image=image, time_s=time_s), mirrors.report(SETTLED_S + time_s))
         mirrors.command(step.q_command, SETTLED_S + time_s + LATENCY_S)
         modes.append(step.mode)
     assert set(modes) == {Mode.TRACK}
 
 
-def test_time_must_grow_and_pictures_be_pictures():
+def test_time_must_grow_and_images_be_images():
     loop = TrackingLoop(RIG, VARIANTS["default"])
-    loop.step(shot(1.0), report(1.0))
+    loop.step(camera_frame(1.0), report(1.0))
     for time_s in (1.0, 0.5, math.nan):
-        with pytest.raises(ValueError, match=r"expected a picture later than the last, at 1.0 s, got one at"):
-            loop.step(shot(time_s), report(time_s))
+        with pytest.raises(ValueError, match=r"expected an image later than the last, at 1.0 s, got one at"):
+            loop.step(camera_frame(time_s), report(time_s))
     with pytest.raises(ValueError, match="expected image of uint8"):
-        loop.step(Shot(image=np.zeros((480, 640)), time_s=2.0), report(2.0))
+        loop.step(CameraFrame(image=np.zeros((480, 640)), time_s=2.0), report(2.0))
 
 
-def test_a_picture_that_is_refused_changes_nothing():
+def test_a_image_that_is_refused_changes_nothing():
     loop = TrackingLoop(RIG, VARIANTS["default"])
-    loop.step(shot(1.0), report(1.0))
+    loop.step(camera_frame(1.0), report(1.0))
     before = loop.snapshot()
     with pytest.raises(ValueError, match="expected image of uint8"):
-        loop.step(Shot(image=np.zeros((480, 640)), time_s=2.0), report(2.0))
+        loop.step(CameraFrame(image=np.zeros((480, 640)), time_s=2.0), report(2.0))
     assert loop.snapshot() == before
 
 
@@ -362,7 +362,7 @@ def test_samples_of_ones_own_are_what_eq_6_interpolates():
     exact = ExactCorners(RIG)
     q = np.radians([(-70, -30), (70, -30), (-70, 120), (70, 120), (0, 0)])
     shifted = CornerSamples(q=q, corners_px=exact.corners(q) + 7.0)
-    step = TrackingLoop(RIG, VARIANTS["paper"], samples=shifted).step(shot(0.0), report(0.0))
+    step = TrackingLoop(RIG, VARIANTS["paper"], samples=shifted).step(camera_frame(0.0), report(0.0))
     np.testing.assert_allclose(step.corners_px, exact.corners(np.zeros(2)) + 7.0, atol=1e-9)
 
 

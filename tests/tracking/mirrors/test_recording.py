@@ -81,8 +81,8 @@ def test_a_single_sample_stands_for_mirrors_that_do_not_move():
     assert mirrors.report(1e6).q.tolist() == [0.1, 0.2]
 
 
-def test_a_log_gives_the_believed_joints(tmp_path):
-    columns = {"frame": [0, 1], "time_s": [0.0, 1.0], "q1_believed_deg": [0.0, 10.0], "q2_believed_deg": [0.0, -10.0]}
+def test_a_log_gives_the_estimated_joints(tmp_path):
+    columns = {"frame": [0, 1], "time_s": [0.0, 1.0], "q1_estimated_deg": [0.0, 10.0], "q2_estimated_deg": [0.0, -10.0]}
     pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
     mirrors = ReplayedMirrors.from_file(tmp_path / "log.parquet")
     np.testing.assert_allclose(np.degrees(mirrors.report(0.5).q), [5.0, -5.0])

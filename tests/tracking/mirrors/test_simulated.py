@@ -1,4 +1,4 @@
-"""The simulated driver: what it believes, what is true, and that a seed and a snapshot decide everything."""
+"""The simulated driver: what it estimates, what is true, and that a seed and a snapshot decide everything."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def test_truth_ends_within_deadband_and_play_of_the_command():
         assert np.abs(mirrors.true_q(5.0) - goal).max() <= math.radians(0.25 + 0.2 * 155 / 1500) + ROUNDING
 
 
-def test_belief_knows_the_speed_and_nothing_else():
-    mirrors = SimulatedMirrors.from_rig(RIG, seed=1, believed_latency_s=0.0)
+def test_estimate_knows_the_speed_and_nothing_else():
+    mirrors = SimulatedMirrors.from_rig(RIG, seed=1, estimated_latency_s=0.0)
     assert (mirrors.report(0.0).q == 0.0).all()
     mirrors.command(np.radians([30.0, -10.0]), 0.0)
     report = mirrors.report(0.25)
@@ -49,7 +49,7 @@ def test_belief_knows_the_speed_and_nothing_else():
     assert not report.measured
 
 
-def test_belief_expects_the_latency_of_the_rig_file():
+def test_estimate_expects_the_latency_of_the_rig_file():
     """Half of 20 ms between pulses and 5 ms of the servo's own."""
     mirrors = SimulatedMirrors.from_rig(RIG, seed=1)
     mirrors.command(np.radians([30.0, -10.0]), 0.0)
@@ -110,7 +110,7 @@ def test_wrong_commands_are_named_all_at_once():
 
 
 def test_limits_in_radians_may_be_commanded():
-    """Expected: not refused, and after 10 s the driver believes the joints to be there."""
+    """Expected: not refused, and after 10 s the driver estimates the joints to be there."""
     mirrors = SimulatedMirrors.from_rig(RIG)
     mirrors.command(np.radians([77.5, -32.5]), 0.0)
     np.testing.assert_allclose(np.degrees(mirrors.report(10.0).q), [77.5, -32.5], atol=1e-9)

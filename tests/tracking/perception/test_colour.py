@@ -22,12 +22,12 @@ colours = st.tuples(*[st.integers(0, 255)] * 3)
 hues = st.integers(0, 180).map(lambda half: 2.0 * half)
 
 
-def picture_of(rgb, shape=(4, 4)):
+def image_of(rgb, shape=(4, 4)):
     return np.full((*shape, 3), rgb, dtype=np.uint8)
 
 
 def passes(window, rgb):
-    return bool(window.mask(picture_of(rgb, (1, 1)))[0, 0])
+    return bool(window.mask(image_of(rgb, (1, 1)))[0, 0])
 
 
 @st.composite
@@ -80,18 +80,18 @@ def test_red_has_two_names():
 def test_window_over_red_is_its_two_halves(first, last, seed):
     if first <= last:
         return
-    picture = np.random.default_rng(seed).integers(0, 256, (8, 8, 3), dtype=np.uint8)
+    image = np.random.default_rng(seed).integers(0, 256, (8, 8, 3), dtype=np.uint8)
     whole = ColourWindow(hue_from_deg=first, hue_to_deg=last, saturation_min=0.2, value_min=0.1, value_max=0.9)
     halves = [
-        ColourWindow(hue_from_deg=a, hue_to_deg=b, saturation_min=0.2, value_min=0.1, value_max=0.9).mask(picture)
+        ColourWindow(hue_from_deg=a, hue_to_deg=b, saturation_min=0.2, value_min=0.1, value_max=0.9).mask(image)
         for a, b in ((first, 360), (0, last))
     ]
-    assert (whole.mask(picture) == (halves[0] | halves[1])).all()
+    assert (whole.mask(image) == (halves[0] | halves[1])).all()
 
 
 def test_full_circle_takes_every_hue():
-    picture = np.random.default_rng(0).integers(0, 256, (50, 50, 3), dtype=np.uint8)
-    assert ColourWindow(hue_from_deg=0, hue_to_deg=360).mask(picture).all()
+    image = np.random.default_rng(0).integers(0, 256, (50, 50, 3), dtype=np.uint8)
+    assert ColourWindow(hue_from_deg=0, hue_to_deg=360).mask(image).all()
 
 
 def test_window_says_all_that_is_wrong_with_it():
@@ -124,10 +124,10 @@ def test_settings_say_all_that_is_wrong_with_them():
 
 def drawn(*shapes):
     """Dull red discs and holes (x, y, radius, colour) on blue water."""
-    picture = picture_of((40, 60, 90), (120, 160))
+    image = image_of((40, 60, 90), (120, 160))
     for x, y, radius, colour in shapes:
-        cv2.circle(picture, (x, y), radius, colour, -1)
-    return picture
+        cv2.circle(image, (x, y), radius, colour, -1)
+    return image
 
 
 RED, BLUE = (80, 50, 55), (40, 60, 90)
@@ -148,15 +148,15 @@ def test_opening_removes_specks_and_closing_fills_holes():
 
 def test_elements_are_discs():
     """A square loses its corners when it is opened with a disc, and only them."""
-    picture = picture_of(BLUE, (60, 60))
-    picture[20:40, 20:40] = RED
-    found = colour_mask(picture, DetectorSettings(smoothing_px=1, opening_px=9, closing_px=1))
+    image = image_of(BLUE, (60, 60))
+    image[20:40, 20:40] = RED
+    found = colour_mask(image, DetectorSettings(smoothing_px=1, opening_px=9, closing_px=1))
     assert not found[20, 20] and found[20, 30] and found[30, 20] and found[24, 24]
 
 
 def test_smoothing_takes_the_noise_out_of_pale_colours():
     rng = np.random.default_rng(5)
-    noisy = np.clip(picture_of((62, 56, 60), (120, 160)) + rng.normal(0, 4, (120, 160, 3)), 0, 255).astype(np.uint8)
+    noisy = np.clip(image_of((62, 56, 60), (120, 160)) + rng.normal(0, 4, (120, 160, 3)), 0, 255).astype(np.uint8)
     shares = [
         (colour_mask(noisy, DetectorSettings(smoothing_px=side, opening_px=1, closing_px=1)) > 0).mean()
         for side in (1, 3, 5)
@@ -165,21 +165,21 @@ def test_smoothing_takes_the_noise_out_of_pale_colours():
 
 
 @pytest.mark.parametrize("name", DETECTORS)
-def test_black_and_white_pictures_hold_no_target(name):
+def test_black_and_white_images_hold_no_target(name):
     for level in (0, 255):
-        assert not colour_mask(picture_of((level,) * 3, (240, 320)), DETECTORS[name]).any()
+        assert not colour_mask(image_of((level,) * 3, (240, 320)), DETECTORS[name]).any()
 
 
 def test_wide_hue_is_wider_than_the_others():
-    picture = np.random.default_rng(0).integers(20, 110, (200, 200, 3), dtype=np.uint8)
-    shares = [settings.window.mask(picture).mean() for settings in (NARROW_HUE, RED_BALL, WIDE_HUE)]
+    image = np.random.default_rng(0).integers(20, 110, (200, 200, 3), dtype=np.uint8)
+    shares = [settings.window.mask(image).mean() for settings in (NARROW_HUE, RED_BALL, WIDE_HUE)]
     assert shares[0] < shares[1] < shares[2]
 
 
 @pytest.mark.parametrize(
     "crop", [np.zeros((10, 10), dtype=np.uint8), np.zeros((10, 10, 3)), np.zeros((4, 0, 3), dtype=np.uint8), [1, 2]]
 )
-def test_anything_but_a_picture_is_refused(crop):
+def test_anything_but_a_image_is_refused(crop):
     for take in (RED_BALL.window.mask, lambda each: colour_mask(each, RED_BALL)):
         with pytest.raises(ValueError, match="of uint8, shape"):
             take(crop)

@@ -1,4 +1,4 @@
-"""Samples of the corners: their CSV, what is refused, and the corners of an outline in a picture."""
+"""Samples of the corners: their CSV, what is refused, and the corners of an outline in an image."""
 
 import cv2
 import numpy as np
@@ -143,7 +143,7 @@ def test_hidden_corner_is_where_its_sides_lead():
     np.testing.assert_allclose(found, corners, atol=4 * OUTLINE_PX)
 
 
-def test_picture_edge_is_no_edge_of_the_mirror():
+def test_image_edge_is_no_edge_of_the_mirror():
     corners = QUADRILATERAL - np.array([180.3, 0.0])
     found = outline_corners(drawn(corners), corners)
     assert np.isnan(found[[0, 3]]).all()

@@ -45,7 +45,7 @@ def test_crop_of_the_same_size_is_a_copy():
 
 
 def test_ramp_is_sampled_where_the_map_says():
-    """Bilinear sampling of a linear picture is exact."""
+    """Bilinear sampling of a linear image is exact."""
     v, u = np.indices((240, 320))
     image = np.stack([u * 0.7, v, (u + v) * 0.4], axis=-1)
     crop = Crop.of([[40, 30], [250, 50], [240, 200], [60, 190]], 100, 80)
@@ -56,7 +56,7 @@ def test_ramp_is_sampled_where_the_map_says():
     assert np.abs(found - expected).max() <= GREY_LEVELS + 0.5
 
 
-def test_outside_the_picture_is_black():
+def test_outside_the_image_is_black():
     image = np.full((100, 100, 3), 200, dtype=np.uint8)
     crop = Crop.of([[-50.5, -0.5], [99.5, -0.5], [99.5, 99.5], [-50.5, 99.5]], 150, 100).take(image)
     assert (crop[:, :50] == 0).all() and (crop[:, 51:] == 200).all()
@@ -91,7 +91,7 @@ def test_no_mirror_gives_an_empty_crop(corners):
         None,
     ],
 )
-def test_anything_but_a_picture_is_refused(image):
+def test_anything_but_a_image_is_refused(image):
     with pytest.raises(ValueError, match="expected image of uint8, shape"):
         Crop.of([[0, 0], [9, 0], [9, 9], [0, 9]]).take(image)
 
@@ -140,7 +140,7 @@ def test_right_is_right_and_down_is_down(name, branch):
     """To the right of the gaze (azimuth falls) is right in the crop, below it is lower; over the zenith both turn over.
 
     A gaze that has gone over the zenith looks back upside down, as a neck bent backwards would: the crop is the virtual
-    camera's picture, turned, and no mirror image of it.
+    camera's image, turned, and no mirror image of it.
     """
     (q1, q2), sense = branch
     q_deg = (-q1, -q2) if name == "folding up" else (q1, q2)

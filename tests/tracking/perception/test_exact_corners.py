@@ -108,7 +108,7 @@ def test_mirror_that_turns_its_back_has_no_corners(exact):
 
 @pytest.mark.parametrize("q_deg", [(0.0, 0.0), (-70.0, 60.0), (20.0, 80.0)])
 def test_seen_corners_are_those_with_the_status_of_one(exact, q_deg):
-    """Where M1's edge or the picture's border hides a corner it keeps its pixel, and is said not to be seen."""
+    """Where M1's edge or the image's border hides a corner it keeps its pixel, and is said not to be seen."""
     q = np.radians(q_deg)
     image = by_the_train(AQUA2, q)
     assert (exact["aqua2"].seen(q) == (image.status == Status.OK)).all()

@@ -1,4 +1,4 @@
-"""The default's pursuit in pictures whose rows are not open at once."""
+"""The default's pursuit in images whose rows are not open at once."""
 
 import math
 
@@ -8,62 +8,62 @@ import pytest
 from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
-from tracking.control.gaze_pursuit import GazePursuit
+from tracking.control.follower import Observation
+from tracking.control.gaze_follower import GazeFollower
 from tracking.control.pointing import Pointing
-from tracking.control.pursuit import Sight
 from tracking.estimation.gimbal import Gimbal
-from tracking.estimation.sight_lines import SightLines
+from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
 from tracking.perception import Crop, ExactCorners
-from tracking.records import Spot
+from tracking.records import Blob
 
 RIG = Rig.load("aqua2")
 GIMBAL = Gimbal(Layout.from_rig(RIG))
-SIGHT_LINES = SightLines(RIG)
+SIGHT_LINES = LinesOfSight(RIG)
 CORNERS = ExactCorners(RIG)
 ROW_TIME_S = 29.6e-6
 INTERVAL_S = 1 / 30
-PICTURES = 10
+IMAGES = 10
 PAN_RATE = math.radians(60)
 """As fast as the servos turn."""
 
 
-def pursuit(row_time_s):
+def follower(row_time_s):
     pointing = Pointing(GIMBAL, JointSpeeds.from_rig(RIG), half_view=math.radians(10))
     noise = VARIANTS["default"].direction_noise
-    return GazePursuit(SIGHT_LINES, pointing, np.full(2, 1e-3), noise, latency_s=0.05, row_time_s=row_time_s)
+    return GazeFollower(SIGHT_LINES, pointing, np.full(2, 1e-3), noise, latency_s=0.05, row_time_s=row_time_s)
 
 
-def sight(picture, target, row_time_s):
-    """A target that does not move, in a picture while pan turns at its servo's speed, row by row."""
-    time_s = picture * INTERVAL_S
-    q = np.array([PAN_RATE * (time_s - PICTURES / 2 * INTERVAL_S), math.radians(5)])
+def observation(image, target, row_time_s):
+    """A target that does not move, in an image while pan turns at its servo's speed, row by row."""
+    time_s = image * INTERVAL_S
+    q = np.array([PAN_RATE * (time_s - IMAGES / 2 * INTERVAL_S), math.radians(5)])
     later_s = 0.0
     for _ in range(20):
         pixel = SIGHT_LINES.pixel(target, q + np.array([PAN_RATE * later_s, 0.0]))
         later_s = (pixel[1] - SIGHT_LINES.middle_row_px) * row_time_s
     crop = Crop.of(CORNERS.corners(q))
     x, y = crop.from_image([pixel])[0]
-    spot = Spot(centroid_px=(float(x), float(y)), area_px=500.0, box_px=(0, 0, 25, 25), circularity=1.0)
-    return Sight(time_s=time_s, interval_s=INTERVAL_S, q=q, q_command=q, crop=crop, spots=(spot,)), later_s
+    blob = Blob(centroid_px=(float(x), float(y)), area_px=500.0, box_px=(0, 0, 25, 25), circularity=1.0)
+    return Observation(time_s=time_s, interval_s=INTERVAL_S, q=q, q_command=q, crop=crop, blobs=(blob,)), later_s
 
 
 def off_deg(row_time_s, *, corrected):
-    """Angle between the direction after ten pictures and the truth."""
+    """Angle between the direction after ten images and the truth."""
     elevation = math.radians(17)
     target = np.array([math.cos(elevation), 0.0, math.sin(elevation)])
-    following = pursuit(row_time_s if corrected else 0.0)
-    for picture in range(PICTURES):
-        seen, later_s = sight(picture, target, row_time_s)
-        following.look(seen)
+    following = follower(row_time_s if corrected else 0.0)
+    for image in range(IMAGES):
+        seen, later_s = observation(image, target, row_time_s)
+        following.update(seen)
         assert (abs(later_s) > 1e-3) == (row_time_s > 0)
     return math.degrees(math.atan2(np.linalg.norm(np.cross(following.direction, target)), following.direction @ target))
 
 
 def test_a_direction_is_measured_with_the_joints_of_its_row():
-    """Pan turns by 60 degrees/s, and rows are open up to 7 ms before and after the picture's time.
+    """Pan turns by 60 degrees/s, and rows are open up to 7 ms before and after the image's time.
 
-    Expected: right within 0.02 degrees once the rate is known, which it is not in the first picture; uncorrected five
+    Expected: right within 0.02 degrees once the rate is known, which it is not in the first image; uncorrected five
     times as far off at least.
     """
     assert off_deg(ROW_TIME_S, corrected=True) < 0.02

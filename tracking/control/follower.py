@@ -7,25 +7,25 @@ from typing import Any, Protocol
 
 from optics.kernels.arrays import FloatArray
 from tracking.perception import Crop
-from tracking.records import Spot
+from tracking.records import Blob
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sight:
-    """What one picture has for a pursuit.
+class Observation:
+    """What one image has for a pursuit.
 
     Attributes
     ----------
     time_s : float
-        Of the picture.
+        Of the image.
     interval_s : float
-        Usual time from picture to picture.
+        Usual time from image to image.
     q : array, shape (2,)
-        Joint values the picture was taken with, as far as is known, radians.
+        Joint values the image was taken with, as far as is known, radians.
     q_command : array, shape (2,)
         Last ones commanded.
     crop : Crop
-    spots : tuple of Spot
+    blobs : tuple of Blob
         Clusters of the target's colour in the crop.
     """
 
@@ -34,33 +34,33 @@ class Sight:
     q: FloatArray
     q_command: FloatArray
     crop: Crop
-    spots: tuple[Spot, ...]
+    blobs: tuple[Blob, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Look:
-    """What a pursuit made of one picture.
+class TrackUpdate:
+    """What a pursuit made of one image.
 
     Attributes
     ----------
     expected_px : tuple of float, optional
         Where the estimate expected the target in the crop; None without one.
-    spots : tuple of Spot
-        Those of the picture's that were taken for the target.
+    blobs : tuple of Blob
+        Those of the image's that were taken for the target.
     """
 
     expected_px: tuple[float, float] | None
-    spots: tuple[Spot, ...]
+    blobs: tuple[Blob, ...]
 
 
-class Pursuit(Protocol):
+class Follower(Protocol):
     """Estimates where the target is, and says how to follow it."""
 
-    def look(self, sight: Sight) -> Look:
-        """Take in a picture."""
+    def update(self, observation: Observation) -> TrackUpdate:
+        """Take in an image."""
 
-    def follow(self, sight: Sight) -> FloatArray:
-        """Joint values to ask for after `look`, radians, shape (2,); limits are not asked."""
+    def follow(self, observation: Observation) -> FloatArray:
+        """Joint values to ask for after `update`, radians, shape (2,); limits are not asked."""
 
     @property
     def direction(self) -> FloatArray | None:

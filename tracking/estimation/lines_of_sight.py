@@ -1,4 +1,4 @@
-"""From a pixel to the target's direction and back, through port, M1 and M2, fast enough for every picture.
+"""From a pixel to the target's direction and back, through port, M1 and M2, fast enough for every image.
 
 Camera, port and M1 do not move: their numbers are handed to the compiled kernels of `OpticalTrain` once, and one ray
 costs a launch. M2 is a reflection at a plane through a fixed point, done here.
@@ -26,14 +26,14 @@ from tracking.estimation.gimbal import Gimbal
 
 
 @dataclass(frozen=True, kw_only=True)
-class SightLine:
+class LineOfSight:
     """A ray in the water behind M2, body frame: `origin_m` on the mirror's plane, unit `direction`; shape (3,) each."""
 
     origin_m: FloatArray
     direction: FloatArray
 
 
-class SightLines:
+class LinesOfSight:
     """Sight lines of a rig with mirrors, one pixel at a time.
 
     Parameters
@@ -64,13 +64,13 @@ class SightLines:
         self.centre_m: FloatArray = layout.body_from_gimbal.translation
         self.middle_row_px = (rig.camera.height_px - 1) / 2
 
-    def ray(self, pixel: ArrayLike, q: ArrayLike) -> SightLine | None:
-        """Ray of a pixel of the picture, (u, v), at joint values, radians; None when it does not get to M2's face.
+    def ray(self, pixel: ArrayLike, q: ArrayLike) -> LineOfSight | None:
+        """Ray of a pixel of the image, (u, v), at joint values, radians; None when it does not get to M2's face.
 
         The edge of M2 is not asked: what lies in the crop lies on the mirror.
         """
         u, v = np.asarray(pixel, dtype=np.float64).tolist()
-        # Not an array of NumPy's: where that lies in memory, the kernel may have to be recorded anew.
+        # Not an array of NumPy's: where that lies in memory, the kernel may have to be recorded again.
         origin, direction, status = self._trace(self._parameters, opaque(u), opaque(v))
         if status.numpy()[0] != Status.OK:
             return None
@@ -81,7 +81,7 @@ class SightLines:
         if approach >= 0:
             return None
         reach = ((self.centre_m - start) @ normal) / approach
-        return SightLine(origin_m=start + reach * along, direction=along - 2 * approach * normal)
+        return LineOfSight(origin_m=start + reach * along, direction=along - 2 * approach * normal)
 
     def direction(self, pixel: ArrayLike, q: ArrayLike) -> FloatArray | None:
         """Unit vector from the centre of M2 to where a pixel's ray is `distance_m` away from it; None without a ray."""
@@ -96,10 +96,10 @@ class SightLines:
         return np.asarray((aside + (math.sqrt(under_root) - half) * ray.direction) / self.distance_m)
 
     def pixel(self, direction: ArrayLike, q: ArrayLike) -> FloatArray | None:
-        """Pixel of the picture, shape (2,), that shows what is `distance_m` from the centre of M2 along a direction.
+        """Pixel of the image, shape (2,), that shows what is `distance_m` from the centre of M2 along a direction.
 
         None for what lies behind M2 or has no pixel. As `OpticalTrain.project` has it, a pixel may lie outside of the
-        mirror's outline, or of the picture: where the target would appear if nothing ended there.
+        mirror's outline, or of the image: where the target would appear if nothing ended there.
         """
         normal = self.gimbal.normal(q)
         towards = np.asarray(direction, dtype=np.float64)

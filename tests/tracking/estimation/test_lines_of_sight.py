@@ -1,4 +1,4 @@
-"""Pixels to directions and back: the exact train, in a form that is fast enough for one ray a picture."""
+"""Pixels to directions and back: the exact train, in a form that is fast enough for one ray an image."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from optics.gaze.kinematics import forward_gaze, gaze_mirror_normal
 from optics.layout import Layout
 from rigs import Rig
 from tracking.estimation.gimbal import Gimbal
-from tracking.estimation.sight_lines import SightLines
+from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.perception import Crop, ExactCorners
 
 ROUNDING_M = 1e-12
@@ -34,7 +34,7 @@ def folding_up(rig: Rig) -> Rig:
 
 AQUA2 = Rig.load("aqua2")
 RIGS = {"aqua2": AQUA2, "bluerov2": Rig.load("bluerov2"), "torpedo": Rig.load("torpedo"), "up": folding_up(AQUA2)}
-LINES = {name: SightLines(rig) for name, rig in RIGS.items()}
+LINES = {name: LinesOfSight(rig) for name, rig in RIGS.items()}
 CORNERS = {name: ExactCorners(rig) for name, rig in RIGS.items()}
 POSES = st.tuples(st.floats(0.05, 0.95), st.floats(0.05, 0.95))
 CROP_POINTS = st.tuples(st.floats(60.0, 260.0), st.floats(50.0, 190.0))
@@ -80,7 +80,7 @@ def test_a_ray_is_the_trains(name, shares, point):
 @given(shares=POSES, point=CROP_POINTS, distance_m=st.floats(0.5, 20.0))
 def test_a_direction_is_that_of_the_point_that_the_train_projects_to_the_pixel(name, shares, point, distance_m):
     """Both ways: to the distance assumed, and back to the pixel."""
-    lines = SightLines(RIGS[name], distance_m)
+    lines = LinesOfSight(RIGS[name], distance_m)
     q = pose(name, shares)
     crop = Crop.of(CORNERS[name].corners(q))
     pixel = None if crop.empty else crop.to_image([point])[0]
@@ -129,7 +129,7 @@ def test_what_is_not_over_the_mirror_has_no_ray_and_what_is_behind_it_no_pixel()
 
 def test_a_distance_must_be_one():
     with pytest.raises(ValueError, match="expected a distance above 0 m, got 0"):
-        SightLines(AQUA2, 0.0)
+        LinesOfSight(AQUA2, 0.0)
 
 
 def test_the_joint_limits_are_the_rigs():

@@ -52,10 +52,10 @@ def checked_joints(rig: Rig, q: ArrayLike) -> FloatArray:
     return values
 
 
-class JointBelief:
+class JointEstimate:
     """Joint values by dead reckoning: each joint runs to what was commanded last, at its servo's speed.
 
-    Knows nothing of pulses, deadband and play. Before the first command, and until the first move has ended, it is a
+    Knows no pulses, deadband or backlash. Before the first command, and until the first move has ended, it is a
     guess: q = 0, or the limit next to it.
 
     Parameters
@@ -87,7 +87,7 @@ class JointBelief:
             servo.command(float(angle), time_s)
 
     def report(self, time_s: float) -> MirrorReport:
-        """Where the joints are believed to be."""
+        """Where the joints are estimated to be."""
         for servo in self._servos:
             servo.advance(time_s)
         return MirrorReport(q=np.array([servo.angle for servo in self._servos]), time_s=time_s, measured=False)

@@ -1,6 +1,6 @@
-"""What is known of a picture and nobody on the robot knows: where target and gaze were, and why one missed the other.
+"""What is known of an image and nobody on the robot knows: where target and gaze were, and why one missed the other.
 
-The target's picture is told apart by the labels that were rendered with it. What it would be with nothing in its way is
+The target's image is told apart by the labels that were rendered with it. What it would be with nothing in its way is
 its outline, carried through the exact train.
 """
 
@@ -43,8 +43,8 @@ AT_SPEED_LIMIT = 0.9
 Row = dict[str, Any]
 
 
-class TruthColumns:
-    """Truth of a dive, picture by picture.
+class GroundTruthColumns:
+    """Truth of a dive, image by image.
 
     Parameters
     ----------
@@ -66,13 +66,13 @@ class TruthColumns:
         self._speed_rad_per_s = np.radians([servos.pan.speed_deg_per_s, servos.tilt.speed_deg_per_s])
 
     def of(self, exposure: Exposure, state: State, step: Step, speed_rad_per_s: FloatArray) -> Row:
-        """Columns of one picture.
+        """Columns of one image.
 
         Parameters
         ----------
         exposure : Exposure
         state : State
-            Truth at the picture's time.
+            Truth at the image's time.
         step : Step
             What the loop made of it.
         speed_rad_per_s : array, shape (2,)
@@ -134,10 +134,10 @@ class TruthColumns:
         Returns
         -------
         centre_px : array, shape (2,)
-            Picture of the target's origin.
+            Image of the target's origin.
         area_px : float
-            nan where part of it has no picture, or one more than the camera's width beside it: near the port's
-            critical angle pictures grow beyond all bounds.
+            nan where part of it has no image, or one more than the camera's width beside it: near the port's
+            critical angle images grow beyond all bounds.
         outlines_px : list of array, shape (k, 2)
             Convex polygons that together cover it.
         """
@@ -185,7 +185,7 @@ class TruthColumns:
 
         `there`: labels of the pixels in which the gaze mirror would show the target if nothing hid it.
         """
-        found = row["detector_both_px"] > 0 and bool(step.detection.spots)
+        found = row["detector_both_px"] > 0 and bool(step.detection.blobs)
         if found:
             return ""
         outline_px = abs(_polygon_area(corners_px))
@@ -253,7 +253,7 @@ def _covered_area(outlines_px: list[FloatArray]) -> float:
 
 
 def _filled(outlines_px: list[FloatArray], size: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Picture of a size (width, height), 255 inside convex polygons; those that are not finite are left out."""
+    """Image of a size (width, height), 255 inside convex polygons; those that are not finite are left out."""
     drawn = np.zeros((size[1], size[0]), dtype=np.uint8)
     for outline in outlines_px:
         if np.isfinite(outline).all():

@@ -8,14 +8,14 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from tracking.control.crop_scale import centroid_motion
+from tracking.control.follower import Observation, TrackUpdate
 from tracking.control.paper_law import GAIN, NO_ERRORS, CropErrors, error, meant_turn, printed_turn
-from tracking.control.pursuit import Look, Sight
 from tracking.estimation.centroid_filter import CentroidFilter, CentroidNoise
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import weighted_centroid
 
 
-class CropPursuit:
+class CropFollower:
     """Eqs. 8 to 15.
 
     Parameters
@@ -43,12 +43,12 @@ class CropPursuit:
         """Whether there is an estimate."""
         return self._filter.centroid_px is not None
 
-    def look(self, sight: Sight) -> Look:
-        """Predict the centroid, and correct it by that of all spots (eq. 7)."""
-        self._filter.predict(self._moved_px(sight.q))
-        self._q_before = sight.q
-        expected, found = self._filter.centroid_px, weighted_centroid(sight.spots)
-        size = (sight.crop.width_px, sight.crop.height_px)
+    def update(self, observation: Observation) -> TrackUpdate:
+        """Predict the centroid, and correct it by that of all blobs (eq. 7)."""
+        self._filter.predict(self._moved_px(observation.q))
+        self._q_before = observation.q
+        expected, found = self._filter.centroid_px, weighted_centroid(observation.blobs)
+        size = (observation.crop.width_px, observation.crop.height_px)
         self._before = self._now
         self._now = CropErrors(
             found=found is not None,
@@ -58,14 +58,14 @@ class CropPursuit:
         if found is not None:
             self._filter.update(found)
         expected_px = None if expected is None else (float(expected[0]), float(expected[1]))
-        return Look(expected_px=expected_px, spots=sight.spots)
+        return TrackUpdate(expected_px=expected_px, blobs=observation.blobs)
 
-    def follow(self, sight: Sight) -> FloatArray:
+    def follow(self, observation: Observation) -> FloatArray:
         """Last joint values commanded, and the law's turn."""
         if self._literal:
-            return sight.q_command + printed_turn(self._now, self._before, self._gains)
-        turned_over = np.sign(centroid_motion(self._gimbal, self._scale, sight.q).diagonal() * self._gimbal.signs)
-        return sight.q_command + turned_over * meant_turn(self._now, self._gains)
+            return observation.q_command + printed_turn(self._now, self._before, self._gains)
+        turned_over = np.sign(centroid_motion(self._gimbal, self._scale, observation.q).diagonal() * self._gimbal.signs)
+        return observation.q_command + turned_over * meant_turn(self._now, self._gains)
 
     def forget(self) -> None:
         """Drop the estimate."""
@@ -93,7 +93,7 @@ class CropPursuit:
         )
 
     def _moved_px(self, q: FloatArray) -> FloatArray:
-        """B u: what the turn of the joints since the last picture has done to the centroid."""
+        """B u: what the turn of the joints since the last image has done to the centroid."""
         if self._literal or self._q_before is None:
             return np.zeros(2)
         return np.asarray(centroid_motion(self._gimbal, self._scale, q) @ (q - self._q_before))

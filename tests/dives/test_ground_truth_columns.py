@@ -1,4 +1,4 @@
-"""Truth of a picture beside the exact train and the ground truth of single frames."""
+"""Truth of an image beside the exact train and the ground truth of single frames."""
 
 from dataclasses import replace
 
@@ -8,8 +8,8 @@ import trimesh
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.assembly.meshes import rig_meshes
+from dives.ground_truth_columns import GroundTruthColumns
 from dives.rendered_camera import Exposure
-from dives.truth_columns import TruthColumns
 from optics.layout import Layout, camera_pose
 from optics.mesh import Group, Role
 from optics.status import Region
@@ -56,13 +56,13 @@ def state(q_deg, place):
     )
 
 
-def step_of(rig, now, picture, settings=RED_BALL):
+def step_of(rig, now, image, settings=RED_BALL):
     corners = ExactCorners(rig).corners([now.q1, now.q2])
-    crop = Crop.of(corners).take(picture)
+    crop = Crop.of(corners).take(image)
     return Step(
         time_s=0.0,
         mode=Mode.TRACK,
-        q_believed=np.array([now.q1, now.q2]),
+        q_estimated=np.array([now.q1, now.q2]),
         q_command=np.array([now.q1, now.q2]),
         corners_px=corners,
         crop=crop,
@@ -88,21 +88,21 @@ def exposure_of(frame):
 
 
 def painted(frame, colour=(220, 30, 30)):
-    """A picture in which nothing but the target has a colour."""
-    picture = np.zeros((*frame.label.shape, 3), dtype=np.uint8)
-    picture[frame.label == Label.TARGET] = colour
-    return picture
+    """An image in which nothing but the target has a colour."""
+    image = np.zeros((*frame.label.shape, 3), dtype=np.uint8)
+    image[frame.label == Label.TARGET] = colour
+    return image
 
 
 def any_red():
     return DetectorSettings(window=ColourWindow(hue_from_deg=340, hue_to_deg=20, saturation_min=0.3, value_min=0.2))
 
 
-def row_of(rig, renderer, now, *, shape=None, picture=None, speed=(0.0, 0.0), mode=Mode.TRACK):
+def row_of(rig, renderer, now, *, shape=None, image=None, speed=(0.0, 0.0), mode=Mode.TRACK):
     frame = renderer.render_states([now])[0]
     settings = any_red()
-    step = replace(step_of(rig, now, painted(frame) if picture is None else picture(frame), settings), mode=mode)
-    truth = TruthColumns(rig, shape or Ball(radius_m=RADIUS_M), settings)
+    step = replace(step_of(rig, now, painted(frame) if image is None else image(frame), settings), mode=mode)
+    truth = GroundTruthColumns(rig, shape or Ball(radius_m=RADIUS_M), settings)
     return frame, truth.of(exposure_of(frame), now, step, np.array(speed))
 
 
@@ -134,7 +134,7 @@ def test_full_size_is_that_of_the_exact_silhouette(rig, renderer, q_deg, distanc
     """
     q1, q2 = np.radians(q_deg)
     place = on_gaze(rig, q1=q1, q2=q2, distance_m=distance_m)
-    truth = TruthColumns(rig, Ball(radius_m=RADIUS_M), any_red())
+    truth = GroundTruthColumns(rig, Ball(radius_m=RADIUS_M), any_red())
     centre, area, _ = truth._silhouette(np.array([q1, q2]), RigidTransform.from_translation(place))
     train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
     in_camera = camera_pose(rig.camera).inv().apply(place)
@@ -165,15 +165,17 @@ def test_a_mesh_of_a_ball_has_the_size_of_the_ball(rig):
     mesh = MeshShape(name="sphere", surface=surface(RADIUS_M * vertices, faces, Material.TARGET))
     q = np.radians(ON_AXIS)
     pose = RigidTransform.from_translation(on_gaze(rig, q1=q[0], q2=q[1], distance_m=2.0))
-    areas = [TruthColumns(rig, shape, any_red())._silhouette(q, pose)[1] for shape in (mesh, Ball(radius_m=RADIUS_M))]
+    areas = [
+        GroundTruthColumns(rig, shape, any_red())._silhouette(q, pose)[1] for shape in (mesh, Ball(radius_m=RADIUS_M))
+    ]
     assert areas[0] == pytest.approx(areas[1], rel=0.03)
 
 
 def test_a_fish_is_smaller_than_the_ball_that_holds_it(rig):
     q = np.radians(ON_AXIS)
     pose = RigidTransform.from_translation(on_gaze(rig, q1=q[0], q2=q[1], distance_m=2.0))
-    fish = TruthColumns(rig, target_named("fish"), any_red())._silhouette(q, pose)[1]
-    around = TruthColumns(rig, Ball(radius_m=0.155), any_red())._silhouette(q, pose)[1]
+    fish = GroundTruthColumns(rig, target_named("fish"), any_red())._silhouette(q, pose)[1]
+    around = GroundTruthColumns(rig, Ball(radius_m=0.155), any_red())._silhouette(q, pose)[1]
     assert 0.02 * around < fish < around
 
 
@@ -234,12 +236,12 @@ def test_place_in_the_crop_is_known_as_far_as_the_target_reaches_over_the_mirror
     assert np.abs(np.array(outside) - 160).max() < 160 + 120
 
 
-def test_causes_by_what_the_picture_shows(rig, renderer):
+def test_causes_by_what_the_image_shows(rig, renderer):
     """The ball is there in all of them: white, dark, or of another colour."""
     q1, q2 = np.radians(ON_AXIS)
     now = state(ON_AXIS, on_gaze(rig, q1=q1, q2=q2, distance_m=2.0))
     for colour, cause in (((255, 255, 255), "saturated"), ((20, 2, 2), "too dark"), ((30, 200, 30), "colour")):
-        _, row = row_of(rig, renderer, now, picture=lambda frame, colour=colour: painted(frame, colour))
+        _, row = row_of(rig, renderer, now, image=lambda frame, colour=colour: painted(frame, colour))
         assert row["cause_of_loss"] == cause
         clipped = row["detector_true_px"] if cause == "saturated" else 0
         # The crop mixes the pixels of its border, 3.5 times the square root of its area, with what is beside it.

@@ -1,0 +1,138 @@
+"""The default's pursuit: filter and pointing among directions of the body."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from optics.kernels.arrays import FloatArray
+from tracking.control.follower import Observation, TrackUpdate
+from tracking.control.pointing import Pointing
+from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
+from tracking.estimation.lines_of_sight import LinesOfSight
+from tracking.perception import weighted_centroid
+from tracking.records import Blob
+
+GATE = 3.0
+"""Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
+
+
+class GazeFollower:
+    """Measures the target's direction through the exact train, and points at where it will be.
+
+    An error of the estimated joint values that stays cancels: the direction is measured with it, and the mirror
+    is commanded with it. Once it knows a direction, blobs elsewhere are not the target's, but a reef's of its colour.
+
+    Parameters
+    ----------
+    lines_of_observation : SightLines
+    pointing : Pointing
+    scale : array, shape (2,)
+        Radians of gaze to a pixel of the crop along x and y, at a level gaze.
+    noise : DirectionNoise
+    latency_s : float
+        From the middle of an exposure to the servos' answer.
+    row_time_s : float
+        From row to row of an image, at whose time its middle row is open; zero for a global shutter.
+    """
+
+    def __init__(
+        self,
+        lines_of_sight: LinesOfSight,
+        pointing: Pointing,
+        scale: FloatArray,
+        noise: DirectionNoise,
+        *,
+        latency_s: float,
+        row_time_s: float,
+    ):
+        self._lines_of_sight, self._pointing, self._latency_s = lines_of_sight, pointing, latency_s
+        self._row_time_s = row_time_s
+        self._rates: FloatArray = np.zeros(2)
+        self._before: tuple[float, FloatArray] | None = None
+        self._rad_per_px = math.sqrt(scale.prod())
+        self._filter = DirectionFilter(noise)
+        self._seen = False
+
+    @property
+    def direction(self) -> FloatArray | None:
+        """Unit vector from the centre of M2 to the target, body frame; None without an estimate."""
+        bearing = self._filter.bearing
+        return None if bearing is None else bearing.direction
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an estimate."""
+        return self._filter.bearing is not None
+
+    def update(self, observation: Observation) -> TrackUpdate:
+        """Predict the direction, and correct it by the ray of the centroid of the blobs that are the target's."""
+        self._note_rates(observation)
+        self._filter.predict(observation.time_s)
+        expected_px = self._expected_px(observation)
+        blobs = tuple(blob for blob in observation.blobs if self._may_be_target(blob, observation))
+        centroid_px = weighted_centroid(blobs)
+        if centroid_px is not None:
+            direction = self._direction(centroid_px, observation)
+            if direction is not None:
+                self._filter.update(direction)
+        self._seen = bool(blobs)
+        return TrackUpdate(expected_px=expected_px, blobs=blobs)
+
+    def follow(self, observation: Observation) -> FloatArray:
+        """Joint values whose gaze is on the target at the first image that they can be seen in; after `update`."""
+        bearing = self._filter.bearing
+        if bearing is None:
+            return observation.q_command
+        images = math.floor(self._latency_s / observation.interval_s) + 1
+        return self._pointing.command(bearing, images * observation.interval_s, observation.q, seen=self._seen)
+
+    def forget(self) -> None:
+        """Drop the estimate."""
+        self._filter.forget()
+
+    def snapshot(self) -> dict[str, Any]:
+        """State as plain numbers."""
+        before = None if self._before is None else [self._before[0], self._before[1].tolist()]
+        return {"filter": self._filter.snapshot(), "before": before}
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from a snapshot."""
+        self._filter.restore(snapshot["filter"])
+        before = snapshot["before"]
+        self._before = None if before is None else (before[0], np.array(before[1]))
+
+    def _note_rates(self, observation: Observation) -> None:
+        """How fast the joints have moved since the image before."""
+        if self._before is not None:
+            self._rates = (observation.q - self._before[1]) / (observation.time_s - self._before[0])
+        self._before = (observation.time_s, observation.q)
+
+    def _direction(self, centroid_px: tuple[float, float], observation: Observation) -> FloatArray | None:
+        """Direction that a pixel of the crop shows, with the joints as they were when its row was open."""
+        pixel = observation.crop.to_image([centroid_px])[0]
+        later_s = (pixel[1] - self._lines_of_sight.middle_row_px) * self._row_time_s
+        return self._lines_of_sight.direction(pixel, observation.q + self._rates * later_s)
+
+    def _may_be_target(self, blob: Blob, observation: Observation) -> bool:
+        """Whether the blob, as a disc of its area, comes near enough to the expected direction."""
+        expected = self.direction
+        if expected is None:
+            return True
+        direction = self._direction(blob.centroid_px, observation)
+        if direction is None:
+            return False
+        apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
+        radius = math.sqrt(blob.area_px / math.pi) * self._rad_per_px
+        return apart <= GATE * self._filter.expected_spread + radius
+
+    def _expected_px(self, observation: Observation) -> tuple[float, float] | None:
+        if self.direction is None or observation.crop.empty:
+            return None
+        pixel = self._lines_of_sight.pixel(self.direction, observation.q)
+        if pixel is None:
+            return None
+        x, y = observation.crop.from_image(np.array([pixel]))[0].tolist()
+        return x, y
