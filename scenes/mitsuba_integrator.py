@@ -2,7 +2,7 @@
 
 Rays of the scene's own sensor are followed over mirrors and through glass without any choice by chance; the first
 surface that scatters light ends them. Water between is closed form, as in `scenes.kernels.shading`.
-`docs/how-to/mitsuba.md` says what is left out.
+`docs/how-to/light_in_mitsuba.md` says what is left out.
 """
 
 from __future__ import annotations

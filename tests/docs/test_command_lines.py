@@ -33,8 +33,8 @@ LINE = re.compile(r"(?:^|[\s(`])(?P<by>\./run|mirrorgaze) +(?P<rest>(?!import)[a
 
 def shown(text: str) -> list[str]:
     """What is set as code in a page: blocks between fences, indented blocks, and spans between backticks."""
-    fenced = re.findall(r"^```(?!python|toml)[a-z]*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    prose = re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    fenced = re.findall(r"^ *```(?!python|toml)[a-z]*\n(.*?)^ *```", text, re.MULTILINE | re.DOTALL)
+    prose = re.sub(r"^ *```.*?^ *```", "", text, flags=re.MULTILINE | re.DOTALL)
     lines = "\n".join([*fenced, *re.findall(r"^ {4,}(.*)$", prose, re.MULTILINE)]).replace("\\\n", " ").split("\n")
     return [*lines, *(" ".join(span.split()) for span in re.findall(r"`([^`]+)`", prose))]
 
