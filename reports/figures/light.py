@@ -56,7 +56,7 @@ def coefficients_figure(waters: Mapping[str, InherentOptics]) -> Figure:
         for axes, title in ((left, "absorption a (1/m)"), (right, "scattering b (1/m)")):
             axes.set_title(title)
             axes.set_xlabel("wavelength (nm)")
-        right.legend(frameon=False, fontsize=8)
+        right.legend(loc="center left", bbox_to_anchor=(1, 0.5), frameon=False, fontsize=8)
     return figure
 
 
@@ -73,7 +73,7 @@ def phase_figure(phases: Mapping[str, PhaseFunction]) -> Figure:
         right.set_title("share scattered by less")
         for axes in (left, right):
             axes.set_xlabel("scattering angle (degrees)")
-        left.legend(frameon=False, fontsize=8)
+        left.legend(loc="lower left", frameon=False, fontsize=8)
     return figure
 
 
@@ -98,7 +98,7 @@ def attenuation_figure(field: RadianceField, tabulated: FloatArray, *, deepest_m
         for axes in (left, right):
             axes.set_ylabel("depth (m)")
             axes.set_ylim(deepest_m, 0)
-        left.legend(frameon=False, fontsize=7, ncols=2)
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=9, frameon=False, fontsize=7)
     return figure
 
 
@@ -113,7 +113,7 @@ def lake_figure(radiance: ComparedRadiance, layers: ComparedLayers) -> Figure:
             middle.plot(measured, layers.depth_m, "o", color=colour)
             middle.plot(computed, layers.depth_m, color=colour, label=name)
         middle.set_title("mean cosine")
-        middle.legend(frameon=False, fontsize=8)
+        middle.legend(loc="lower center", frameon=False, fontsize=8)
         right.plot(layers.irradiance_ratio[0], layers.depth_m, "o", color=INK)
         right.plot(layers.irradiance_ratio[1], layers.depth_m, color=INK)
         right.set_title("Eu / Ed")
@@ -140,7 +140,7 @@ def _sun_plane(axes: Axes, radiance: ComparedRadiance) -> None:
         axes.semilogy(tilt[doubted], measured[doubted], "o", color=colour, markersize=4, fillstyle="none")
     axes.set_title("radiance in the plane of the sun (relative)")
     axes.set_xlabel("direction looked along, from the zenith towards the sun (degrees)")
-    axes.legend(frameon=False, fontsize=7)
+    axes.legend(loc="upper left", frameon=False, fontsize=7)
 
 
 def pictures_figure(pictures: Sequence[Sequence[Picture]], rows: Sequence[str], columns: Sequence[str]) -> Figure:
@@ -180,7 +180,7 @@ def flicker_figure(depth_m: FloatArray, variation: FloatArray) -> Figure:
         axes.set_xlabel("coefficient of variation")
         axes.set_ylabel("depth (m)")
         axes.invert_yaxis()
-        axes.legend(frameon=False, fontsize=8)
+        axes.legend(loc="lower right", frameon=False, fontsize=8)
     return figure
 
 

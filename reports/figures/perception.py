@@ -58,7 +58,7 @@ def draw_corner_errors(errors: Mapping[tuple[int, float], CornerError], path: Pa
         axes[-1].set_ylabel("corner error (px, rms)")
         axes[-1].set_title("over all poses")
         axes[-1].grid(alpha=0.3, which="both")
-        axes[-1].legend(frameon=False)
+        axes[-1].legend(loc="upper right", frameon=False)
         save_figure(figure, path)
 
 

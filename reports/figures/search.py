@@ -34,7 +34,8 @@ def draw_front(search: Search, chosen: Sequence[int], path: Path) -> None:
             _pair(axes, search, chosen, pair)
         for axes in grid[len(pairs) :]:
             axes.set_axis_off()
-        grid[0].legend(frameon=False, fontsize=8)
+        shown = grid[0].get_legend_handles_labels()
+        figure.legend(*shown, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
         save_figure(figure, path)
 
 

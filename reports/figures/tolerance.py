@@ -105,7 +105,7 @@ def _ranking(axes: Axes, study: ToleranceStudy) -> None:
     axes.invert_yaxis()
     axes.set_xlabel("share of the mean squared gaze error (%)")
     axes.set_title("What matters")
-    axes.legend(frameon=False)
+    axes.legend(loc="lower right", frameon=False)
 
 
 def _distributions(axes: Axes, groups: Iterable[tuple[str, Errors, str]]) -> None:
@@ -120,4 +120,4 @@ def _distributions(axes: Axes, groups: Iterable[tuple[str, Errors, str]]) -> Non
     axes.set_ylim(0, 100)
     axes.grid(alpha=0.3)
     axes.set_title("Gaze error")
-    axes.legend(frameon=False, loc="lower right")
+    axes.legend(loc="lower right", frameon=False)
