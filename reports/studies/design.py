@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import shutil
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -55,20 +56,31 @@ EXTERIOR_Q1_DEG = 20.0
 EXTERIOR_CAPTION = f"From outside, in air, at q1 = {EXTERIOR_Q1_DEG:g}°, q2 = 0°"
 
 VIEW_SAMPLES = 4
-GRID_POSES = 91
-"""Steps of each joint over its range in the coverage maps."""
-
-IMAGE_CELLS = (128, 96)
-"""Columns and rows into which the image is divided for the usable field of view of a pose: its mean over the poses is
-good to 0.5 %. The sphere does not depend on them: its cells are decided by their centres."""
-
 DIVE = "dive"
 """Folder of the dive in the report's."""
 
 REPORT_EVERY_FRAMES = 300
 
 
-def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None) -> Path:
+@dataclass(frozen=True, kw_only=True)
+class MapGrid:
+    """How finely the coverage maps are divided.
+
+    Attributes
+    ----------
+    poses : int
+        Steps of each joint over its range.
+    columns, rows : int
+        Of the image, for the usable field of view of a pose: with these its mean over the poses is good to 0.5 %. The
+        sphere does not depend on them: its cells are decided by their centres.
+    """
+
+    poses: int = 91
+    columns: int = 128
+    rows: int = 96
+
+
+def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None, grid: MapGrid | None = None) -> Path:
     """Make the design report of a rig.
 
     Parameters
@@ -81,6 +93,8 @@ def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None) -> Pat
         Takes lines of progress.
     dive : Dive, optional
         Through which the loop is run with this rig; by default `dives.validation.validation_dive`.
+    grid : MapGrid, optional
+        Of the coverage maps.
 
     Returns
     -------
@@ -101,14 +115,15 @@ def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None) -> Pat
     rig.require_gaze()
     start = time.perf_counter()
     dive = validation_dive(rig) if dive is None else dive
-    stages = Stages.open(folder, rig, log, settings=dive.model_dump_json())
+    grid = MapGrid() if grid is None else grid
+    stages = Stages.open(folder, rig, log, settings=f"{dive.model_dump_json()} {grid}")
     if not stages.done:
         # A dive that another rig or program began would not end as this one's.
         shutil.rmtree(folder / DIVE, ignore_errors=True)
     results = DesignResults(
         mount=stages.run("mount", MountResults, lambda: _mount(rig, folder, log)),
         views=stages.run("views", Views, lambda: _views(rig, folder)),
-        coverage=stages.run("coverage", CoverageSummary, lambda: _coverage(rig, folder)),
+        coverage=stages.run("coverage", CoverageSummary, lambda: _coverage(rig, folder, grid)),
         dive=stages.run("dive", DiveSummary, lambda: _dive(rig, dive, folder, log)),
     )
     log("report ...")
@@ -178,10 +193,10 @@ def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:
     return Views(views=tuple(views), exterior=exterior, exterior_caption=EXTERIOR_CAPTION), files + outside
 
 
-def _coverage(rig: Rig, folder: Path) -> tuple[CoverageSummary, list[Path]]:
+def _coverage(rig: Rig, folder: Path, grid: MapGrid) -> tuple[CoverageSummary, list[Path]]:
     layout = Layout.from_rig(rig)
-    q1, q2 = (joint.values(GRID_POSES) for joint in (layout.pan, layout.tilt))
-    result = compute_coverage(rig, rig_meshes(rig), q1=q1, q2=q2, columns=IMAGE_CELLS[0], rows=IMAGE_CELLS[1])
+    q1, q2 = (joint.values(grid.poses) for joint in (layout.pan, layout.tilt))
+    result = compute_coverage(rig, rig_meshes(rig), q1=q1, q2=q2, columns=grid.columns, rows=grid.rows)
     target = folder / "coverage"
     target.mkdir(parents=True, exist_ok=True)
     files = [target / name for name in ("usable_fov.png", "coverage.png", "poses.csv", "sphere.csv")]
@@ -189,7 +204,7 @@ def _coverage(rig: Rig, folder: Path) -> tuple[CoverageSummary, list[Path]]:
     draw_coverage(result, rig, files[1])
     write_poses(result, rig, files[2])
     write_sphere(result, files[3])
-    return coverage_summary(result, image_cells=IMAGE_CELLS), files
+    return coverage_summary(result, image_cells=(grid.columns, grid.rows)), files
 
 
 def _dive(rig: Rig, dive: Dive, folder: Path, log: Log) -> tuple[DiveSummary, list[Path]]:

@@ -9,14 +9,20 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
+from cad.assembly.tessellation import tessellate
+from cad.checks.assembly_checks import MountChecks
+from cad.checks.printing.orientation import print_findings
+from cad.export import mount
 from dives.dive import varied
 from dives.validation import validation_dive
 from optics.coverage.outcome import Outcome
+from reports.pages.design import DiveSummary
 from reports.pages.dive import CAPTIONS
 from reports.pages.mount import MountResults
 from reports.progress import Stages
 from reports.studies import design as study
-from reports.studies.design import design
+from reports.studies import mount_export
+from reports.studies.design import MapGrid, design
 from rigs import Rig, RigError
 from scenes.exterior import VIEWPOINTS
 
@@ -26,11 +32,25 @@ DIVE = varied(validation_dive(RIG), frames=6).model_copy(update={"world": "blue"
 """A minute of the reef takes as long as all the rest; that a dive ends in the page does not depend on its length."""
 
 
+GRID = MapGrid(poses=15, columns=48, rows=36)
+"""Tables, summary and page agree on any grid; how good the numbers are is tested in tests/optics/coverage."""
+
+SLOW_FILES = ("write_drawings", "write_steps", "write_robot")
+"""Of an export: tests/cad/export look at them. What the report says of a mount does not depend on them."""
+
+
+def made_design(folder, log):
+    return design(RIG, folder, log=log, dive=DIVE, grid=GRID)
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory, rough_light):
     folder = tmp_path_factory.mktemp("design") / "aqua2"
     lines = []
-    design(RIG, folder, log=lines.append, dive=DIVE)
+    with pytest.MonkeyPatch.context() as patch:
+        for name in SLOW_FILES:
+            patch.setattr(mount, name, lambda *_: None)
+        made_design(folder, lines.append)
     return folder, lines
 
 
@@ -74,13 +94,13 @@ def test_summary_agrees_with_the_tables(made):
     covered = sum(row["poses"] != "0" for row in sphere) / len(sphere)
     assert covered == pytest.approx(summary["covered_fraction"], abs=1e-12)
     poses = rows_of(folder / "coverage/poses.csv")
-    assert len(poses) == summary["poses"] == study.GRID_POSES**2
-    usable = np.reshape([float(row["usable_solid_angle_sr"]) for row in poses], (study.GRID_POSES, -1))
-    mean = np.trapezoid(np.trapezoid(usable, axis=1)) / (study.GRID_POSES - 1) ** 2
+    assert len(poses) == summary["poses"] == GRID.poses**2
+    usable = np.reshape([float(row["usable_solid_angle_sr"]) for row in poses], (GRID.poses, -1))
+    mean = np.trapezoid(np.trapezoid(usable, axis=1)) / (GRID.poses - 1) ** 2
     assert mean == pytest.approx(summary["usable_solid_angle_sr"]["mean"], rel=1e-5)
-    cells = study.IMAGE_CELLS[0] * study.IMAGE_CELLS[1]
+    cells = GRID.columns * GRID.rows
     names = [f"{outcome.name.lower()}_cells" for outcome in Outcome]
-    assert all(sum(int(row[name]) for name in names) == cells for row in poses[::97])
+    assert all(sum(int(row[name]) for name in names) == cells for row in poses[::7])
     # Eq. 5 of the paper, on a pose away from the zenith.
     row = next(row for row in poses if row["q1_deg"] == "-77.5000")
     assert float(row["azimuth_deg"]) == pytest.approx(-77.5, abs=1e-4)
@@ -116,7 +136,7 @@ def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
     folder, _ = made
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     lines = []
-    design(RIG, folder, log=lines.append, dive=DIVE)
+    made_design(folder, lines.append)
     assert lines[:4] == [f"{stage}: done before" for stage in ("mount", "views", "coverage", "dive")]
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
@@ -124,7 +144,7 @@ def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
 def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatch):
     """Interrupted in the views, the mount is not made again, and the page is the same to the byte.
 
-    The mount, which takes most of the time, is copied.
+    The mount, which takes most of the time, is copied; so is the dive, whose bytes tests/dives compares.
     """
     folder = tmp_path / "aqua2"
 
@@ -134,14 +154,20 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
         result = TypeAdapter(MountResults).validate_python(data)
         return result, [target / file for file in result.files]
 
+    def copied_dive(rig, dive, target, log):
+        shutil.copytree(made[0] / study.DIVE, target / study.DIVE)
+        data = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["dive"]
+        return TypeAdapter(DiveSummary).validate_python(data), []
+
+    monkeypatch.setattr(study, "_dive", copied_dive)
     with monkeypatch.context() as patched:
         patched.setattr(study, "_mount", copied_mount)
         patched.setattr(study, "view_of", _interrupt)
         with pytest.raises(KeyboardInterrupt):
-            design(RIG, folder, log=lambda line: None, dive=DIVE)
+            made_design(folder, lambda line: None)
     assert not (folder / "report.html").exists()
     lines = []
-    design(RIG, folder, log=lines.append, dive=DIVE)
+    made_design(folder, lines.append)
     assert lines[:2] == ["mount: done before", "views ..."]
     for name in ("report.html", "summary.json", "coverage/poses.csv", "views/target.png"):
         assert (folder / name).read_bytes() == (made[0] / name).read_bytes(), name
@@ -170,8 +196,14 @@ def test_a_rig_without_mirrors_has_no_report(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_mount_that_does_not_fit_the_printer_is_named(tmp_path):
-    """The bed is a key of the rig: the problem names it, and nothing is written."""
+def test_a_mount_that_does_not_fit_the_printer_is_named(tmp_path, monkeypatch):
+    """The bed is a key of the rig: the problem names it, and nothing is written. One part is checked."""
+
+    def bracket_check(rig, assembly, **_):
+        meshes = (mesh for mesh in tessellate(assembly) if mesh.name == "fold_bracket")
+        return MountChecks(findings=tuple(found for mesh in meshes for found in print_findings(mesh, rig.gaze.mount)))
+
+    monkeypatch.setattr(mount_export, "assembly_checks", bracket_check)
     rig = Rig.load("aqua2")
     small = rig.with_gaze(mount={"printer_bed_mm": (100.0, 100.0, 100.0)})
     with pytest.raises(RigError, match="printer_bed_mm"):
