@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadFileScheduling
 
 GATHERED: dict[str, Any] = {}
@@ -18,6 +20,16 @@ RECORDED = Path(__file__).parent / "recorded_results.json"
 
 SHARING_FOLDERS = ("tests/cad/checks", "tests/cad/export")
 """Whose files share solids, checks and an export that take half a minute to make."""
+
+# How long an example takes says how busy the machine is, and the first one of a test compiles a kernel. CI
+# draws the same examples every time, so that it fails for a change and not by chance; on a desk they are new each time.
+settings.register_profile(
+    "any machine",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize=os.environ.get("CI") == "true",
+)
+settings.load_profile("any machine")
 
 
 class Sharing(LoadFileScheduling):

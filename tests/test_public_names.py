@@ -41,5 +41,5 @@ def test_unknown_names_are_refused():
 
 def test_loading_the_packages_is_light():
     code = f"import sys, {', '.join(LAZY)}, rigs; print(sorted({HEAVY} & set(sys.modules)))"
-    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ast.literal_eval(child.stdout) == []

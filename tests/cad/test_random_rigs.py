@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import tomllib
 from pathlib import Path
 
 import pytest
 import tomlkit
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from cad.assembly.assembly import Assembly, build_assembly
@@ -128,10 +127,7 @@ def check_solids(assembly: Assembly) -> None:
 @pytest.mark.slow
 @settings(
     max_examples=6,
-    deadline=None,
-    derandomize=os.environ.get("CI") == "true",
     phases=[Phase.explicit, Phase.reuse, Phase.generate],  # an example takes seconds: too long to shrink it
-    suppress_health_check=[HealthCheck.too_slow],
 )
 @given(draw=DRAWS)
 def test_a_new_rig_with_random_numbers_is_made_or_its_key_is_named(tmp_path_factory, draw):

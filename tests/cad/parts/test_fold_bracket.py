@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from manifold3d import Manifold
 
@@ -225,7 +225,7 @@ def test_a_hinge_without_room_is_named():
         stow_hinge(narrow, Layout.from_rig(narrow))
 
 
-@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=10)
 @given(
     mirror=st.fixed_dictionaries(
         {

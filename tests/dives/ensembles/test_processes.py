@@ -29,7 +29,7 @@ def work(folder, number):
         raise RuntimeError("x" * 1_000_000)
     (Path(folder) / f"{number}.began").write_text(str(os.getpid()))
     if number >= 100:
-        time.sleep(60)
+        time.sleep(3600)
     (Path(folder) / str(number)).write_text(str(os.getpid()))
 '''
 
@@ -98,9 +98,8 @@ def parent_at_work(tmp_path):
         start_new_session=True,
     )
     began = [tmp_path / "100.began", tmp_path / "101.began"]
-    deadline = time.monotonic() + 60
     while not all(file.exists() and file.read_text() for file in began):
-        assert time.monotonic() < deadline, parent.communicate()
+        assert parent.poll() is None, parent.communicate()
         time.sleep(0.05)
     return parent, began
 
@@ -118,7 +117,7 @@ def test_ctrl_c_ends_all_of_it_quietly(tmp_path):
     """As a terminal does it: the signal goes to the whole group. Nothing is left, and only the parent speaks."""
     parent, began = parent_at_work(tmp_path)
     os.killpg(parent.pid, signal.SIGINT)
-    out, err = parent.communicate(timeout=60)
+    out, err = parent.communicate()
     assert (out, err) == ("stopped\n", "")
     assert not (tmp_path / "102.began").exists()
     for file in began:
@@ -132,9 +131,7 @@ def test_killed_it_leaves_nothing_at_work(tmp_path):
     parent, began = parent_at_work(tmp_path)
     parent.kill()
     # Not for the end of its output, which its processes hold open as long as they live.
-    parent.wait(timeout=60)
-    deadline = time.monotonic() + 20
+    parent.wait()
     while any(is_running(int(file.read_text())) for file in began):
-        assert time.monotonic() < deadline
         time.sleep(0.05)
     parent.communicate()

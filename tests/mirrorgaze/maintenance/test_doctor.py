@@ -4,13 +4,29 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import shutil
+from functools import cache
 
 import pytest
 from typer.testing import CliRunner
 
 from mirrorgaze import doctor
 from mirrorgaze.cli import app
+
+
+@pytest.fixture(scope="module", autouse=True)
+def asked_once():
+    """A process that proves something gives the same answer in the same environment, after seconds of imports."""
+    ask = doctor._ask
+
+    @cache
+    def answer(code, backend):
+        return ask(code)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(doctor, "_ask", lambda code: answer(code, os.environ.get("MIRRORGAZE_BACKEND")))
+        yield
 
 
 def examined(*arguments: str):

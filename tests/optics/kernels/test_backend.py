@@ -63,7 +63,6 @@ def run(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
         env=inherited | environment,
         capture_output=True,
         text=True,
-        timeout=120,
         check=False,
     )
 

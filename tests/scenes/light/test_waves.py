@@ -42,7 +42,7 @@ def total_variance(waves):
     return along.T @ along / 2 + waves.ripple_variance
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(speed=st.floats(0.01, 15.0), azimuth=st.floats(-360, 360), seed=st.integers(0, 1000))
 def test_variance_is_cox_and_munks_for_every_sea(speed, azimuth, seed):
     """Resolved and unresolved parts add up: along the wind 0.00316 U, across it 0.003 + 0.00192 U."""

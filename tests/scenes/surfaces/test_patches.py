@@ -53,7 +53,7 @@ def test_three_kinds_meet_in_the_middle_of_their_face():
 
 
 @given(seed=st.integers(0, 10**6), kinds=st.integers(1, 5))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_nothing_is_lost_and_no_gap_opens(seed, kinds):
     """Random scores: faces cover the square once, all face up, and inner edges are met once from each side."""
     vertices, faces = grid()

@@ -35,7 +35,7 @@ def full_pixels(rig, motion, shape=SHAPE):
     return centres + np.stack([motion.du_px, motion.dv_px], axis=-1) * per
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     name=st.sampled_from(["aqua2", "bluerov2"]),
     joints=st.tuples(st.floats(-40, 40), st.floats(-15, 8)),

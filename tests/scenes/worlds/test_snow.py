@@ -31,7 +31,7 @@ def in_sight(robot_m, time_s):
 places = st.lists(st.floats(-50, 50), min_size=3, max_size=3).map(np.array)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(places, st.floats(0, 600))
 def test_the_cloud_is_periodic_wherever_the_robot_goes(robot, time_s):
     """A whole period further there are the same flakes, and around the robot as many as were asked for."""

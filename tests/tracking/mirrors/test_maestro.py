@@ -23,6 +23,12 @@ DATA_BYTES = {0x04: 3, 0x07: 3, 0x09: 3, 0x10: 1, 0x13: 0, 0x21: 0}
 """Of each command, by its number without the top bit (section 5.e)."""
 
 
+@pytest.fixture(autouse=True)
+def _patient(monkeypatch):
+    """The simulated controller is a thread, which a busy machine may let wait for longer than a real one takes."""
+    monkeypatch.setitem(SerialPort.__init__.__kwdefaults__, "timeout_s", 60.0)
+
+
 def long_division(message: bytes) -> int:
     """CRC-7 as section 5.d of the guide does it by hand, on strings of bits with the least significant first."""
     bits = [int(bit) for byte in message for bit in f"{byte:08b}"[::-1]] + [0] * 7

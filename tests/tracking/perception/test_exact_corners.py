@@ -71,7 +71,7 @@ def by_the_train(rig, q, sense=1.0):
 
 
 @pytest.mark.parametrize("name", RIGS)
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(shares=st.tuples(st.floats(0, 1), st.floats(0, 1)))
 def test_corners_are_where_the_train_projects_them(exact, name, shares):
     rig = RIGS[name]

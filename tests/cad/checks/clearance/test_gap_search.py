@@ -18,7 +18,7 @@ def cone(q0, slope):
 
 
 @given(st.floats(-1, 2), st.floats(-0.5, 1), st.floats(1, 100), st.floats(1, 100))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_smallest_gap_of_a_cone_is_its_tip(q1, q2, r1, r2):
     """Closed form: the tip has 2 mm, whatever the slopes; with a limit just below it the bound closes in on 2 mm."""
     reach = np.array([r1, r2])
@@ -28,7 +28,7 @@ def test_the_smallest_gap_of_a_cone_is_its_tip(q1, q2, r1, r2):
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 3.0))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_bound_holds_everywhere(seed, limit):
     """Sums of cosines with slopes of at most the reach, against a grid of 40 000 joint values."""
     rng = np.random.default_rng(seed)
