@@ -27,47 +27,44 @@ Kind = tuple[str, type[Camera], type[Port]]
 """What the compiled kernels depend on; the first is the camera's model in the rig file."""
 
 
-@cache
-def compiled_trace(kind: Kind, names: tuple[str, ...]) -> Callable[..., Any]:
-    """Frozen kernel of `optics.perturbation.train.PerturbedTrain.trace` for lanes of some names."""
-
-    @frozen()
-    def trace(numbers: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, Any]:
-        numbers = perturbed(kind, numbers, lanes)
-        in_air, valid = kind[1].direction(numbers["camera"], True, *(lanes[name] for name in PIXEL))
-        origin, direction, transmitted = traced(kind, numbers, lanes, in_air)
-        out = valid & transmitted
-        return dr.select(out, origin, dr.nan), dr.select(out, direction, dr.nan)
-
-    return trace
+Kernel = Callable[..., Any]
+"""Function of the kind, the nominal numbers, the lanes by name, and options that are no arrays."""
 
 
 @cache
-def compiled_project(kind: Kind, names: tuple[str, ...]) -> Callable[..., Any]:
-    """Frozen kernel of `PerturbedTrain.project` and `project_face` for lanes of some names."""
+def compiled(kernel: Kernel, kind: Kind, names: tuple[str, ...], *options: Any) -> Callable[..., Any]:
+    """Frozen form of a kernel for lanes of some names: a function of the nominal numbers and the lanes."""
 
     @frozen()
-    def project(numbers: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, Any]:
-        numbers = perturbed(kind, numbers, lanes)
-        _, (u, v), found = projected(kind, numbers, unfolded(numbers, lanes))
-        return dr.select(found, u, dr.nan), dr.select(found, v, dr.nan)
+    def call(numbers: dict[str, Any], lanes: dict[str, Any]) -> Any:
+        return kernel(kind, numbers, lanes, *options)
 
-    return project
+    return call
 
 
-@cache
-def compiled_mirrors(kind: Kind, names: tuple[str, ...]) -> Callable[..., Any]:
-    """Frozen kernel of `PerturbedTrain.mirror_poses` for lanes of some names."""
+def rays(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, Any]:
+    """Kernel: point on the last surface and direction behind it of each lane's pixel."""
+    numbers = perturbed(kind, numbers, lanes)
+    in_air, valid = kind[1].direction(numbers["camera"], True, *(lanes[name] for name in PIXEL))
+    origin, direction, transmitted = traced(kind, numbers, lanes, in_air)
+    out = valid & transmitted
+    return dr.select(out, origin, dr.nan), dr.select(out, direction, dr.nan)
 
-    @frozen()
-    def mirrors(numbers: dict[str, Any], lanes: dict[str, Any]) -> list[tuple[Any, ...]]:
-        # Selected by lane: M1 does not depend on the joints, and would not be as wide.
-        known = dr.isfinite(lanes["q1"])
-        both = perturbed(kind, numbers, lanes)["mirrors"]
-        vectors = [(mirror.point, mirror.x, mirror.y, mirror.normal) for mirror in both]
-        return [tuple(dr.select(known, vector, dr.nan) for vector in mirror) for mirror in vectors]
 
-    return mirrors
+def pixels(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, Any]:
+    """Kernel: pixel of each lane's point."""
+    numbers = perturbed(kind, numbers, lanes)
+    _, (u, v), found = projected(kind, numbers, unfolded(numbers, lanes))
+    return dr.select(found, u, dr.nan), dr.select(found, v, dr.nan)
+
+
+def mirror_frames(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any]) -> list[list[Any]]:
+    """Kernel: origin, x, y and normal of each lane's M1 and M2."""
+    # Selected by lane: M1 does not depend on the joints, and would not be as wide.
+    known = dr.isfinite(lanes["q1"])
+    mirrors = perturbed(kind, numbers, lanes)["mirrors"]
+    frames = [(mirror.point, mirror.x, mirror.y, mirror.normal) for mirror in mirrors]
+    return [[dr.select(known, vector, dr.nan) for vector in frame] for frame in frames]
 
 
 def traced(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any], in_air: Any) -> tuple[Any, Any, Any]:

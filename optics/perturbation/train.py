@@ -24,12 +24,14 @@ from optics.mirror import PlaneMirror
 from optics.perturbation.kernels import (
     ON_FACE,
     PIXEL,
+    Kernel,
     Kind,
-    compiled_mirrors,
-    compiled_project,
-    compiled_trace,
+    compiled,
+    mirror_frames,
     mirror_numbers,
     perturbed,
+    pixels,
+    rays,
 )
 from optics.perturbation.parameters import CAMERA, JOINTS, POINT, Perturbations, check_perturbations
 from optics.ports.port import DomePort, FlatPort, Port, port_from_spec
@@ -79,12 +81,11 @@ class PerturbedTrain:
         -------
         origin_m, direction : arrays, shape (..., 3)
             Point on the last surface and unit direction, camera frame; NaN where the camera has no ray or the port lets
-            it not out.
+            none out.
         """
-        principal = (self.camera.cx_px, self.camera.cy_px)
-        lanes, shape = self.lanes(q, perturbations, named(PIXEL, principal if pixels is None else pixels))
-        rays = compiled_trace(self.kind, tuple(lanes))(self.numbers, lanes)
-        origin_m, direction = (rows(vector, shape) for vector in rays)
+        seen = (self.camera.cx_px, self.camera.cy_px) if pixels is None else pixels
+        lanes, shape = self.lanes(q, perturbations, named(PIXEL, seen))
+        origin_m, direction = (rows(vector, shape) for vector in self.run(rays, lanes))
         return origin_m, direction
 
     def project(self, points_m: ArrayLike, q: ArrayLike, perturbations: Perturbations = NOMINAL) -> FloatArray:
@@ -120,13 +121,11 @@ class PerturbedTrain:
     def mirror_poses(self, q: ArrayLike, perturbations: Perturbations = NOMINAL) -> tuple[RigidTransform, ...]:
         """Poses of M1 and of M2 in the camera frame, as many as lanes each."""
         lanes, _ = self.lanes(q, perturbations, {})
-        mirrors = compiled_mirrors(self.kind, tuple(lanes))(self.numbers, lanes)
-        return tuple(
-            RigidTransform.from_components(
-                to_rows(point), Rotation.from_matrix(np.stack([to_rows(axis) for axis in axes], axis=-1))
-            )
-            for point, *axes in mirrors
-        )
+        poses = []
+        for origin, *axes in self.run(mirror_frames, lanes):
+            rotation = Rotation.from_matrix(np.stack([to_rows(axis) for axis in axes], axis=-1))
+            poses.append(RigidTransform.from_components(to_rows(origin), rotation))
+        return tuple(poses)
 
     def optical_trains(self, q: ArrayLike, perturbations: Perturbations = NOMINAL) -> list[OpticalTrain]:
         """Exact trains, with aperture and outlines, at joint values of shape (n, 2); one number a perturbation.
@@ -139,11 +138,9 @@ class PerturbedTrain:
         gaze = self.rig.require_gaze()
         for q1, q2 in np.asarray(q).tolist():
             self.layout.check_joints(q1, q2)
-        direct = self.direct_train(perturbations)
-        pairs = zip(*self.mirror_poses(q, perturbations), strict=True)
-        return [
-            replace(direct, mirrors=tuple(map(_bounded, (gaze.fold_mirror, gaze.gaze_mirror), pair))) for pair in pairs
-        ]
+        direct, plates = self.direct_train(perturbations), (gaze.fold_mirror, gaze.gaze_mirror)
+        poses = zip(*self.mirror_poses(q, perturbations), strict=True)
+        return [replace(direct, mirrors=tuple(map(_bounded, plates, pair))) for pair in poses]
 
     def direct_train(self, perturbations: Perturbations = NOMINAL) -> OpticalTrain:
         """Exact train of camera and port, past the mirrors; one number a perturbation."""
@@ -163,6 +160,8 @@ class PerturbedTrain:
         values = {**perturbations, **others}
         if "mirrors" in self.numbers:
             joints = np.asarray(q, dtype=np.float64)
+            if joints.shape[-1:] != (2,):
+                raise ValueError(f"expected q of shape (..., 2), got {joints.shape}")
             mirrored = np.asarray(np.isfinite(joints).all(axis=-1))
             values |= named(JOINTS, np.where(mirrored[..., np.newaxis], joints, 0.0))
             if not mirrored.all():
@@ -182,7 +181,11 @@ class PerturbedTrain:
 
     def _project(self, q: ArrayLike, perturbations: Perturbations, seen: Mapping[str, ArrayLike]) -> FloatArray:
         lanes, shape = self.lanes(q, perturbations, seen)
-        return rows(compiled_project(self.kind, tuple(lanes))(self.numbers, lanes), shape)
+        return rows(self.run(pixels, lanes), shape)
+
+    def run(self, kernel: Kernel, lanes: dict[str, Any], *options: Any) -> Any:
+        """Call a kernel of `optics.perturbation.kernels`, compiled once for lanes of these names."""
+        return compiled(kernel, self.kind, tuple(lanes), *options)(self.numbers, lanes)
 
 
 def named(names: tuple[str, ...], vectors: ArrayLike) -> dict[str, FloatArray]:

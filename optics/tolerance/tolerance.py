@@ -207,10 +207,8 @@ class _Bench:
     def jacobians(self, parameters: Sequence[str]) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the gaze, shape (poses, 3, parameters), and the image, px, (poses, 2, parameters)."""
         of_gaze = gaze_jacobian(self.train, self.q, parameters=parameters)
-        q1, q2 = self.q.T
-        return of_gaze.values, projection_jacobian(
-            self.train, self.targets_m, q1=q1, q2=q2, parameters=parameters
-        ).values
+        of_image = projection_jacobian(self.train, self.targets_m, self.q, parameters=parameters)
+        return of_gaze.values, of_image.values
 
 
 def _errors(seen: Views, expected: Views) -> Errors:

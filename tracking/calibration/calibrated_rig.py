@@ -83,9 +83,7 @@ class CalibratedRig:
     def gaze_deviation(self, q: ArrayLike) -> FloatArray:
         """Standard deviation of the gaze, radians, shape (n,): root of the mean squared angle to the true one."""
         names = self.covariance.names
-        jacobian = gaze_jacobian(
-            self.perturbed_train, np.asarray(q, dtype=np.float64), parameters=names, perturbations=self.perturbations
-        )
+        jacobian = gaze_jacobian(self.perturbed_train, q, self.perturbations, parameters=names)
         return np.asarray(np.linalg.norm(self.covariance.standard_deviations_of(jacobian.values), axis=1))
 
     def with_joint_offsets(self) -> Rig:
@@ -97,8 +95,8 @@ class CalibratedRig:
         wanted, offsets = self.gaze(q), np.zeros(2)
         for _ in range(ITERATIONS):
             perturbations = dict(zip(JOINT_OFFSETS, offsets.tolist(), strict=True))
-            found = gaze_jacobian(self.perturbed_train, q, parameters=JOINT_OFFSETS, perturbations=perturbations)
-            missing = (wanted - found.directions).ravel()
+            found = gaze_jacobian(self.perturbed_train, q, perturbations, parameters=JOINT_OFFSETS)
+            missing = (wanted - found.outputs).ravel()
             offsets = offsets + np.linalg.lstsq(found.values.reshape(-1, 2), missing)[0]
         gaze = self.rig.require_gaze()
         # A fold up stands on its head: its optical angles are the negatives of the file's.

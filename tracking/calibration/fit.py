@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.spatial.transform import RigidTransform, Rotation
 
@@ -138,18 +139,16 @@ class Residuals:
         parts = []
         if (target := self.evidence.target) is not None:
             points, by_boards = self._points(target, values[len(self.names) :].reshape(-1, BOARD_NUMBERS))
-            q1, q2 = self._moved(target.q, backlash).T
+            moved = _with_backlash(perturbations, self._of_pose(target.q) @ backlash)
             names = (*POINT, *self._parameters)
-            found = projection_jacobian(self.train, points, q1=q1, q2=q2, parameters=names, perturbations=perturbations)
+            found = projection_jacobian(self.train, points, target.q, moved, parameters=names)
             by_point, by_parameters = found.values[:, :, :3], found.values[:, :, 3:]
-            off = found.pixels - target.pixels
+            off = found.outputs - target.pixels
             parts.append(self._scaled(off, by_parameters, by_point @ by_boards, target.q, self.evidence.noise_px))
         if (edges := self.evidence.edges) is not None:
-            q = self._moved(edges.q, backlash)
-            found = face_jacobian(
-                self.train, self._outline, q, parameters=self._parameters, perturbations=perturbations
-            )
-            off, by_parameters = found.pixels - edges.corners_px, found.values.reshape(-1, 2, len(self._parameters))
+            moved = _with_backlash(perturbations, (self._of_pose(edges.q) @ backlash)[:, np.newaxis])
+            found = face_jacobian(self.train, self._outline, edges.q, moved, parameters=self._parameters)
+            off, by_parameters = found.outputs - edges.corners_px, found.values.reshape(-1, 2, len(self._parameters))
             rows = np.repeat(edges.q, len(self._outline), axis=0)
             parts.append(self._scaled(off.reshape(-1, 2), by_parameters, 0.0, rows, self.evidence.edge_noise_px))
         return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
@@ -165,14 +164,6 @@ class Residuals:
             columns = slice(BOARD_NUMBERS * index, BOARD_NUMBERS * (index + 1))
             points[on], by_boards[on, :, columns] = moved_board(start, of_board, target.points_m[on])
         return points, by_boards
-
-    def _moved(self, q: FloatArray, backlash: FloatArray) -> FloatArray:
-        """Joint values with the backlash of their poses."""
-        if not len(backlash):
-            return q
-        layout = self.train.layout
-        moved = (self._of_pose(q)[..., np.newaxis] * backlash).sum(axis=1)
-        return np.asarray(q + moved * [layout.pan.sign, layout.tilt.sign])
 
     def _of_pose(self, q: FloatArray) -> FloatArray:
         """Which pose each row belongs to, as ones and zeros, shape (n, poses)."""
@@ -190,6 +181,12 @@ class Residuals:
         by_poses = self._of_pose(q)[:, np.newaxis, :, np.newaxis] * by_offsets[:, :, np.newaxis]
         whole[:, :, board_end:] = self.evidence.backlash * by_poses.reshape(len(off), 2, 2 * len(self.poses))
         return (off / noise).ravel(), (whole / noise).reshape(-1, self.count)
+
+
+def _with_backlash(perturbations: dict[str, float], backlash: FloatArray) -> dict[str, ArrayLike]:
+    """Perturbations with those of both joints, shape (..., 2), added to their offsets."""
+    offsets = {name: perturbations.get(name, 0.0) + backlash[..., i] for i, name in enumerate(JOINT_OFFSETS)}
+    return {**perturbations, **offsets}
 
 
 def moved_board(start: RigidTransform, numbers: FloatArray, points_m: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -139,12 +139,12 @@ def test_derivatives_are_those_of_differences(rig, kind):
             return train.project(points, q, off)
         return train.project_face(outline, q, off) if kind == "corners" else train.gaze(q, off)
 
-    options = {"parameters": names, "perturbations": perturbations}
-    values = {
-        "points": lambda: projection_jacobian(train, points, q1=q[:, 0], q2=q[:, 1], **options),
-        "corners": lambda: face_jacobian(train, outline, q, **options),
-        "gaze": lambda: gaze_jacobian(train, q, **options),
-    }[kind]().values
+    jacobian, seen = {
+        "points": (projection_jacobian, (points,)),
+        "corners": (face_jacobian, (outline,)),
+        "gaze": (gaze_jacobian, ()),
+    }[kind]
+    values = jacobian(train, *seen, q, perturbations, parameters=names).values
     largest = np.abs(values).max()
     for column, name in enumerate(names):
         moved = [shown(perturbations | {name: perturbations[name] + sign * STEP}) for sign in (1, -1)]
@@ -156,9 +156,9 @@ def test_what_is_seen_past_the_mirrors_does_not_know_of_them():
     rig = RIGS["flat"]
     train, points = PerturbedTrain(rig), np.array([[0.1, -0.05, 2.0], [0.3, 0.2, 3.0]])
     perturbations = {"pan_offset": 0.1, "m1_shift_z": 1e-3}
-    found = projection_jacobian(train, points, q1=np.nan, q2=np.nan, perturbations=perturbations)
+    found = projection_jacobian(train, points, (np.nan, np.nan), perturbations)
     bare = OpticalTrain.from_rig(rig.without_mirrors())
-    np.testing.assert_allclose(found.pixels, bare.project(points).pixels, atol=1e-8)
+    np.testing.assert_allclose(found.outputs, bare.project(points).pixels, atol=1e-8)
     of_mirrors = [index for index, name in enumerate(found.parameters) if name in (*JOINTS, *MIRRORS)]
     assert np.abs(found.values[:, :, of_mirrors]).max() == 0
     assert np.abs(found.of("port_distance")).max() > 0
