@@ -10,6 +10,7 @@ from pydantic import Field
 
 from dives.motions import RobotMotion, TargetPath
 from rigs import ImageSensorSpec, JerlovType, Rig
+from rigs.display import facts_table
 from rigs.section import NotNegative, Number, Section, Whole
 from scenes.light.waves import STRONGEST_WIND_M_PER_S
 from scenes.stage.stage import DEPTHS_M, WIND_M_PER_S
@@ -122,6 +123,17 @@ class DiveSpecification(Section):
     def offline_settings(self) -> DetectorSettings | None:
         """What counts as the target when the recorded dive is detected again; None when it is not."""
         return None if self.offline_detector is None else overridden(RED_BALL, self.offline_detector)
+
+    def _repr_html_(self) -> str:
+        water = "the rig's" if self.jerlov_type is None else f"Jerlov type {self.jerlov_type}"
+        facts = [
+            ("Rig", self.rig),
+            ("World", f"{self.world}, {self.depth_m:g} m deep, water: {water}"),
+            ("Target", f"{self.target.shape}, path: {self.target.path.shape}"),
+            ("Robot", self.robot.motion),
+            ("Loop", f"{self.variant}, {self.frame_rate_hz:g} frames/s for {self.duration_s:g} s"),
+        ]
+        return facts_table(f"{self.name}: {self.description}" if self.description else self.name, facts)
 
     def as_toml(self) -> str:
         """The whole dive as a file, defaults included."""

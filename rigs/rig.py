@@ -23,6 +23,7 @@ from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import CoreSchema
 
 from rigs.camera import Camera
+from rigs.display import Facts, facts_table
 from rigs.files import find_rig, missing_files, parse_toml, read_toml, with_absolute_files
 from rigs.gaze import Gaze
 from rigs.image_sensor import ImageSensorSpec
@@ -62,6 +63,34 @@ class Rig(Section):
         if self.gaze is None:
             raise ValueError(f"expected a rig with mirrors, got {self.name!r}, which has none")
         return self.gaze
+
+    @property
+    def facts(self) -> Facts:
+        """Rows of the table that describes the rig."""
+        camera, port, water = self.camera, self.port, self.water
+        facts = [
+            ("Camera", f"{camera.model}, {camera.width_px} × {camera.height_px} px, f = {camera.fx_px:g} px"),
+            (
+                "Port",
+                "none" if port.shape == "none" else f"{port.shape}, {port.material}, {port.thickness_mm:g} mm thick",
+            ),
+            (
+                "Water",
+                f"{water.label}, {water.salinity_ppt:g} ppt, {water.temperature_celsius:g} °C",
+            ),
+        ]
+        if self.gaze is None:
+            return facts
+        for name, mirror in (("Fold mirror M1", self.gaze.fold_mirror), ("Gaze mirror M2", self.gaze.gaze_mirror)):
+            size = f"{mirror.width_mm:g} × {mirror.height_mm:g} × {mirror.thickness_mm:g} mm"
+            facts.append((name, f"{size}, {mirror.distance_mm:g} mm along the axis"))
+        for name, joint in (("Pan q1", self.gaze.joints.pan), ("Tilt q2", self.gaze.joints.tilt)):
+            facts.append((name, f"{joint.min_deg:g} to {joint.max_deg:g}°"))
+        servos = self.gaze.servos
+        return [*facts, ("Servos", f"pan {servos.pan.name}, tilt {servos.tilt.name}")]
+
+    def _repr_html_(self) -> str:
+        return facts_table(self.name, self.facts)
 
     @property
     def file_hull(self) -> FileHull | None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from optics.kernels.backend import mi
 from rigs.atomic_files import atomic_file
-from scenes.sensor.colour import srgb_encode
+from scenes.light.srgb import srgb_encode
 from scenes.stage.frame import Frame
 from scenes.stage.stage import Stage
 

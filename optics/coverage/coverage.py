@@ -20,6 +20,7 @@ from optics.mesh import Group, PartMesh
 from optics.occlusion import Occluder
 from optics.train import OpticalTrain
 from rigs import Rig
+from rigs.display import facts_table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,6 +100,20 @@ class Coverage:
     def lower_fraction(self) -> float:
         """Share of the lower hemisphere that some pose shows."""
         return self._covered_share(-1)
+
+    def _repr_html_(self) -> str:
+        poses = f"{len(self.q1_deg)} x {len(self.q2_deg)}"
+        mean, most = 1e3 * self.mean_solid_angle_sr, 1e3 * self.solid_angle_sr.max()
+        facts = [
+            ("Poses (pan x tilt)", poses),
+            ("Covered", f"{self.covered_fraction:.1%} of all directions"),
+            ("Upper, lower hemisphere", f"{self.upper_fraction:.1%}, {self.lower_fraction:.1%}"),
+            (
+                "Usable solid angle",
+                f"{mean:.1f} msr mean, {most:.1f} msr at most",
+            ),
+        ]
+        return facts_table("Coverage", facts)
 
     def _covered_share(self, side: int) -> float:
         # The ring on the horizon belongs half to each hemisphere.

@@ -14,7 +14,6 @@ from optics.coverage.summary import REGIONS, CoverageSummary, name_of
 from reports.figures.plotting import OUTCOME_NAMES, REGION_NAMES, THINGS
 from reports.figures.sphere import CAUSE_NAMES
 from reports.pages import page
-from reports.pages.tables import rig_facts
 from rigs import Rig
 
 LISTED_PATCHES = 8
@@ -86,7 +85,7 @@ def coverage_page(rig: Rig, results: CoverageResults, figures: Path) -> str:
             page.table(["Halved", "", *_LEVEL_NAMES, "Order", "Estimate"], _study_rows(study), numbers=[2, 3, 4, 5, 6]),
             page.bullets(_exactness(found, study)),
         ),
-        page.section("Rig", page.table(["", ""], rig_facts(rig))),
+        page.section("Rig", page.table(["", ""], rig.facts)),
         page.section("Files", page.bullets(_FILES)),
         page.section("What this leaves out", page.bullets(_LIMITS)),
         f"<footer>Made by mirrorgaze from the rig file <code>{page.text(rig.name)}</code>.</footer>",

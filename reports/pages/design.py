@@ -11,7 +11,6 @@ from reports.figures.plotting import OUTCOME_NAMES
 from reports.pages import page
 from reports.pages.dive import DiveResults, dive_section
 from reports.pages.mount import MountResults, checks_section, loads_section, mount_files, parts_table
-from reports.pages.tables import rig_facts
 from rigs import Rig
 
 LIMITS = (
@@ -105,7 +104,7 @@ def design_page(rig: Rig, results: DesignResults, dive: DiveResults, folder: Pat
         checks_section(mount, folder / "mount"),
         loads_section(mount, folder / "mount"),
         dive_section(dive),
-        page.section("Rig", page.table(["", ""], rig_facts(rig))),
+        page.section("Rig", page.table(["", ""], rig.facts)),
         page.section("Files", page.bullets([*_FILES, *mount_files(mount)])),
         page.section("What this leaves out", page.bullets(LIMITS)),
         f"<footer>Made by mirrorgaze from the rig file <code>{page.text(rig.name)}</code>.</footer>",

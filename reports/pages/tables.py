@@ -85,28 +85,6 @@ def write_convergence(study: Sequence[Refinement], path: Path) -> None:
     _write(path, header, rows)
 
 
-def rig_facts(rig: Rig) -> list[tuple[str, str]]:
-    """Rows of the table that describes a rig."""
-    camera, port, water = rig.camera, rig.port, rig.water
-    facts = [
-        ("Camera", f"{camera.model}, {camera.width_px} × {camera.height_px} px, f = {camera.fx_px:g} px"),
-        ("Port", "none" if port.shape == "none" else f"{port.shape}, {port.material}, {port.thickness_mm:g} mm thick"),
-        (
-            "Water",
-            f"{water.label}, {water.salinity_ppt:g} ppt, {water.temperature_celsius:g} °C",
-        ),
-    ]
-    if rig.gaze is None:
-        return facts
-    for name, mirror in (("Fold mirror M1", rig.gaze.fold_mirror), ("Gaze mirror M2", rig.gaze.gaze_mirror)):
-        size = f"{mirror.width_mm:g} × {mirror.height_mm:g} × {mirror.thickness_mm:g} mm"
-        facts.append((name, f"{size}, {mirror.distance_mm:g} mm along the axis"))
-    for name, joint in (("Pan q1", rig.gaze.joints.pan), ("Tilt q2", rig.gaze.joints.tilt)):
-        facts.append((name, f"{joint.min_deg:g} to {joint.max_deg:g}°"))
-    servos = rig.gaze.servos
-    return [*facts, ("Servos", f"pan {servos.pan.name}, tilt {servos.tilt.name}")]
-
-
 def _write(path: Path, header: list[str], rows: Iterable[list[str]]) -> None:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

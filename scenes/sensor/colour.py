@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scenes.light.srgb import srgb_encode
 from scenes.sensor.bayer import demosaic
 from scenes.sensor.model import ImageSensor
 from scenes.sensor.readout import RawImage
@@ -42,12 +43,6 @@ def develop(raw: RawImage, sensor: ImageSensor) -> NDArray[np.uint8]:
         step = np.clip(linear * gain, 0, 1) * CURVE_STEPS
         tables[0, : linear.size, channel] = _curve()[np.rint(step).astype(np.int64)]
     return np.asarray(cv2.LUT(colours, tables))
-
-
-def srgb_encode(linear: ArrayLike) -> NDArray[np.float64]:
-    """Transfer curve of sRGB (IEC 61966-2-1) for linear values from 0 to 1."""
-    linear = np.asarray(linear, dtype=np.float64)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
 @cache

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from optics.status import Region
+from scenes.light.srgb import srgb_encode
 
 FloatImage = NDArray[np.float32]
 
@@ -65,6 +67,13 @@ class Frame:
     region: NDArray[np.uint8]
     instance: NDArray[np.int32]
     target_fraction: FloatImage
+
+    def _repr_png_(self) -> bytes:
+        """The radiance as an sRGB image, exposed for its brightest percent, without white balance."""
+        white = max(float(np.percentile(self.radiance, 99)), float(np.finfo(np.float32).tiny))
+        image = np.round(srgb_encode(np.clip(self.radiance / white, 0, 1)) * 255).astype(np.uint8)
+        encoded: bytes = cv2.imencode(".png", image[..., ::-1])[1].tobytes()
+        return encoded
 
     def region_counts(self) -> dict[str, int]:
         """Pixels of each region, by name in lower case."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from scenes.light.srgb import srgb_encode
 from scenes.sensor import RawImage, capture, develop, expose, frame_generator, grey_card_gains
-from scenes.sensor.colour import balancing_gains, srgb_encode
+from scenes.sensor.colour import balancing_gains
 
 
 def raw_of(sensor, level, settings):

@@ -1,0 +1,12 @@
+"""The transfer curve of sRGB, in which images are stored and shown."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def srgb_encode(linear: ArrayLike) -> NDArray[np.float64]:
+    """Transfer curve of sRGB (IEC 61966-2-1) for linear values from 0 to 1."""
+    linear = np.asarray(linear, dtype=np.float64)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
