@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 from dives.ensembles.members import SEED_KEY, Member
 from dives.ensembles.run import Outcome
 from dives.metrics.intervals import Interval, difference_interval, fraction_interval, mean_interval
+from rigs.atomic_files import csv_text
 
 HEADLINE = (
     "visible_fraction",
@@ -153,12 +152,12 @@ def dives_csv(outcomes: Sequence[Outcome]) -> str:
         )
         for outcome in outcomes
     ]
-    return _csv(lines)
+    return csv_text(lines)
 
 
 def summary_csv(rows: Iterable[Row]) -> str:
     """One line a setting and metric: estimate, ends of the interval, numbers it stands on."""
-    return _csv(
+    return csv_text(
         [("settings", "metric", "estimate", "low", "high", "count")]
         + [(row.settings, row.metric, *asdict(row.interval).values()) for row in rows]
     )
@@ -166,7 +165,7 @@ def summary_csv(rows: Iterable[Row]) -> str:
 
 def differences_csv(rows: Iterable[Difference]) -> str:
     """One line a value and metric: mean difference to the baseline, ends of its interval, pairs."""
-    return _csv(
+    return csv_text(
         [("key", "value", "baseline", "metric", "difference", "low", "high", "pairs")]
         + [(row.key, row.value, row.baseline, row.metric, *asdict(row.interval).values()) for row in rows]
     )
@@ -236,9 +235,3 @@ def _rest(member: Member, key: str) -> tuple[str, int]:
 
 def _single(metrics: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in metrics.items() if not isinstance(value, dict | list)}
-
-
-def _csv(lines: Iterable[Sequence[Any]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(lines)
-    return text.getvalue()

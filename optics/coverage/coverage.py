@@ -13,7 +13,7 @@ from optics.coverage.pose_axes import PoseAxes, Progress
 from optics.coverage.poses import trace_poses
 from optics.coverage.sphere import cell_directions, check_nside
 from optics.coverage.sphere_views import see_sphere
-from optics.coverage.usable_fov import check_counts, joint_values
+from optics.coverage.usable_fov import UsableFov, check_counts, joint_values
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh
@@ -24,20 +24,11 @@ from rigs.display import facts_table
 
 
 @dataclass(frozen=True, kw_only=True)
-class Coverage:
-    """Views of a grid of n1 x n2 poses, and the sphere of directions they cover together.
+class Coverage(UsableFov):
+    """Views of a grid of n2 x n1 poses, and the sphere of directions they cover together.
 
     Attributes
     ----------
-    q1_deg : array, shape (n1,)
-    q2_deg : array, shape (n2,)
-        Joint values.
-    pixels : array, shape (n2, n1, len(Outcome))
-        Number of cells of the image by their `Outcome`.
-    solid_angle_by_outcome_sr : array, shape (n2, n1, len(Outcome))
-        Their solid angle in the water.
-    solid_angle_by_region_sr : array, shape (n2, n1, len(Region), len(Outcome))
-        The same by region of the image and what the region shows there: SEEN is open water, a part what it hides.
     nside : int
         Of the sphere of directions, whose cells `optics.coverage.sphere` numbers; all have the same solid angle.
     poses_by_outcome : array, shape (len(Outcome), cells)
@@ -47,19 +38,9 @@ class Coverage:
         Best resolution at which a pose sees each cell; zero where none does.
     """
 
-    q1_deg: FloatArray
-    q2_deg: FloatArray
-    pixels: NDArray[np.int64]
-    solid_angle_by_outcome_sr: FloatArray
-    solid_angle_by_region_sr: FloatArray
     nside: int
     poses_by_outcome: NDArray[np.int64]
     pixels_per_degree: FloatArray
-
-    @property
-    def solid_angle_sr(self) -> FloatArray:
-        """Solid angle seen over both mirrors, shape (n2, n1)."""
-        return self.solid_angle_by_outcome_sr[..., Outcome.SEEN]
 
     @property
     def mean_solid_angle_sr(self) -> float:

@@ -21,17 +21,17 @@ from rigs import Rig
 
 @dataclass(frozen=True, kw_only=True)
 class UsableFov:
-    """Views of n poses.
+    """Views of some poses: n of them, or a grid of n2 x n1.
 
     Attributes
     ----------
-    q1_deg, q2_deg : arrays, shape (n,)
+    q1_deg, q2_deg : arrays, shape (n,), or (n1,) and (n2,)
         Joint values.
-    pixels : array, shape (n, len(Outcome))
-        Number of cells of the image by their `Outcome`.
-    solid_angle_by_outcome_sr : array, shape (n, len(Outcome))
+    pixels : array, shape (..., len(Outcome))
+        Number of cells of the image by their `Outcome`, pose by pose.
+    solid_angle_by_outcome_sr : array, shape (..., len(Outcome))
         Their solid angle in the water.
-    solid_angle_by_region_sr : array, shape (n, len(Region), len(Outcome))
+    solid_angle_by_region_sr : array, shape (..., len(Region), len(Outcome))
         The same by region of the image and what the region shows there: SEEN is open water, a part what it hides.
     """
 
@@ -43,8 +43,8 @@ class UsableFov:
 
     @property
     def solid_angle_sr(self) -> FloatArray:
-        """Solid angle seen over both mirrors, shape (n,)."""
-        return self.solid_angle_by_outcome_sr[:, Outcome.SEEN]
+        """Solid angle seen over both mirrors, pose by pose."""
+        return self.solid_angle_by_outcome_sr[..., Outcome.SEEN]
 
 
 def usable_fov(

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from optics.kernels.arrays import check_vector, opaque, opaque_vector
 from optics.kernels.backend import Array3f64, dr
 from optics.kernels.refraction import refract, window_transmittance
-from optics.ports.interface import NEWTON_STEPS, NEWTON_TOLERANCE, Exit, Port, check_positive, index_parameters
+from optics.ports.interface import NEWTON_STEPS, NEWTON_TOLERANCE, Exit, Window, check_positive
 
 
 @dataclass(frozen=True, kw_only=True)
-class DomePort(Port):
+class DomePort(Window):
     """Spherical shell around `centre_m`; the pinhole (origin) must be inside.
 
     Parameters
@@ -31,26 +31,20 @@ class DomePort(Port):
 
     centre_m: ArrayLike = (0.0, 0.0, 0.0)
     radius_m: float
-    thickness_m: float
-    n_inside: float = 1.0
-    n_port: float = 1.49
-    n_water: float = 1.333
-    aperture_radius_m: float | None = None
 
     def __post_init__(self) -> None:
-        check_positive(self, "radius_m", "thickness_m", "n_inside", "n_port", "n_water", "aperture_radius_m")
+        super().__post_init__()
+        check_positive(self, "radius_m")
         offset = float((check_vector("centre_m", self.centre_m) ** 2).sum() ** 0.5)
         if offset >= self.radius_m:
             raise ValueError(f"expected the pinhole inside the dome of radius_m {self.radius_m}, got it {offset} off")
 
     def parameters(self) -> dict[str, Any]:
         """Numbers of the port for the kernels."""
-        return {
+        return super().parameters() | {
             "centre": opaque_vector(check_vector("centre_m", self.centre_m)),
             "inner": opaque(self.radius_m),
             "outer": opaque(self.radius_m + self.thickness_m),
-            **index_parameters(self),
-            "aperture": opaque(self.aperture_radius_m or float("inf")),
         }
 
     @staticmethod

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from optics.kernels.arrays import opaque, opaque_vector, unit
 from optics.kernels.backend import dr
 from optics.kernels.refraction import window_transmittance
-from optics.ports.interface import NEWTON_STEPS, NEWTON_TOLERANCE, Exit, Port, check_positive, index_parameters
+from optics.ports.interface import NEWTON_STEPS, NEWTON_TOLERANCE, Exit, Window, check_positive
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlatPort(Port):
+class FlatPort(Window):
     """Plane-parallel window.
 
     Parameters
@@ -30,25 +30,19 @@ class FlatPort(Port):
     """
 
     distance_m: float
-    thickness_m: float
     normal: ArrayLike = (0.0, 0.0, 1.0)
-    n_inside: float = 1.0
-    n_port: float = 1.49
-    n_water: float = 1.333
-    aperture_radius_m: float | None = None
 
     def __post_init__(self) -> None:
-        check_positive(self, "distance_m", "thickness_m", "n_inside", "n_port", "n_water", "aperture_radius_m")
+        super().__post_init__()
+        check_positive(self, "distance_m")
         unit("normal", self.normal)
 
     def parameters(self) -> dict[str, Any]:
         """Numbers of the port for the kernels."""
-        return {
+        return super().parameters() | {
             "normal": opaque_vector(unit("normal", self.normal)),
             "distance": opaque(self.distance_m),
             "thickness": opaque(self.thickness_m),
-            **index_parameters(self),
-            "aperture": opaque(self.aperture_radius_m or float("inf")),
         }
 
     @staticmethod

@@ -47,7 +47,7 @@ class Port(ABC):
 
     def without_rim(self) -> Self:
         """The same port with an unbounded aperture."""
-        return replace(self, aperture_radius_m=None)  # type: ignore[type-var]
+        return self
 
     @staticmethod
     @abstractmethod
@@ -63,20 +63,46 @@ class Port(ABC):
         """
 
 
+@dataclass(frozen=True, kw_only=True)
+class Window(Port):
+    """What ports with a window share; lengths and indices are positive.
+
+    Parameters
+    ----------
+    thickness_m : float
+    n_inside, n_port, n_water : float
+    aperture_radius_m : float, optional
+        Clear radius; None: unbounded.
+    """
+
+    thickness_m: float
+    n_inside: float = 1.0
+    n_port: float = 1.49
+    n_water: float = 1.333
+    aperture_radius_m: float | None = None
+
+    def __post_init__(self) -> None:
+        check_positive(self, "thickness_m", "n_inside", "n_port", "n_water", "aperture_radius_m")
+
+    def without_rim(self) -> Self:
+        """The same port with an unbounded aperture."""
+        return replace(self, aperture_radius_m=None)
+
+    def parameters(self) -> dict[str, Any]:
+        """Numbers that all windows have; with the ratios at both faces: a kernel would divide again for every ray."""
+        return {
+            "n_inside": opaque(self.n_inside),
+            "n_port": opaque(self.n_port),
+            "n_water": opaque(self.n_water),
+            "ratio_in": opaque(self.n_inside / self.n_port),
+            "ratio_out": opaque(self.n_port / self.n_water),
+            "aperture": opaque(self.aperture_radius_m or float("inf")),
+        }
+
+
 def check_positive(port: Any, *names: str) -> None:
     """Raise a `ValueError` for a field that is neither None nor a positive finite number."""
     for name in names:
         value = getattr(port, name)
         if value is not None and not (0 < value < float("inf")):
             raise ValueError(f"expected {name} > 0, got {value}")
-
-
-def index_parameters(port: Any) -> dict[str, Any]:
-    """Indices for the kernels, with the ratios at both faces: a kernel would divide anew for every ray."""
-    return {
-        "n_inside": opaque(port.n_inside),
-        "n_port": opaque(port.n_port),
-        "n_water": opaque(port.n_water),
-        "ratio_in": opaque(port.n_inside / port.n_port),
-        "ratio_out": opaque(port.n_port / port.n_water),
-    }

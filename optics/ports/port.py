@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 from optics.kernels.backend import Array3f64, dr
 from optics.ports.dome import DomePort
@@ -27,10 +27,6 @@ class NoPort(Port):
     def n_water(self) -> float:  # type: ignore[override]
         """Index outside, which is the index inside."""
         return self.n_inside
-
-    def without_rim(self) -> Self:
-        """The same: it has none."""
-        return self
 
     def parameters(self) -> dict[str, Any]:
         """Nothing to hand to the kernels."""

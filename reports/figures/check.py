@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 import matplotlib as mpl
@@ -20,7 +18,7 @@ from cad.checks.printing import walls
 from cad.finding import Finding, Verdict
 from reports.figures.plotting import INK, STYLE, save_figure
 from rigs import Rig
-from rigs.atomic_files import write_text
+from rigs.atomic_files import csv_text, write_text
 
 TIGHTEST_PAIRS = 18
 COLOURS = {Verdict.PASSED: "#2a9d8f", Verdict.FAILED: "#e76f51", Verdict.NOT_RUN: "#94a3b8"}
@@ -42,12 +40,7 @@ def write_checks(checks: MountChecks, rig: Rig, folder: Path) -> list[Path]:
 
 def findings_csv(checks: MountChecks) -> str:
     """Every finding as a row."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in findings_as_dicts(checks):
-        writer.writerow(["" if row[column] is None else row[column] for column in COLUMNS])
-    return text.getvalue()
+    return csv_text([COLUMNS, *([row[column] for column in COLUMNS] for row in findings_as_dicts(checks))])
 
 
 def findings_as_dicts(checks: MountChecks) -> list[dict[str, object]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from itertools import combinations
 from pathlib import Path
@@ -17,7 +15,7 @@ from optics.kernels.arrays import FloatArray
 from optics.search.objectives import PARAMETERS
 from optics.search.search import Search
 from reports.figures.plotting import STYLE, save_figure
-from rigs.atomic_files import write_text
+from rigs.atomic_files import csv_text, write_text
 
 POSSIBLE, FRONT, CHOSEN, OWN = "#cbd5e1", "#2a9d8f", "#d1495b", "#1c2b39"
 
@@ -88,8 +86,4 @@ def front_rows(
 
 def write_front(rows: Sequence[dict[str, str]], path: Path) -> None:
     """CSV of `front_rows`."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, text.getvalue())
+    write_text(path, csv_text([rows[0], *(row.values() for row in rows)]))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import Any
@@ -20,7 +18,7 @@ from optics.sizing.trade_off import TradeOff
 from reports.figures import plotting
 from reports.figures.plotting import COLOUR_MAP, INK, STYLE
 from rigs import Rig
-from rigs.atomic_files import write_text
+from rigs.atomic_files import csv_text, write_text
 
 OUTLINE_COLOURS = {
     "rectangle": "#1c2b39",
@@ -79,12 +77,8 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 def write_trade_off(result: TradeOff, path: Path) -> None:
     """One row per design, as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     rows = trade_off_rows(result)
-    writer.writerow(rows[0])
-    writer.writerows(row.values() for row in rows)
-    write_text(path, text.getvalue())
+    write_text(path, csv_text([rows[0], *(row.values() for row in rows)]))
 
 
 def trade_off_rows(result: TradeOff) -> list[dict[str, Any]]:

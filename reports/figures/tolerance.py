@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +13,7 @@ from matplotlib.figure import Figure
 
 from optics.tolerance.tolerance import PERCENTILES, Errors, ToleranceStudy
 from reports.figures.plotting import STYLE, save_figure
-from rigs.atomic_files import write_text
+from rigs.atomic_files import csv_text, write_text
 
 FIRST_ORDER, FROZEN = "#2a9d8f", "#e9c46a"
 BUILT, CALIBRATED = "#e76f51", "#2a9d8f"
@@ -70,11 +68,7 @@ def write_tolerances(study: ToleranceStudy, folder: Path) -> list[Path]:
 
 def write_rows(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     """CSV of rows that share their keys; numbers to six digits."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(rows[0].keys() if rows else ())
-    writer.writerows([_cell(value) for value in row.values()] for row in rows)
-    write_text(path, text.getvalue())
+    write_text(path, csv_text([rows[0] if rows else (), *([_cell(value) for value in row.values()] for row in rows)]))
 
 
 def _cell(value: Any) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -17,7 +15,7 @@ from optics.coverage.sphere import cell_directions
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
 from rigs import Rig
-from rigs.atomic_files import write_text
+from rigs.atomic_files import csv_text, write_text
 
 
 def write_poses(coverage: Coverage, rig: Rig, path: Path) -> None:
@@ -86,8 +84,4 @@ def write_convergence(study: Sequence[Refinement], path: Path) -> None:
 
 
 def _write(path: Path, header: list[str], rows: Iterable[list[str]]) -> None:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    write_text(path, text.getvalue())
+    write_text(path, csv_text([header, *rows]))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Sequence
@@ -13,7 +11,7 @@ import numpy as np
 
 from optics.kernels.tables import TextTable, finite_number
 from rigs import Rig
-from rigs.atomic_files import write_text
+from rigs.atomic_files import csv_text, write_text
 from tracking.calibration.observations import TargetObservations, observation_problems
 
 POSE_COLUMNS = ("q1_deg", "q2_deg")
@@ -50,18 +48,15 @@ def read_observations(path: str | os.PathLike[str], rig: Rig) -> TargetObservati
 
 def write_observations(path: str | os.PathLike[str], observations: TargetObservations) -> None:
     """Write observations so that `read_observations` reads them; the file appears whole or not at all."""
-    path = Path(path)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     place = ("board", *BOARD_COLUMNS) if observations.boards else BODY_COLUMNS
-    writer.writerow([*POSE_COLUMNS, *place, *PIXEL_COLUMNS])
+    rows = [[*POSE_COLUMNS, *place, *PIXEL_COLUMNS]]
     columns = (observations.q, observations.points_m, observations.pixels, observations.board)
     for q, point, pixel, board in zip(*columns, strict=True):
         angles = ["" if math.isnan(angle) else repr(math.degrees(angle)) for angle in q.tolist()]
         millimetres = [repr(1000 * x) for x in point.tolist()]
         where = [observations.boards[board], *millimetres[:2]] if observations.boards else millimetres
-        writer.writerow([*angles, *where, *map(repr, pixel.tolist())])
-    write_text(path, text.getvalue())
+        rows.append([*angles, *where, *map(repr, pixel.tolist())])
+    write_text(Path(path), csv_text(rows))
 
 
 def _observations(rows: Sequence[dict[str, float | str]], *, known: bool) -> TargetObservations:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Iterator, Sequence
@@ -16,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.tables import TextTable, finite_number, listed_problems
-from rigs.atomic_files import write_text
+from rigs.atomic_files import csv_text, write_text
 from tracking.perception.crop import runs_clockwise
 
 CORNER_NAMES = ("top_left", "top_right", "bottom_right", "bottom_left")
@@ -81,15 +79,11 @@ class CornerSamples:
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the samples, pixels exactly, angles to their last bit; the file appears whole or not at all."""
-        path = Path(path)
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for q, corners in zip(self.q, self.corners_px, strict=True):
-            writer.writerow(
-                [*(repr(math.degrees(angle)) for angle in q.tolist()), *map(repr, corners.ravel().tolist())]
-            )
-        write_text(path, text.getvalue())
+        rows = (
+            [*(repr(math.degrees(angle)) for angle in q.tolist()), *map(repr, corners.ravel().tolist())]
+            for q, corners in zip(self.q, self.corners_px, strict=True)
+        )
+        write_text(Path(path), csv_text([COLUMNS, *rows]))
 
 
 def _problems(q: FloatArray, corners: FloatArray, places: Sequence[str], count: int | None = None) -> list[str]:

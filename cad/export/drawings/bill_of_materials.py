@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -16,6 +14,7 @@ from cad.export.drawings.hose_clamps import BAND_WIDTH_MM, clamp_mass_g, clamp_n
 from cad.loads.masses import part_bodies
 from optics.mesh import PartMesh, Role
 from rigs import Rig
+from rigs.atomic_files import csv_text
 
 COLUMNS = ("kind", "name", "count", "material", "volume_cm3", "mass_g", "size_mm", "parts")
 
@@ -83,15 +82,13 @@ def bill_of_materials(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh]) 
 
 def write_bill(items: Sequence[Item], path: Path) -> Path:
     """Write the bill as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    rows: list[Sequence[object]] = [COLUMNS]
     for item in items:
         # What is bought has its size in its name, and may lie aslant in its frame.
         size = " x ".join(f"{side:.1f}" for side in item.size_mm) if item.kind == "print" else ""
         numbers = (f"{item.volume_cm3:.2f}", f"{item.mass_g:.1f}")
-        writer.writerow([item.kind, item.name, item.count, item.material, *numbers, size, " ".join(item.parts)])
-    path.write_text(text.getvalue(), encoding="utf-8")
+        rows.append([item.kind, item.name, item.count, item.material, *numbers, size, " ".join(item.parts)])
+    path.write_text(csv_text(rows), encoding="utf-8")
     return path
 
 
