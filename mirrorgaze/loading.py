@@ -1,11 +1,14 @@
-"""Rigs for the commands: read, validated, and physically possible."""
+"""Rigs and waters for the commands: read, validated, and physically possible."""
 
 from __future__ import annotations
+
+from typing import cast, get_args
 
 import typer
 
 from optics.feasibility.feasibility import feasibility_problems
-from rigs import Rig, RigError
+from rigs import JerlovType, Rig, RigError, Water, WaterSource
+from rigs.water import TYPES_OF_SOURCE, check_type_of_source
 
 
 def load_usable_rig(name_or_path: str) -> Rig:
@@ -28,3 +31,23 @@ def print_hull_notes(rig: Rig) -> list[str]:
     for note in notes:
         typer.echo(note, err=True)
     return notes
+
+
+def load_water(of: str, source: str | None) -> Water:
+    """Water of a rig, of a Jerlov type, or pure; by a source of coefficients other than its own when one is named."""
+    if source is not None and source not in TYPES_OF_SOURCE:
+        raise ValueError(f"--source {source}: expected {' or '.join(TYPES_OF_SOURCE)}")
+    if of == "pure":
+        if source is not None:
+            raise ValueError(f"--source {source}: expected with a Jerlov type only, got pure water")
+        return Water(source="pure")
+    named = cast("WaterSource | None", source)
+    if of in get_args(JerlovType):
+        check_type_of_source(of, source or "williamson-hollins")
+        return Water().of_type(cast("JerlovType", of), named)
+    own = load_usable_rig(of).water
+    if named is None:
+        return own
+    if own.iop_file is not None or own.source == "pure":
+        raise ValueError(f"--source {source}: expected a rig whose water is a Jerlov type, got {own.label}")
+    return own.of_type(own.jerlov_type, named)

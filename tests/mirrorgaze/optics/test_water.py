@@ -74,7 +74,10 @@ def test_ones_own_file(here):
         (["water", "9C"], 'source = "solonenko-mobley" has it'),
         (["water", "III", "--source", "jerlov"], "expected williamson-hollins or solonenko-mobley"),
         (["water", "pure", "--source", "solonenko-mobley"], "expected with a Jerlov type only, got pure water"),
-        (["water", "III", "--sun-elevation-deg", "-3"], "expected above 0 and at most 90"),
+        (
+            ["water", "III", "--sun-elevation-deg", "-3"],
+            "expected a sun elevation above 0 and at most 90 degrees",
+        ),
     ],
 )
 def test_bad_input_is_a_sentence(arguments, words):
