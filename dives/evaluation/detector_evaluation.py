@@ -1,4 +1,4 @@
-"""A trial of the detector: images of a world with the target at random places, and how often it is found there."""
+"""Evaluation of a detector: images of a world with the target at random places, and how often it is found there."""
 
 from __future__ import annotations
 
@@ -26,6 +26,9 @@ from tracking.perception.exact_corners import ExactCorners
 BoolImage = NDArray[np.bool_]
 
 DISTANCES_M = (2.0, 5.0)
+RANGES_M = ((2.0, 3.0), (3.0, 4.0), (4.0, 5.0), DISTANCES_M)
+"""Distances in which images are counted together."""
+
 PAN_DEG, TILT_DEG = (-70.0, 70.0), (-25.0, 30.0)
 """Range of the poses: all of the view ahead, from 50 degrees down to 60 up."""
 
@@ -54,7 +57,7 @@ CLOCK_S = 20.0
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluationImage:
-    """One image of a trial.
+    """One image of an evaluation.
 
     Attributes
     ----------
@@ -87,7 +90,7 @@ class EvaluationImage:
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """What a detector made of a trial's images.
+    """What a detector made of the images.
 
     Attributes
     ----------
@@ -170,7 +173,7 @@ class _Drawn:
 
 
 def _drawn(renderer: FastRenderer, rng: np.random.Generator, *, empty: bool) -> _Drawn:
-    """One state of the trial; places of the target above the surface are drawn again."""
+    """One state, drawn at random; places of the target above the surface are drawn again."""
     at = renderer.stage.world_from_body.translation
     while True:
         q1, q2 = np.radians([rng.uniform(*PAN_DEG), rng.uniform(*TILT_DEG)]).tolist()
@@ -223,7 +226,7 @@ def _is_hit(target: BoolImage, centroid_px: tuple[float, float]) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Colours:
-    """Colours of the target in a trial's images, each image's by the median of its pixels.
+    """Colours of the target in the images, each image's by the median of its pixels.
 
     Attributes
     ----------
@@ -257,3 +260,26 @@ def _unwrapped(hue_deg: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same hues within half a turn of their mean direction, which is in [-180, 180] degrees."""
     mean = np.degrees(np.angle(np.exp(1j * np.radians(hue_deg)).mean()))
     return np.asarray(mean + (hue_deg - mean + 180) % 360 - 180)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectorResults(Score):
+    """Score of a detector, and the target's colours, in the images of a range of distances."""
+
+    from_m: float
+    to_m: float
+    colours: Colours | None
+
+
+def results_by_distance(
+    images: Sequence[EvaluationImage],
+    settings: DetectorSettings,
+    ranges_m: Sequence[tuple[float, float]] = RANGES_M,
+) -> list[DetectorResults]:
+    """Results of a detector for each range of distances."""
+    results = []
+    for low, high in ranges_m:
+        within = [each for each in images if low <= each.distance_m < high]
+        counted = vars(score(within, settings))
+        results.append(DetectorResults(from_m=low, to_m=high, colours=target_colours(within), **counted))
+    return results

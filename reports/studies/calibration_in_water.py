@@ -96,6 +96,14 @@ class Calibration:
     ratio: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class Disc:
+    """Calibrations in distilled water with the corners within a disc, and `even_disc_ratio` of it."""
+
+    even_disc_ratio: float | None
+    calibrations: list[Calibration]
+
+
 def calibration_study(
     rig: Rig,
     *,
@@ -137,6 +145,21 @@ def calibration_study(
         views = checkerboard_views(train, board, radius_px=radius_px, noise_px=noise_px, rng=rng)
         found += [calibrate(views, camera, model, medium=medium, radius_px=radius_px) for model in Model]
     return found
+
+
+def disc_study(
+    rig: Rig, radii_px: Sequence[float], *, board: Board = BOARDS["large"], noise_px: float = 0.0, seed: int = 0
+) -> list[Disc]:
+    """Calibrate in distilled water with the corners within discs of these radii, as `calibration_study` does."""
+    return [
+        Disc(
+            even_disc_ratio=even_disc_ratio(rig, Medium.DISTILLED, radius_px),
+            calibrations=calibration_study(
+                rig, board=board, radius_px=radius_px, noise_px=noise_px, seed=seed, media=[Medium.DISTILLED]
+            ),
+        )
+        for radius_px in radii_px
+    ]
 
 
 def port_in(rig: Rig, medium: Medium) -> Port:

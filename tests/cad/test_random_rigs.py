@@ -16,9 +16,9 @@ from cad.checks.assembly_checks import assembly_problems
 from cad.checks.printing.walls import wall_finding
 from cad.overlaps import manifold_mm
 from cad.parts.clearance_envelope import with_standing_base
-from mirrorgaze.commands.rig_files.presets import new
 from optics.mesh import Role
 from rigs import Rig
+from rigs.new_rig import create_rig_file
 
 GRID_STEPS = 2
 """The ends of both joint ranges, where things come nearest; the check of clearance has tests of its own."""
@@ -77,7 +77,7 @@ def begun(folder: Path, hull: str) -> tomlkit.TOMLDocument:
     """What `mirrorgaze new` writes for the shape of a hull."""
     file = folder / f"{hull}.toml"
     if not file.exists():
-        new("random", preset=None, hull=hull, unit=None, output=file)
+        create_rig_file("random", file, preset=None, hull=hull, unit=None)
     return tomlkit.parse(file.read_text(encoding="utf-8"))
 
 

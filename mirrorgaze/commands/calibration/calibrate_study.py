@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -12,7 +11,7 @@ from mirrorgaze.options import JsonOption, RigArgument, SeedOption
 from mirrorgaze.output import print_json, print_table
 
 if TYPE_CHECKING:
-    from reports.studies.calibration_in_water import Calibration
+    from reports.studies.calibration_in_water import Calibration, Disc
 
 DISCS = (0.4, 0.55, 0.7, 0.85, 1.0)
 """Radii of the second table, in parts of the first one's."""
@@ -45,30 +44,21 @@ def calibrate_study(
     """
     from mirrorgaze.loading import load_usable_rig
     from reports.studies.calibration_board import BOARDS
-    from reports.studies.calibration_in_water import PAPER_TABLE_1, Medium, calibration_study, even_disc_ratio
+    from reports.studies.calibration_in_water import PAPER_TABLE_1, calibration_study, disc_study
 
     if board not in BOARDS:
         raise ValueError(f"expected --board to be one of {', '.join(BOARDS)}, got {board!r}")
     loaded = load_usable_rig(rig)
-    study = partial(calibration_study, loaded, board=BOARDS[board], noise_px=noise_px, seed=seed)
-    table = study(radius_px=radius_px)
-    discs = [
-        (
-            even_disc_ratio(loaded, Medium.DISTILLED, share * radius_px),
-            study(radius_px=share * radius_px, media=[Medium.DISTILLED]),
-        )
-        for share in DISCS
-    ]
+    chosen, radii_px = BOARDS[board], [share * radius_px for share in DISCS]
+    table = calibration_study(loaded, board=chosen, radius_px=radius_px, noise_px=noise_px, seed=seed)
+    discs = disc_study(loaded, radii_px, board=chosen, noise_px=noise_px, seed=seed)
     if json:
         print_json(
             {
                 "rig": loaded.name,
                 "board": board,
                 "calibrations": [asdict(calibration) for calibration in table],
-                "discs": [
-                    {"even_disc_ratio": even, "calibrations": [asdict(calibration) for calibration in calibrations]}
-                    for even, calibrations in discs
-                ],
+                "discs": [asdict(disc) for disc in discs],
                 "paper_table_1": {str(medium): numbers for medium, numbers in PAPER_TABLE_1.items()},
             }
         )
@@ -102,9 +92,10 @@ def _pixels(numbers: tuple[float, ...]) -> list[str]:
     return [f"{number:.2f}" for number in numbers]
 
 
-def _ratios(discs: list[tuple[float | None, list[Calibration]]]) -> list[list[Any]]:
-    rows = [["fx/air in distilled water, by disc", "even disc", *(found.model for found in discs[0][1])]]
-    for even, calibrations in discs:
-        ratios = [f"{found.ratio:.3f}" for found in calibrations]
-        rows.append([f"{calibrations[0].radius_px:g} px", "-" if even is None else f"{even:.3f}", *ratios])
+def _ratios(discs: list[Disc]) -> list[list[Any]]:
+    rows = [["fx/air in distilled water, by disc", "even disc", *(found.model for found in discs[0].calibrations)]]
+    for disc in discs:
+        even = "-" if disc.even_disc_ratio is None else f"{disc.even_disc_ratio:.3f}"
+        ratios = [f"{found.ratio:.3f}" for found in disc.calibrations]
+        rows.append([f"{disc.calibrations[0].radius_px:g} px", even, *ratios])
     return rows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from optics.sizing.sizing import Sizing
     from optics.sizing.window import Window
     from rigs import Rig
-
-DISTANCE_FACTORS = (0.7, 0.85, 1.0, 1.15, 1.3, 1.45, 1.6)
-"""Of the rig's own d1 and d2, over which the trade-off is drawn."""
 
 
 class Outline(StrEnum):
@@ -73,6 +70,7 @@ def size(
     from optics.sizing.gaze_range import GazeRange
     from optics.sizing.limits import Request
     from optics.sizing.sizing import size_mirrors
+    from reports.studies.sizing import apply_sizes, sizing_as_dict, write_sizing
     from rigs import Rig
 
     if apply:
@@ -90,15 +88,17 @@ def size(
     )
     sizing = size_mirrors(loaded, request)
     if json:
-        print_json(_as_data(sizing))
+        print_json(sizing_as_dict(sizing))
     else:
         _print(rig, sizing, outline)
     if output is not None:
-        _write_folder(loaded, sizing, output)
+        write_sizing(loaded, sizing, output, log=print_note)
     if sizing.bindings:
         raise typer.Exit(FAILED)
     if apply:
-        _apply(sizing, file, quiet=json)
+        apply_sizes(sizing, file)
+        if not json:
+            typer.echo(f"{file}: sizes written; check that the mount fits: mirrorgaze check {file} --cad")
 
 
 def _radians(interval: tuple[float, float]) -> tuple[float, float]:
@@ -149,52 +149,6 @@ def _own_file(rig: str) -> Path:
     return file
 
 
-def _apply(sizing: Sizing, file: Path, *, quiet: bool) -> None:
-    """Write the sizes into the rig file, comments kept, once the result is known to be a good rig."""
-    import tomlkit
-
-    from optics.feasibility.feasibility import feasibility_problems
-    from rigs import Rig, RigError, load_document, save_document
-
-    assert sizing.rig is not None
-    document = load_document(file)
-    for name in ("fold_mirror", "gaze_mirror"):
-        plate = getattr(sizing.rig.require_gaze(), name)
-        for key in ("width_mm", "height_mm"):
-            document[name][key] = getattr(plate, key)
-    changed = Rig.parse(tomlkit.dumps(document), source=str(file), folder=file.parent)
-    problems = feasibility_problems(changed)
-    if problems:
-        raise RigError(str(file), problems)
-    save_document(document, file)
-    if not quiet:
-        typer.echo(f"{file}: sizes written; check that the mount fits: mirrorgaze check {file} --cad")
-
-
-def _write_folder(rig: Rig, sizing: Sizing, folder: Path) -> None:
-    """Outlines as they are, and the trade-off where there is one."""
-    from cad.assembly.meshes import rig_meshes
-    from optics.mesh import Role
-    from optics.sizing.trade_off import trade_off
-    from reports.figures.sizing import outlines_figure, save_figure, trade_off_figure, write_outlines, write_trade_off
-
-    if folder.exists() and not folder.is_dir():
-        raise NotADirectoryError(f"{folder}: expected a folder to write into")
-    gaze = rig.require_gaze()
-    result = None
-    if sizing.m2 is not None:
-        print_note("trade-off over d1 and d2 ...")
-        hull = [part for part in rig_meshes(rig) if part.role is Role.HULL]
-        d1, d2 = ([f * m.distance_mm for f in DISTANCE_FACTORS] for m in (gaze.fold_mirror, gaze.gaze_mirror))
-        result = trade_off(rig, sizing.request, hull, d1_mm=d1, d2_mm=d2)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_outlines(sizing, folder / "outlines.json")
-    save_figure(outlines_figure(sizing), folder / "outlines.png")
-    if result is not None:
-        write_trade_off(result, folder / "trade_off.csv")
-        save_figure(trade_off_figure(result, rig), folder / "trade_off.png")
-
-
 def _print(name: str, sizing: Sizing, outline: Outline) -> None:
     import math
 
@@ -241,33 +195,3 @@ def _would_fit(sizing: Sizing) -> str:
         low, high = map(math.degrees, sizing.second_range)
         parts.append(f"the whole window for {name} {low:.1f} to {high:.1f} degrees")
     return "; or ".join(parts) or "no window over this range, nor this window anywhere in it"
-
-
-def _as_data(sizing: Sizing) -> dict[str, Any]:
-    import math
-
-    from reports.figures.sizing import outlines_as_data
-
-    window, gaze = sizing.request.window, sizing.request.gaze
-    applied = None
-    if sizing.rig is not None:
-        mirrors = sizing.rig.require_gaze()
-        plates = {"M1": mirrors.fold_mirror, "M2": mirrors.gaze_mirror}
-        applied = {name: [plate.width_mm, plate.height_mm] for name, plate in plates.items()}
-    second = sizing.second_range
-    return {
-        "window_px": [window.left_px, window.top_px, window.right_px, window.bottom_px],
-        **{
-            f"{name}_deg": [math.degrees(value) for value in interval]
-            for name, interval in zip(gaze.names, (gaze.first, gaze.second), strict=True)
-        },
-        "met": not sizing.bindings,
-        "rectangles_mm": applied,
-        "outlines": outlines_as_data(sizing),
-        "present_mirrors_pass": sizing.passed_now,
-        "bindings": [{"constraint": b.constraint, "message": b.message} for b in sizing.bindings],
-        "fits": {
-            "window_factor": sizing.window_factor,
-            f"{gaze.names[1]}_deg": second and [math.degrees(value) for value in second],
-        },
-    }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,8 +13,7 @@ from mirrorgaze.options import DiveArgument, JsonOption
 from mirrorgaze.output import print_json, print_note, print_table
 
 if TYPE_CHECKING:
-    from dives.ensembles.run import Outcome
-    from dives.ensembles.tables import Difference, Row
+    from dives.ensembles.results import EnsembleResults
 
 INTERRUPTED = 130
 """Exit status of a process that Ctrl-C ended, as shells have it."""
@@ -65,8 +64,8 @@ def ensemble(
       mirrorgaze ensemble spiral --seeds 4 --vary depth_m=3..12 --points 10 --vary jerlov_type=IB,II -o out/depths
     """
     from dives.ensembles.members import Choice, members, parsed_variation
+    from dives.ensembles.results import ensemble_results, write_results
     from dives.ensembles.run import run_ensemble
-    from dives.ensembles.tables import differences, summary_rows
 
     variations = [parsed_variation(text) for text in vary or []]
     choices = [varied.key for varied in variations if isinstance(varied, Choice) and len(varied.values) > 1]
@@ -87,14 +86,13 @@ def ensemble(
     except KeyboardInterrupt:
         typer.echo(f"mirrorgaze: {folder}: stopped; the same command continues from there", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    rows = summary_rows(outcomes)
-    key = compare or (choices[0] if choices else None)
-    pairs = differences(outcomes, key) if key is not None else []
-    found = _write(folder, outcomes, rows, pairs)
+    results = ensemble_results(outcomes, compare or (choices[0] if choices else None))
+    files = write_results(results, folder)
     if json:
-        print_json(found)
+        print_json(results.as_dict())
     else:
-        _print(folder, rows, pairs)
+        _print(results)
+        typer.echo(f"{folder}: {', '.join(files)}, a folder for each dive")
     failed = [outcome for outcome in outcomes if outcome.failure is not None]
     for outcome in failed:
         assert outcome.failure is not None
@@ -103,51 +101,10 @@ def ensemble(
         raise typer.Exit(FAILED)
 
 
-def _write(folder: Path, outcomes: list[Outcome], rows: list[Row], pairs: list[Difference]) -> dict[str, Any]:
-    """Write the tables; all of it as data."""
-    from dataclasses import asdict
-
-    from dives.ensembles import tables
-    from dives.files import json_text
-    from rigs.atomic_files import write_text
-
-    found = {
-        "dives": [
-            {
-                "name": outcome.member.name,
-                "settings": outcome.member.settings,
-                "seed": outcome.member.seed,
-                "failure": outcome.failure.sentence if outcome.failure else None,
-                "metrics": outcome.metrics,
-            }
-            for outcome in outcomes
-        ],
-        "summary": [asdict(row) for row in rows],
-        "differences": [asdict(pair) for pair in pairs],
-    }
-    texts = {
-        "dives.csv": tables.dives_csv(outcomes),
-        "summary.csv": tables.summary_csv(rows),
-        "summary.md": tables.markdown(tables.summary_table(rows)),
-        "ensemble.json": json_text(found),
-    }
-    if pairs:
-        texts |= {
-            "differences.csv": tables.differences_csv(pairs),
-            "differences.md": tables.markdown(tables.differences_table(pairs)),
-        }
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in texts.items():
-        write_text(folder / name, text)
-    return found
-
-
-def _print(folder: Path, rows: list[Row], pairs: list[Difference]) -> None:
+def _print(results: EnsembleResults) -> None:
     from dives.ensembles.tables import differences_table, summary_table
 
-    print_table(summary_table(rows))
-    if pairs:
+    print_table(summary_table(results.summary))
+    if results.differences:
         typer.echo()
-        print_table(differences_table(pairs))
-    files = ("dives.csv", "summary.csv", "summary.md", *(("differences.csv", "differences.md") if pairs else ()))
-    typer.echo(f"{folder}: {', '.join(files)}, ensemble.json, a folder for each dive")
+        print_table(differences_table(results.differences))

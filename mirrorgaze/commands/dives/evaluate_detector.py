@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,11 +14,7 @@ from mirrorgaze.output import print_json, print_progress, print_table
 from mirrorgaze.scene_options import SceneOptions
 
 if TYPE_CHECKING:
-    from dives.evaluation.detector_evaluation import EvaluationImage
-    from tracking.perception import DetectorSettings
-
-RANGES_M = ((2.0, 3.0), (3.0, 4.0), (4.0, 5.0), (2.0, 5.0))
-"""Distances in which images are counted together."""
+    from dives.evaluation.detector_evaluation import DetectorResults
 
 DRAWN = 4
 """Images of the figure."""
@@ -49,7 +46,7 @@ def evaluate_detector(
       mirrorgaze evaluate-detector aqua2 --world reef --detector wide-hue -o evaluation.png
     """
     from cad.assembly.meshes import rig_meshes
-    from dives.evaluation.detector_evaluation import evaluation_images
+    from dives.evaluation.detector_evaluation import evaluation_images, results_by_distance
     from mirrorgaze.loading import load_usable_rig
     from scenes.image import check_image_path
     from scenes.renderer import FastRenderer
@@ -71,44 +68,29 @@ def evaluate_detector(
         if not shown:
             raise ValueError(f"expected an image that shows the target to draw {output}, got none of {images}")
         draw_detection(shown, settings, output)
-    rows = [
-        _row(low, high, [each for each in taken if low <= each.distance_m < high], settings) for low, high in RANGES_M
-    ]
+    results = results_by_distance(taken, settings)
     if json:
         print_json(
             {
                 "rig": loaded.name,
                 "detector": detector,
                 "seed": scene.seed,
-                "ranges": rows,
+                "ranges": [asdict(each) for each in results],
                 "file": None if output is None else str(output),
             }
         )
         return
     head = ("distance", "seen", "found", "wrong", "empty", "false alarms", "precision", "recall")
-    print_table([(*head, "hue (deg)", "saturation", "value"), *map(_text_row, rows)])
+    print_table([(*head, "hue (deg)", "saturation", "value"), *map(_text_row, results)])
     if output is not None:
         typer.echo(str(output))
 
 
-def _row(low_m: float, high_m: float, images: list[EvaluationImage], settings: DetectorSettings) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    from dives.evaluation.detector_evaluation import score, target_colours
-
-    colours = target_colours(images)
-    counted = {"from_m": low_m, "to_m": high_m, **asdict(score(images, settings))}
-    return {**counted, "colours": None if colours is None else asdict(colours)}
-
-
-def _text_row(row: dict[str, Any]) -> tuple[str, ...]:
-    counts = [str(row[key]) for key in ("seen", "found", "wrong", "empty", "false_alarms")]
-    shares = [f"{row[key]:.2f}" for key in ("precision", "recall")]
+def _text_row(found: DetectorResults) -> tuple[str, ...]:
+    counts = map(str, (found.seen, found.found, found.wrong, found.empty, found.false_alarms))
+    shares = [f"{share:.2f}" for share in (found.precision, found.recall)]
     colours = ["-"] * 3
-    if row["colours"] is not None:
-        hue, saturation, value = row["colours"].values()
-        colours = [
-            f"{hue[0]:.0f} to {hue[-1]:.0f}",
-            *(f"{each[0]:.2f} to {each[-1]:.2f}" for each in (saturation, value)),
-        ]
-    return (f"{row['from_m']:g} to {row['to_m']:g} m", *counts, *shares, *colours)
+    if found.colours is not None:
+        hue, *others = (found.colours.hue_deg, found.colours.saturation, found.colours.value)
+        colours = [f"{hue[0]:.0f} to {hue[-1]:.0f}", *(f"{each[0]:.2f} to {each[-1]:.2f}" for each in others)]
+    return (f"{found.from_m:g} to {found.to_m:g} m", *counts, *shares, *colours)

@@ -56,27 +56,8 @@ def new(
       mirrorgaze new reef-camera --from bluerov2
       mirrorgaze new glider --hull glider.stl --unit mm
     """
-    import tomlkit
-
-    from rigs import Rig, load_document, preset_path, preset_with_hull, save_document
-    from rigs.files import put_hull_file
+    from rigs.new_rig import create_rig_file
 
     file = output or Path(f"{name}.toml")
-    is_file = hull is not None and "." in hull
-    if unit is not None and not is_file:
-        raise ValueError(f"--unit {unit}: expected with the file of a hull only")
-    if preset is None:
-        preset = preset_with_hull(hull) if hull is not None and not is_file else "aqua2"
-    elif hull is not None and not is_file:
-        raise ValueError(f"--hull {hull}: expected --from or the shape of a hull, got both")
-    document = load_document(preset_path(preset))
-    document["name"] = name
-    if hull is not None and is_file:
-        put_hull_file(document, Path(hull), unit=unit, folder=file.parent)
-    Rig.parse(tomlkit.dumps(document), source=f"new rig {name!r}", folder=file.parent)
-    if file.exists():
-        raise FileExistsError(f"{file}: expected a new file, but there is one already")
-    if not file.parent.is_dir():
-        raise FileNotFoundError(f"{file}: expected an existing folder, but there is no {file.parent}")
-    save_document(document, file)
-    typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")
+    copied = create_rig_file(name, file, preset=preset, hull=hull, unit=unit)
+    typer.echo(f"{file}: a copy of {copied}; change it, then: mirrorgaze check {file}")

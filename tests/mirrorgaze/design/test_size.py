@@ -94,10 +94,10 @@ def test_presets_are_not_written(own):
 
 
 def test_output_holds_outlines_and_trade_off(own, monkeypatch):
-    from mirrorgaze.commands.design import size
+    from reports.studies import sizing
 
     # Two by two designs: what they are is tested elsewhere.
-    monkeypatch.setattr(size, "DISTANCE_FACTORS", (1.0, 1.2))
+    monkeypatch.setattr(sizing, "DISTANCE_FACTORS", (1.0, 1.2))
     result = mirrorgaze("size", "mine.toml", *LEVEL, "-o", "out", "--outline", "octagon")
     assert result.exit_code == 0, result.stderr
     assert "M1 octagon (mm): (" in result.stdout

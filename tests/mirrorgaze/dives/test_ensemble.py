@@ -93,7 +93,7 @@ def test_ctrl_c_says_how_to_go_on(here, monkeypatch):
     monkeypatch.setattr(run, "run_ensemble", stopped)
     result = mirrorgaze("spiral")
     assert result.exit_code == 130
-    assert "the same command goes on from there" in result.stderr
+    assert "the same command continues from there" in result.stderr
 
 
 @pytest.mark.parametrize(
