@@ -10,6 +10,7 @@ import sys
 import time
 from pathlib import Path
 
+from docs.site import gallery
 from docs.site.command_pages import write_command_pages
 from docs.site.python_pages import write_python_pages
 from docs.site.rig_file_page import write_rig_file_page
@@ -32,6 +33,8 @@ def main(arguments: list[str] | None = None) -> int:
         shutil.rmtree(folder, ignore_errors=True)
     stage(ROOT, source)
     _generate(source, python=not chosen.no_python)
+    make = gallery.stand_ins if chosen.no_notebooks else gallery.make_pictures
+    make(source / "gallery.md")
     status = _sphinx(source, site, notebooks=not chosen.no_notebooks)
     sys.stdout.write(f"{site / 'index.html'} ({time.monotonic() - began:.0f} s)\n")
     return status

@@ -14,8 +14,8 @@ from pathlib import Path
 
 DOORS = ("tutorials", "how-to", "reference", "explanation")
 
-GENERATED = ("reference/command_line/index.md", "reference/rig_file.md", "reference/python/index.md")
-"""Pages that an index may link though they are made with the site; below `docs`."""
+GENERATED = ("reference/command_line/index.md", "reference/rig_file.md", "reference/python/index.md", "gallery")
+"""Pages and folders that may be linked though they are made with the site; below `docs`."""
 
 _LINK = re.compile(r"(!?\[[^\]]*\]\()([^)#\s]+)([^)\s]*\))")
 

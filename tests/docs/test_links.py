@@ -15,7 +15,7 @@ FOLDERS = ("benchmarks", "cad", "dives", "mirrorgaze", "optics", "reports", "rig
 CODE = sorted(p for f in FOLDERS for p in (ROOT / f).rglob("*") if p.suffix in {".py", ".toml", ".md"})
 
 GENERATED = {ROOT / "docs" / page for page in importlib.import_module("docs.site.staging").GENERATED}
-"""Pages that are made with the site."""
+"""Pages and folders that are made with the site."""
 
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#{1,6} +(.+?)\s*$", re.MULTILINE)
@@ -46,7 +46,7 @@ def broken_links(page: Path) -> list[str]:
             continue
         path, _, anchor = target.partition("#")
         there = (page.parent / path).resolve() if path else page
-        if there in GENERATED:
+        if GENERATED & {there, *there.parents}:
             continue
         if not there.exists() or (anchor and anchor not in anchors(there)):
             broken.append(target)

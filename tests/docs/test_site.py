@@ -13,9 +13,9 @@ from mirrorgaze.cli import app
 from rigs import Rig
 
 ROOT = Path(__file__).parents[2]
-staging, commands, rig_file, python = (
+staging, commands, rig_file, python, gallery = (
     importlib.import_module(f"docs.site.{name}")
-    for name in ("staging", "command_pages", "rig_file_page", "python_pages")
+    for name in ("staging", "command_pages", "rig_file_page", "python_pages", "gallery")
 )
 
 
@@ -28,6 +28,7 @@ def source(tmp_path_factory):
     rig_file.write_rig_file_page(
         Rig.model_json_schema(), ROOT / "rigs/presets/aqua2.toml", folder / "reference" / "rig_file.md"
     )
+    gallery.stand_ins(folder / "gallery.md")
     (folder / "reference" / "python").mkdir()
     (folder / "reference" / "python" / "index.md").touch()
     return folder
@@ -67,6 +68,14 @@ def test_every_key_of_the_rig_file_has_its_place(source):
     schema = Rig.model_json_schema()
     keys = [key for section in (schema, *schema["$defs"].values()) for key in section.get("properties", ())]
     assert [key for key in keys if f"| `{key}` |" not in page] == []
+
+
+def test_every_picture_of_the_gallery_is_made_by_a_line_above_it():
+    page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    for picture in gallery.pictures(page):
+        above = gallery.command_lines(page.partition(f"]({picture})")[0])
+        made = Path(above[-1][above[-1].index("-o") + 1])
+        assert made in {Path(picture), *Path(picture).parents}
 
 
 def test_kinds_limits_and_defaults_of_a_section():
