@@ -120,7 +120,7 @@ def test_image_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_di
     frame = FastRenderer(rig, parts, stage).render(
         world_from_body=body_pose(still, 0.0), world_from_target=target_pose(still, 0.0), time_s=float(times.mean())
     )
-    image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).image
+    image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).picture
     assert np.array_equal(camera_frame.image, image)
     assert np.array_equal(exposure.label, frame.label)
 

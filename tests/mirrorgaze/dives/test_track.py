@@ -118,7 +118,7 @@ def test_with_a_calibration_the_target_is_where_the_built_rig_sees_it(tmp_path):
         result = mirrorgaze(*options, folder / "joints.csv", *more, "-o", tmp_path / name)
         assert result.exit_code == 0, result.output
         log = pq.read_table(tmp_path / name / "log.parquet")
-        estimated = [log[f"believed_{angle}_deg"].to_pylist()[-1] for angle in ("azimuth", "elevation")]
+        estimated = [log[f"estimated_{angle}_deg"].to_pylist()[-1] for angle in ("azimuth", "elevation")]
         off_deg[name] = np.subtract(estimated, true_deg)
     np.testing.assert_allclose(off_deg["built"], 0, atol=0.1)
     assert abs(off_deg["drawn"][0]) == pytest.approx(2.0, abs=0.1)
