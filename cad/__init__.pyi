@@ -4,7 +4,6 @@ from .assembly.assembly import build_assembly as build_assembly
 from .assembly.joints import JointedMount as JointedMount
 from .assembly.joints import jointed_mount as jointed_mount
 from .assembly.meshes import rig_meshes as rig_meshes
-from .assembly.tessellation import tessellate as tessellate
 from .checks.assembly_checks import MountChecks as MountChecks
 from .checks.assembly_checks import assembly_checks as assembly_checks
 from .export.drawings.bill_of_materials import bill_of_materials as bill_of_materials

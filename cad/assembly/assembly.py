@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
+import numpy as np
 import trimesh
 from build123d import Location, Solid
 from scipy.spatial.transform import RigidTransform
 
+from cad.assembly.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM, tessellated
 from cad.hulls.hull import hull_shape
 from cad.parts.bracket_placement import FoldStance, fold_stance
 from cad.parts.flange import flange_hardware
@@ -24,7 +27,7 @@ from cad.parts.yoke import pan_horn_in_pan, tilt_servo_in_pan, yoke_hardware, yo
 from cad.poses import body_from_group
 from cad.shapes import location_mm
 from optics.layout import Layout
-from optics.mesh import Group, Role
+from optics.mesh import Group, PartMesh, Role
 from rigs import Camera, Mount, Rig, Servo
 from rigs.gaze import FlatMirror
 
@@ -59,14 +62,50 @@ class Part:
     catalogue: str = ""
     stows: bool = False
 
+    @cached_property
+    def mesh(self) -> PartMesh:
+        """Closed surface of the part in metres, in the frame of its group; made when it is first asked for."""
+        surface = self.solid
+        if not isinstance(surface, trimesh.Trimesh):
+            surface = tessellated(surface, HULL_LINEAR_TOLERANCE_MM if self.role is Role.HULL else LINEAR_TOLERANCE_MM)
+        return PartMesh(
+            name=self.name,
+            group=self.group,
+            role=self.role,
+            vertices_m=np.asarray(surface.vertices, dtype=np.float64) / 1000,
+            faces=np.asarray(surface.faces, dtype=np.int32),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Assembly:
-    """Parts of a rig and the frames they stand in; `stow` is the fold mirror's hinge, if it has one."""
+    """A rig, its parts and the frames they stand in; `stow` is the fold mirror's hinge, if it has one."""
 
+    rig: Rig
     parts: tuple[Part, ...]
     layout: Layout
     stow: StowHinge | None = None
+
+    @property
+    def meshes(self) -> list[PartMesh]:
+        """Parts as triangles, in their order."""
+        return [part.mesh for part in self.parts]
+
+    @property
+    def printed(self) -> list[PartMesh]:
+        """Parts to be printed, as triangles."""
+        return [part.mesh for part in self.parts if part.printed]
+
+    @property
+    def stowed_meshes(self) -> list[PartMesh]:
+        """Parts as triangles, with the fold mirror stowed where it has a hinge."""
+        if self.stow is None:
+            return self.meshes
+        moved = self.stow.body_from_stowing(np.radians(self.stow.max_deg))
+        return [
+            replace(part.mesh, vertices_m=moved.apply(part.mesh.vertices_m)) if part.stows else part.mesh
+            for part in self.parts
+        ]
 
     def part(self, name: str) -> Part:
         """Part of a given name; raises `ValueError` when there is none."""
@@ -116,7 +155,7 @@ def build_assembly(rig: Rig) -> Assembly:
         *_clip("gaze_mirror", tilt, dimensions.mirror, mount, Location()),
     ]
     hardware = base_hardware(dimensions, stance, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
-    return Assembly(parts=(*parts, *map(_bought, hardware)), layout=layout, stow=hinge)
+    return Assembly(rig=rig, parts=(*parts, *map(_bought, hardware)), layout=layout, stow=hinge)
 
 
 def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:

@@ -100,9 +100,9 @@ def _unpacked(stored: Mapping[str, NDArray[Any]]) -> list[PartMesh]:
 
 def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:
     from cad.assembly.assembly import build_assembly  # noqa: PLC0415  (takes seconds to import)
-    from cad.assembly.tessellation import tessellate  # noqa: PLC0415
 
-    return tessellate(build_assembly(rig), stowed=stowed)
+    assembly = build_assembly(rig)
+    return assembly.stowed_meshes if stowed else assembly.meshes
 
 
 def _hull_key(rig: Rig) -> str | None:

@@ -1,8 +1,6 @@
-"""Solids as triangles in metres."""
+"""Solids as triangles."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import trimesh
@@ -12,9 +10,6 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
-
-from cad.assembly.assembly import Assembly, Part
-from optics.mesh import PartMesh, Role
 
 LINEAR_TOLERANCE_MM = 0.05
 """Between chords and curves; no more than the play of a journal in its bush, so that meshes that fit stay apart."""
@@ -26,39 +21,9 @@ WELD_MM = 1e-6
 """Neighbouring faces of a solid are tessellated one by one; their shared vertices agree to rounding only."""
 
 
-def tessellate(assembly: Assembly, *, stowed: bool = False) -> list[PartMesh]:
-    """Parts of an assembly as triangles, in the order of the parts; with the fold mirror in use or stowed.
-
-    Returns
-    -------
-    list of PartMesh
-        Closed surfaces in metres, each in the frame of its part's group.
-    """
-    meshes = [_part_mesh(part) for part in assembly.parts]
-    if not stowed or assembly.stow is None:
-        return meshes
-    moved = assembly.stow.body_from_stowing(np.radians(assembly.stow.max_deg))
-    return [
-        replace(mesh, vertices_m=moved.apply(mesh.vertices_m)) if part.stows else mesh
-        for part, mesh in zip(assembly.parts, meshes, strict=True)
-    ]
-
-
-def _part_mesh(part: Part) -> PartMesh:
-    mesh = part.solid if isinstance(part.solid, trimesh.Trimesh) else _triangles(part.solid, part.role)
-    return PartMesh(
-        name=part.name,
-        group=part.group,
-        role=part.role,
-        vertices_m=np.asarray(mesh.vertices, dtype=np.float64) / 1000,
-        faces=np.asarray(mesh.faces, dtype=np.int32),
-    )
-
-
-def _triangles(solid: Solid, role: Role) -> trimesh.Trimesh:
+def tessellated(solid: Solid, tolerance_mm: float = LINEAR_TOLERANCE_MM) -> trimesh.Trimesh:
     """Mesh of a solid, millimetres; build123d's own takes tolerances relative to the length of each edge."""
-    tolerance = HULL_LINEAR_TOLERANCE_MM if role is Role.HULL else LINEAR_TOLERANCE_MM
-    BRepMesh_IncrementalMesh(solid.wrapped, tolerance, False, ANGULAR_TOLERANCE_RAD, True)
+    BRepMesh_IncrementalMesh(solid.wrapped, tolerance_mm, False, ANGULAR_TOLERANCE_RAD, True)
     vertices, faces, count = [], [], 0
     for face in solid.faces():
         place = TopLoc_Location()

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.assembly.assembly import Assembly
-from cad.assembly.tessellation import tessellate
 from cad.checks.access import access_findings
 from cad.checks.attachment import attachment_findings
 from cad.checks.clearance.admissible import AdmissibleRegion, admissible_region
@@ -28,7 +27,7 @@ from cad.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, checked_poses, ove
 from cad.parts.flange import FLANGE_LENGTH_MM
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
-from rigs import Mount, Problem, Rig
+from rigs import Problem
 
 OVERLAP_CHECK = "parts out of each other"
 CONTACT_DEPTH_MM = 0.5
@@ -71,15 +70,12 @@ class MountChecks:
         return [finding for finding in self.findings if finding.verdict is verdict]
 
 
-def assembly_problems(rig: Rig, assembly: Assembly, *, grid_steps: int = GRID_STEPS) -> list[Problem]:
+def assembly_problems(assembly: Assembly, *, grid_steps: int = GRID_STEPS) -> list[Problem]:
     """Find what is wrong with an assembly, quickly: joint values on a grid instead of all of them.
 
     Parameters
     ----------
-    rig : Rig
-        The rig the assembly was built from.
     assembly : Assembly
-        Its solids.
     grid_steps : int
         Steps along each joint's range at which collisions are looked for.
 
@@ -88,12 +84,13 @@ def assembly_problems(rig: Rig, assembly: Assembly, *, grid_steps: int = GRID_ST
     list of Problem
         Empty when nothing was found; places are keys of the rig file or names of parts.
     """
-    mount, meshes = _mount(rig), tessellate(assembly)
-    solid = _solidities(assembly, meshes)
+    rig, meshes = assembly.rig, assembly.meshes
+    mount = rig.require_gaze().mount
+    solid = _solidities(assembly)
     if any(finding.problem for finding in solid):
         # Volumes of intersection mean nothing for surfaces that are not closed.
         return [finding.problem for finding in solid if finding.problem is not None]
-    findings = [finding for mesh in _printed(assembly, meshes) for finding in print_findings(mesh, mount)]
+    findings = [finding for mesh in assembly.printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
     problems = [finding.problem for finding in findings if finding.problem is not None]
     poses = checked_poses(assembly.layout, grid_steps)
@@ -101,30 +98,28 @@ def assembly_problems(rig: Rig, assembly: Assembly, *, grid_steps: int = GRID_ST
     return problems + _clearances(meshes, assembly.layout, poses, mount.clearance_mm)
 
 
-def assembly_checks(rig: Rig, assembly: Assembly, *, slicing: bool = True, log: Log = lambda line: None) -> MountChecks:
+def assembly_checks(assembly: Assembly, *, slicing: bool = True, log: Log = lambda line: None) -> MountChecks:
     """Make every check of a mount.
 
     Parameters
     ----------
-    rig : Rig
-        The rig the assembly was built from.
     assembly : Assembly
-        Its solids.
     slicing : bool
         Whether to call the slicer, which takes ten seconds a part the first time.
     log : callable
         Takes lines of progress.
     """
-    mount, meshes = _mount(rig), tessellate(assembly)
+    rig, meshes = assembly.rig, assembly.meshes
+    mount = rig.require_gaze().mount
     log("solids ...")
-    findings = _solidities(assembly, meshes)
+    findings = _solidities(assembly)
     if any(finding.problem for finding in findings):
         return MountChecks(findings=tuple(findings))
-    printed = _printed(assembly, meshes)
+    printed = assembly.printed
     findings += [wall_finding(mesh, mount) for mesh in printed]
     findings += [finding for mesh in printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
-    findings += stowing_findings(rig, assembly)
+    findings += stowing_findings(assembly)
     findings += axis_findings(assembly)
     findings += _overlap_findings(meshes, assembly.layout)
     log("clearance over the joint range ...")
@@ -141,16 +136,8 @@ def assembly_checks(rig: Rig, assembly: Assembly, *, slicing: bool = True, log: 
     return MountChecks(findings=tuple(findings), admissible=admissible)
 
 
-def _mount(rig: Rig) -> Mount:
-    return rig.require_gaze().mount
-
-
-def _solidities(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[Finding]:
-    return [solidity(part, mesh) for part, mesh in zip(assembly.parts, meshes, strict=True)]
-
-
-def _printed(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[PartMesh]:
-    return [mesh for part, mesh in zip(assembly.parts, meshes, strict=True) if part.printed]
+def _solidities(assembly: Assembly) -> list[Finding]:
+    return [solidity(part, part.mesh) for part in assembly.parts]
 
 
 def _hull(meshes: Sequence[PartMesh]) -> PartMesh:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
-from cad.assembly.assembly import Assembly, build_assembly
-from cad.assembly.tessellation import tessellate
+from cad.assembly.assembly import Assembly
 from cad.export.drawings.bill_of_materials import bill_of_materials, write_bill
 from cad.export.drawings.drawings import write_drawings
 from cad.export.drawings.exploded import write_steps
@@ -16,8 +15,6 @@ from cad.export.printing.three_mf import PlacedMesh, write_3mf
 from cad.export.robot.robot_files import write_robot
 from cad.export.step import write_step
 from cad.export.triangles import write_glb, write_stl
-from optics.mesh import PartMesh
-from rigs import Rig
 from rigs.atomic_files import atomic_files
 
 FOLDERS = ("parts", "plates", "drawings", "assembly", "robot")
@@ -28,14 +25,14 @@ AddFiles = Callable[[Path], object]
 
 
 def export_mount(
-    rig: Rig, folder: Path, *, log: Callable[[str], None], add_files: AddFiles = lambda folder: None
+    assembly: Assembly, folder: Path, *, log: Callable[[str], None], add_files: AddFiles = lambda folder: None
 ) -> list[Path]:
     """Write everything that is needed to make, fit and simulate a rig's mount.
 
     Parameters
     ----------
-    rig : Rig
-        A rig with mirrors.
+    assembly : Assembly
+        The rig's parts (`cad.assembly.assembly.build_assembly`).
     folder : Path
         Where to write; made when it is missing. Files of the same names are replaced, all at the end.
     log : callable
@@ -49,36 +46,32 @@ def export_mount(
         The files, sorted, the manifest among them; `docs/reference/export.md` says what each is.
     """
     log("export: solids and meshes")
-    assembly = build_assembly(rig)
-    meshes = tessellate(assembly)
+    rig = assembly.rig
     with atomic_files(folder) as partial:
         for part_of_it in FOLDERS:
             (partial / part_of_it).mkdir()
         (partial / "rig.toml").write_text(rig_text(rig), encoding="utf-8")
-        for mesh in meshes:
+        for mesh in assembly.meshes:
             write_stl(mesh, partial / "parts")
         log("export: STEP, GLB, 3MF")
         write_step(assembly, partial / f"{rig.name}.step")
-        write_glb(assembly, meshes, partial / f"{rig.name}.glb")
-        write_3mf(_placed(assembly, meshes), partial / f"{rig.name}.3mf", title=rig.name)
+        write_glb(assembly, partial / f"{rig.name}.glb")
+        write_3mf(_placed(assembly), partial / f"{rig.name}.3mf", title=rig.name)
         log("export: bill of materials, print plates")
-        items = bill_of_materials(rig, assembly, meshes)
+        items = bill_of_materials(assembly)
         write_bill(items, partial / "bom.csv")
-        write_plates(rig, [mesh for mesh in meshes if assembly.part(mesh.name).printed], partial / "plates")
+        write_plates(rig, assembly.printed, partial / "plates")
         log("export: robot descriptions")
-        write_robot(rig, assembly, meshes, partial / "robot")
+        write_robot(assembly, partial / "robot")
         log("export: drawings")
-        write_drawings(rig, assembly, meshes, items, partial / "drawings")
+        write_drawings(assembly, items, partial / "drawings")
         log("export: assembly steps")
-        write_steps(rig.name, assembly, meshes, partial / "assembly")
+        write_steps(assembly, partial / "assembly")
         add_files(partial)
         written = sorted(path for path in partial.rglob("*") if path.is_file())
         written = [*written, write_manifest(rig, partial, written)]
     return sorted(folder / path.relative_to(partial) for path in written)
 
 
-def _placed(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[PlacedMesh]:
-    return [
-        PlacedMesh(mesh=mesh, pose=assembly.pose(part, 0.0, 0.0))
-        for part, mesh in zip(assembly.parts, meshes, strict=True)
-    ]
+def _placed(assembly: Assembly) -> list[PlacedMesh]:
+    return [PlacedMesh(mesh=part.mesh, pose=assembly.pose(part, 0.0, 0.0)) for part in assembly.parts]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +23,11 @@ def write_stl(mesh: PartMesh, folder: Path) -> Path:
     return path
 
 
-def write_glb(assembly: Assembly, meshes: Sequence[PartMesh], path: Path, q1: float = 0.0, q2: float = 0.0) -> Path:
+def write_glb(assembly: Assembly, path: Path, q1: float = 0.0, q2: float = 0.0) -> Path:
     """Write the assembly in metres, y up, -z forward; joint values in radians."""
     scene = trimesh.Scene()
-    for part, mesh in zip(assembly.parts, meshes, strict=True):
-        surface = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
+    for part in assembly.parts:
+        surface = trimesh.Trimesh(part.mesh.vertices_m, part.mesh.faces, process=False)
         # Flat faces meet at sharp edges: shared normals would make them look inflated.
         surface.unmerge_vertices()
         surface.visual = trimesh.visual.TextureVisuals(

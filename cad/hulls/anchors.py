@@ -16,7 +16,7 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
-from optics.feasibility.envelope import hull_half_size
+from optics.feasibility.envelope import body_width_mm, hull_half_size
 from optics.feasibility.torpedo import torpedo_normal
 from optics.kernels.arrays import FloatArray
 from rigs import BoxHull, FileHull, Hull, Problem, Rig, TorpedoHull
@@ -25,8 +25,6 @@ from rigs.files import STEP_SUFFIXES
 Point = tuple[float, float, float]
 End = Literal["fold", "base"]
 ENDS: tuple[End, End] = ("fold", "base")
-BODY_SHARE = 0.58
-"""Share of the width that the body takes when there are flippers; nominal, judged from photographs of AQUA."""
 LARGEST_GAP_MM = 1.0
 LARGEST_ANGLE_DEG = 10.0
 """How far an anchor's normal may be from the surface's: a flange of 50 mm then stands off by 4 mm at its edge."""
@@ -81,11 +79,6 @@ def hull_planes(hull: Hull) -> Mapping[str, Anchor]:
             axis = sign * np.array(axes[name])
             planes[side] = _as_anchor(distance * axis, axis)
     return planes
-
-
-def body_width_mm(hull: BoxHull) -> float:
-    """Width of a box without its flippers."""
-    return hull.width_mm * (BODY_SHARE if hull.flippers_per_side else 1.0)
 
 
 def anchor_problems(rig: Rig, hull: trimesh.Trimesh) -> list[Problem]:

@@ -6,13 +6,13 @@ import numpy as np
 import trimesh
 from build123d import Axis, Part, Solid
 
-from cad.hulls.anchors import body_width_mm
 from cad.hulls.hull_mesh import posed_hull_mesh
 from cad.hulls.open_frame import open_frame
 from cad.hulls.port_boss import port_boss
 from cad.hulls.step_file import step_solid
 from cad.hulls.torpedo import torpedo
 from cad.shapes import along_z, box, cylinder, one_solid
+from optics.feasibility.envelope import body_width_mm
 from optics.layout import Layout
 from rigs import BoxHull, FileHull, Hull, Mount, Port, TorpedoHull
 from rigs.files import STEP_SUFFIXES

@@ -13,6 +13,9 @@ from optics.kernels.arrays import FloatArray
 from rigs import BoxHull, DomePortSpec, FlatPortSpec, ParametricHull, Rig, TorpedoHull
 from rigs.gaze import FlatMirror
 
+BODY_SHARE = 0.58
+"""Share of the width that the body takes when there are flippers; nominal, judged from photographs of AQUA."""
+
 PLATE_SAMPLES = 31
 """Points along each side of a plate; 4 mm apart on a plate of 120 mm."""
 
@@ -76,6 +79,11 @@ def hull_half_size(hull: ParametricHull) -> FloatArray:
     if isinstance(hull, TorpedoHull):
         return np.array([hull.length_mm, hull.diameter_mm, hull.diameter_mm], dtype=np.float64) / 2000
     return np.array([hull.length_mm, hull.width_mm, hull.height_mm], dtype=np.float64) / 2000
+
+
+def body_width_mm(hull: BoxHull) -> float:
+    """Width of a box without its flippers."""
+    return hull.width_mm * (BODY_SHARE if hull.flippers_per_side else 1.0)
 
 
 def hull_distance(rig: Rig, points_m: FloatArray) -> FloatArray:

@@ -23,7 +23,6 @@ from optics.coverage.coverage import compute_coverage
 from optics.coverage.summary import CoverageSummary, coverage_summary
 from optics.gaze.kinematics import inverse_gaze
 from optics.layout import Layout
-from optics.mesh import PartMesh
 from reports.figures.dive import write_dive_figures
 from reports.figures.plotting import draw_usable_fov
 from reports.figures.sphere import draw_coverage
@@ -138,12 +137,13 @@ def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None, grid: 
 def _mount(rig: Rig, folder: Path, log: Log) -> tuple[MountResults, list[Path]]:
     # Slicing takes minutes the first time; `mirrorgaze export` does it.
     made = export_checked_mount(rig, folder / "mount", log=log, slicing=False)
-    parts = map(_part_results, made.assembly.parts, rig_meshes(rig))
+    parts = map(_part_results, made.assembly.parts)
     names = (str(file.relative_to(folder)) for file in made.files)
     return mount_results(parts, names, made.checks, made.loads), made.files
 
 
-def _part_results(part: Part, mesh: PartMesh) -> PartResults:
+def _part_results(part: Part) -> PartResults:
+    mesh = part.mesh
     size = np.ptp(mesh.vertices_m, axis=0) * 1000
     corners = mesh.vertices_m[mesh.faces]
     # Divergence theorem: a closed surface's volume is the sum of its faces' signed tetrahedra.

@@ -166,8 +166,7 @@ def _problem(rig: Rig, design: FloatArray) -> str:
     if first:
         return first
     try:
-        made = _with_mount(rig, design)
-        problems = assembly_problems(made, build_assembly(made))
+        problems = assembly_problems(build_assembly(_with_mount(rig, design)))
     except ValueError as error:
         return str(error)
     return str(problems[0]) if problems else ""

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cad.assembly.assembly import Assembly, build_assembly
-from cad.assembly.tessellation import tessellate
 from cad.checks.assembly_checks import MountChecks, assembly_checks
 from cad.checks.printing.slicer import slicer_path
 from cad.export import export_mount
@@ -38,14 +37,13 @@ class CheckedMount:
     files: list[Path]
 
 
-def mount_checks(rig: Rig, assembly: Assembly, *, log: Log, slicing: bool = True) -> MountChecks:
+def mount_checks(assembly: Assembly, *, log: Log, slicing: bool = True) -> MountChecks:
     """Make every check of a mount and, when parts could be sliced, slice its print plates too."""
-    checks = assembly_checks(rig, assembly, slicing=slicing, log=lambda line: log(f"checks: {line}"))
+    checks = assembly_checks(assembly, slicing=slicing, log=lambda line: log(f"checks: {line}"))
     if checks.problems or not slicing or slicer_path() is None:
         return checks
     log("checks: slicer, plates ...")
-    printed = [mesh for part, mesh in zip(assembly.parts, tessellate(assembly), strict=True) if part.printed]
-    return replace(checks, findings=(*checks.findings, *plate_findings(rig, printed)))
+    return replace(checks, findings=(*checks.findings, *plate_findings(assembly.rig, assembly.printed)))
 
 
 def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = True) -> CheckedMount:
@@ -68,11 +66,11 @@ def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = Tr
         When a check fails or a servo is too weak, with every problem; nothing is written then.
     """
     assembly = build_assembly(rig)
-    checks = mount_checks(rig, assembly, log=log, slicing=slicing)
+    checks = mount_checks(assembly, log=log, slicing=slicing)
     if checks.problems:
         raise RigError(rig.name, checks.problems)
     log("export: loads")
-    loads = load_study(rig, tessellate(assembly))
+    loads = load_study(rig, assembly.meshes)
     if loads.problems:
         raise RigError(rig.name, loads.problems)
 
@@ -81,5 +79,5 @@ def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = Tr
         write_checks(checks, rig, partial / CHECKS_FOLDER)
         write_loads(loads, partial / LOADS_FOLDER)
 
-    files = export_mount(rig, folder, log=log, add_files=add_reports)
+    files = export_mount(assembly, folder, log=log, add_files=add_reports)
     return CheckedMount(assembly=assembly, checks=checks, loads=loads, files=files)

@@ -11,7 +11,6 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from cad.assembly.assembly import Assembly, build_assembly
-from cad.assembly.tessellation import tessellate
 from cad.checks.assembly_checks import assembly_problems
 from cad.checks.printing.walls import wall_finding
 from cad.overlaps import manifold_mm
@@ -117,11 +116,11 @@ def key_of(message: str) -> str:
 
 
 def check_solids(assembly: Assembly) -> None:
-    for part, mesh in zip(assembly.parts, tessellate(assembly), strict=True):
+    for part in assembly.parts:
         assert part.solid.is_valid, part.name
         assert len(part.solid.solids()) == 1, part.name
         # Empty when the surface is not closed.
-        assert manifold_mm(mesh).volume() == pytest.approx(part.solid.volume, rel=0.02), part.name
+        assert manifold_mm(part.mesh).volume() == pytest.approx(part.solid.volume, rel=0.02), part.name
 
 
 @pytest.mark.slow
@@ -145,7 +144,7 @@ def test_a_new_rig_with_random_numbers_is_made_or_its_key_is_named(tmp_path_fact
         assert is_rig_key(key_of(str(error))), error
         return
     check_solids(assembly)
-    problems = assembly_problems(rig, assembly, grid_steps=GRID_STEPS)
+    problems = assembly_problems(assembly, grid_steps=GRID_STEPS)
     assert [str(problem) for problem in problems if not is_rig_key(problem.place)] == []
 
 
@@ -188,12 +187,12 @@ def test_numbers_that_make_no_mount_are_refused_by_their_key(rig, key):
 )
 def test_a_mount_that_cannot_be_used_is_reported_by_its_key(rig, key):
     rig = with_standing_base(rig)
-    problems = assembly_problems(rig, build_assembly(rig), grid_steps=3)
+    problems = assembly_problems(build_assembly(rig), grid_steps=3)
     assert key in {problem.place for problem in problems}
 
 
 def test_a_wall_too_thin_for_the_nozzle_is_reported_by_its_key():
     rig = changed(mount={"wall_mm": 1.2, "nozzle_mm": 1.0})
-    meshes = [mesh for mesh in tessellate(build_assembly(rig)) if mesh.role is Role.MOUNT]
+    meshes = [mesh for mesh in build_assembly(rig).meshes if mesh.role is Role.MOUNT]
     problems = [wall_finding(mesh, rig.gaze.mount).problem for mesh in meshes]
     assert "mount.nozzle_mm" in {problem.place for problem in problems if problem is not None}

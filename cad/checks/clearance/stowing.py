@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cad.assembly.assembly import Assembly
-from cad.assembly.tessellation import tessellate
 from cad.finding import Finding, Sense
 from optics.gaze.stowed_view import direct_view_loss
-from rigs import Problem, Rig
+from rigs import Problem
 
 CHECK = "direct view with M1 stowed"
 LARGEST_LOSS = 0.1
@@ -17,17 +16,16 @@ TILTS = 5
 """Steps of the tilt range, with the pan at rest, at which M2 is tried."""
 
 
-def stowing_findings(rig: Rig, assembly: Assembly) -> list[Finding]:
+def stowing_findings(assembly: Assembly) -> list[Finding]:
     """Share of the direct view that the mount takes with M1 stowed; nothing for a fold mirror that is fixed.
 
     M2 is at the tilt, of some, that leaves most of the view, as it would be for the camera to look past the mirrors.
     """
     if assembly.stow is None:
         return []
-    meshes = tessellate(assembly, stowed=True)
-    tilt = assembly.layout.tilt
-    tilts = tilt.values(TILTS)
-    loss, q2 = min((direct_view_loss(rig, meshes, q2=float(q2)), float(q2)) for q2 in tilts)
+    meshes = assembly.stowed_meshes
+    tilts = assembly.layout.tilt.values(TILTS)
+    loss, q2 = min((direct_view_loss(assembly.rig, meshes, q2=float(q2)), float(q2)) for q2 in tilts)
     angle = assembly.stow.max_deg
     problem = Problem(
         place="joints.stow.max_deg",

@@ -29,7 +29,6 @@ from cad.shapes import location_mm
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
-from rigs import Rig
 
 GAP_MM = 22.0
 LIST_WIDTHS_MM = (12.0, 118.0, 14.0)
@@ -42,11 +41,8 @@ FEWEST_CELLS = 2
 """Parts that show less than this get no pointer."""
 
 
-def draw_assembly(
-    rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh], items: Sequence[Item], *, rig_hash: str
-) -> Sheet:
+def draw_assembly(assembly: Assembly, items: Sequence[Item], *, rig_hash: str) -> Sheet:
     """Sheet of the mount at q1 = q2 = 0, in the body frame."""
-    gaze = rig.require_gaze()
     mount, hull = _placed(assembly)
     boxes = [solid.bounding_box() for solid in mount]
     low = np.min([tuple(box.min) for box in boxes], axis=0)
@@ -56,9 +52,9 @@ def draw_assembly(
     scale = largest_scale([size[0] + size[1], size[2] + size[1]], room)
     sheet = Sheet(
         Title(
-            rig=rig.name,
+            rig=assembly.rig.name,
             name="assembly",
-            material=f"printed parts: {gaze.mount.material.upper()}",
+            material=f"printed parts: {assembly.rig.require_gaze().mount.material.upper()}",
             scale=scale_name(scale),
             rig_hash=rig_hash,
             note="q1 = q2 = 0; the joint axes cross in the middle of M2; hull in grey, broken off",
@@ -83,7 +79,7 @@ def draw_assembly(
     front_place = _Place(scale=scale, shift=shifts[FRONT])
     _axes_and_distances(sheet, assembly.layout, front_place, right=right, bottom=front[1])
     below = _list(sheet, items)
-    _picture(sheet, assembly, meshes, items, ceiling=below)
+    _picture(sheet, assembly, items, ceiling=below)
     return sheet
 
 
@@ -150,9 +146,7 @@ def _list(sheet: Sheet, items: Sequence[Item]) -> float:
     return sheet.table(corner, LIST_WIDTHS_MM, rows, numbers=(0, 2))
 
 
-def _picture(
-    sheet: Sheet, assembly: Assembly, meshes: Sequence[PartMesh], items: Sequence[Item], *, ceiling: float
-) -> None:
+def _picture(sheet: Sheet, assembly: Assembly, items: Sequence[Item], *, ceiling: float) -> None:
     """Isometric picture below the list, its parts numbered as there."""
     mount, _ = _placed(assembly)
     lines = outline(mount, ISOMETRIC)
@@ -164,7 +158,7 @@ def _picture(
     factor = float(min(room / (high - low)))
     shift = np.array([(left + right) / 2, floor]) - factor * np.array([(low[0] + high[0]) / 2, low[1]])
     draw_outline(sheet, lines, factor, shift, hidden=False)
-    seen = visible_places(assembly, [mesh for mesh in meshes if mesh.role is not Role.HULL], ISOMETRIC)
+    seen = visible_places(assembly, [mesh for mesh in assembly.meshes if mesh.role is not Role.HULL], ISOMETRIC)
     tips = [
         (number, factor * seen[name] + shift)
         for number, item in enumerate(items, 1)

@@ -18,7 +18,7 @@ from build123d import Plane
 from cad.assembly.assembly import Assembly, Part
 from cad.export.robot.convex import closed_body
 from optics.kernels.arrays import FloatArray
-from optics.mesh import Group, PartMesh, Role
+from optics.mesh import Group, Role
 
 TOUCH_M = 0.00025
 """Pieces this near to each other touch: a designed fit is 0.2 mm."""
@@ -88,9 +88,9 @@ class _Bench:
         return next(cluster for cluster in self.clusters if name in cluster)
 
 
-def assembly_steps(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[Step]:
+def assembly_steps(assembly: Assembly) -> list[Step]:
     """Steps that put every part of a mount in its place, each part once; the hull is there from the beginning."""
-    bench = _bench(assembly, meshes)
+    bench = _bench(assembly)
     printed = [part.name for part in assembly.parts if part.printed]
     steps = [step for name in printed for step in _press(bench, name)]
     for part in assembly.parts:
@@ -104,11 +104,11 @@ def assembly_steps(assembly: Assembly, meshes: Sequence[PartMesh]) -> list[Step]
     return steps
 
 
-def _bench(assembly: Assembly, meshes: Sequence[PartMesh]) -> _Bench:
+def _bench(assembly: Assembly) -> _Bench:
     parts = {part.name: part for part in assembly.parts}
     bodies = {
-        mesh.name: closed_body(mesh).transform(assembly.pose(parts[mesh.name], 0.0, 0.0).as_matrix()[:3])
-        for mesh in meshes
+        name: closed_body(part.mesh).transform(assembly.pose(part, 0.0, 0.0).as_matrix()[:3])
+        for name, part in parts.items()
     }
     clusters = [{name} for name, part in parts.items() if part.printed or part.role is Role.HULL]
     bench = _Bench(assembly=assembly, parts=parts, bodies=bodies, clusters=clusters)

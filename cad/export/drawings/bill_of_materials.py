@@ -12,8 +12,7 @@ import numpy as np
 from cad.assembly.assembly import Assembly
 from cad.export.drawings.hose_clamps import BAND_WIDTH_MM, clamp_mass_g, clamp_name, clamp_volume_cm3, hose_clamps
 from cad.loads.masses import part_bodies
-from optics.mesh import PartMesh, Role
-from rigs import Rig
+from optics.mesh import Role
 from rigs.atomic_files import csv_text
 
 COLUMNS = ("kind", "name", "count", "material", "volume_cm3", "mass_g", "size_mm", "parts")
@@ -50,19 +49,19 @@ class Item:
     parts: tuple[str, ...]
 
 
-def bill_of_materials(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh]) -> list[Item]:
+def bill_of_materials(assembly: Assembly) -> list[Item]:
     """Everything but the hull: what is printed first, then what is bought, alike pieces counted together.
 
     Hose clamps, which go around the hull and are no parts of the assembly, come last.
     """
-    gaze = rig.require_gaze()
-    bodies = {body.name: body for group in part_bodies(rig, meshes).values() for body in group}
+    rig, gaze = assembly.rig, assembly.rig.require_gaze()
+    bodies = {body.name: body for group in part_bodies(rig, assembly.meshes).values() for body in group}
     lines = []
-    for part, mesh in zip(assembly.parts, meshes, strict=True):
+    for part in assembly.parts:
         if part.role is Role.HULL:
             continue
         body = bodies[part.name]
-        x, y, z = 1000 * np.ptp(mesh.vertices_m, axis=0)
+        x, y, z = 1000 * np.ptp(part.mesh.vertices_m, axis=0)
         lines.append(
             Item(
                 kind="print" if part.printed else "buy",

@@ -15,17 +15,14 @@ from cad.export.drawings.bill_of_materials import Item
 from cad.export.drawings.manifest import HASH_DIGITS, rig_hash
 from cad.export.drawings.part_drawing import draw_part
 from cad.shapes import location_mm
-from optics.mesh import Group, PartMesh, Role
-from rigs import Rig
+from optics.mesh import Group, Role
 
 
-def write_drawings(
-    rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh], items: Sequence[Item], folder: Path
-) -> list[Path]:
+def write_drawings(assembly: Assembly, items: Sequence[Item], folder: Path) -> list[Path]:
     """Write `PART.svg`, `PART.pdf`, ... and `assembly.svg`, `assembly.pdf`."""
-    gaze = rig.require_gaze()
+    rig, gaze = assembly.rig, assembly.rig.require_gaze()
     digest = rig_hash(rig)[:HASH_DIGITS]
-    written = draw_assembly(rig, assembly, meshes, items, rig_hash=digest).write(folder / "assembly")
+    written = draw_assembly(assembly, items, rig_hash=digest).write(folder / "assembly")
     for part in assembly.parts:
         if part.printed or part.role is Role.MIRROR:
             solid, origin = _to_draw(assembly, part)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from textwrap import fill
 
@@ -28,15 +28,14 @@ MARGIN = 0.06
 """Of the picture, around what is shown."""
 
 
-def write_steps(rig_name: str, assembly: Assembly, meshes: Sequence[PartMesh], folder: Path) -> list[Path]:
+def write_steps(assembly: Assembly, folder: Path) -> list[Path]:
     """Write `steps.md` and a picture of each step."""
-    steps = assembly_steps(assembly, meshes)
-    by_name = {mesh.name: mesh for mesh in meshes}
+    steps = assembly_steps(assembly)
     written = []
-    text = [f"# How to put {rig_name} together", ""]
+    text = [f"# How to put {assembly.rig.name} together", ""]
     for number, step in enumerate(steps, 1):
         path = folder / f"step_{number:02d}.png"
-        _draw(step, number, assembly, by_name, path)
+        _draw(step, number, assembly, path)
         written.append(path)
         text += [f"{number}. {step.title}.", "", f"   ![Step {number}]({path.name})", ""]
     guide = folder / "steps.md"
@@ -44,7 +43,8 @@ def write_steps(rig_name: str, assembly: Assembly, meshes: Sequence[PartMesh], f
     return [guide, *written]
 
 
-def _draw(step: Step, number: int, assembly: Assembly, meshes: Mapping[str, PartMesh], path: Path) -> None:
+def _draw(step: Step, number: int, assembly: Assembly, path: Path) -> None:
+    meshes = {part.name: part.mesh for part in assembly.parts}
     shifts = {name: np.zeros(3) for name in step.present}
     shifts |= {name: move.shift_m for move in step.moves for name in move.names}
     mount = [name for name in shifts if assembly.part(name).role is not Role.HULL]

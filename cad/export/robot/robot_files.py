@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from cad.assembly.assembly import Assembly
@@ -10,13 +9,12 @@ from cad.export.robot.robot import robot_model
 from cad.export.robot.robot_meshes import write_robot_meshes
 from cad.export.robot.sdf import write_sdf
 from cad.export.robot.urdf import write_urdf
-from optics.mesh import PartMesh
-from rigs import Rig
 
 
-def write_robot(rig: Rig, assembly: Assembly, meshes: Sequence[PartMesh], folder: Path) -> list[Path]:
+def write_robot(assembly: Assembly, folder: Path) -> list[Path]:
     """Write URDF and SDF with the meshes they point at; the folder can be moved as a whole."""
+    rig = assembly.rig
     swinging = {part.name for part in assembly.parts if part.stows}
-    robot = robot_model(rig, assembly.layout, meshes, hinge=assembly.stow, swinging=swinging)
+    robot = robot_model(rig, assembly.layout, assembly.meshes, hinge=assembly.stow, swinging=swinging)
     write_robot_meshes([mesh for link in robot.links for mesh in link.parts], folder)
     return [write_urdf(robot, folder / f"{rig.name}.urdf"), write_sdf(robot, folder / f"{rig.name}.sdf")]

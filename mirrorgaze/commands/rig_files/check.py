@@ -67,7 +67,7 @@ def _check_mount(rig: Rig, source: str, output: Path | None, *, json: bool) -> d
     from reports.studies.mount_export import mount_checks
     from rigs import RigError
 
-    checks = mount_checks(rig, build_assembly(rig), log=print_note)
+    checks = mount_checks(build_assembly(rig), log=print_note)
     if output is not None:
         for file in write_checks(checks, rig, output):
             print_note(str(file))

@@ -9,7 +9,6 @@ from build123d import GeomType
 from manifold3d import Manifold
 
 from cad.assembly.assembly import build_assembly
-from cad.assembly.tessellation import tessellate
 from cad.overlaps import checked_poses, manifold_mm, overlaps
 from cad.parts.gimbal_dimensions import PAN_BUSH, PIVOT_BUSH, GimbalDimensions
 from cad.parts.mirrors import LIP_OVERLAP_MM
@@ -58,18 +57,18 @@ def replaced(rig, section, **changes):
 
 
 def test_the_parts_are_those_of_the_design(built):
-    made = [part.name for part in built.assembly.parts if part.role is not Role.HARDWARE]
+    made = [part.name for part in built.parts if part.role is not Role.HARDWARE]
     assert made == NAMES
 
 
 def test_every_part_is_printed_or_bought_or_the_hull(built):
-    for part in built.assembly.parts:
+    for part in built.parts:
         assert part.printed or part.catalogue or part.role is Role.HULL, part.name
         assert not (part.printed and part.catalogue), part.name
 
 
 def test_each_part_is_one_valid_solid_and_one_closed_surface(built):
-    for part, mesh in zip(built.assembly.parts, built.meshes, strict=True):
+    for part, mesh in zip(built.parts, built.meshes, strict=True):
         assert len(part.solid.solids()) == 1, part.name
         assert part.solid.is_valid, part.name
         surface = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
@@ -82,7 +81,7 @@ def test_each_part_is_one_valid_solid_and_one_closed_surface(built):
 def test_the_fold_mirrors_face_is_the_layouts_plane(built):
     mesh = next(mesh for mesh in built.meshes if mesh.name == "fold_mirror")
     mirror = built.rig.gaze.fold_mirror
-    corners = 1000 * built.assembly.layout.body_from_m1.inv().apply(mesh.vertices_m)
+    corners = 1000 * built.layout.body_from_m1.inv().apply(mesh.vertices_m)
     assert corners.min(axis=0) == pytest.approx(
         [-mirror.width_mm / 2, -mirror.height_mm / 2, -mirror.thickness_mm], abs=PLANE_TOLERANCE_MM
     )
@@ -102,7 +101,7 @@ def test_the_gaze_mirrors_face_is_the_layouts_plane(built):
 
 def test_both_joint_axes_cross_at_the_centre_of_the_gaze_mirrors_face(built):
     """The paper's third design landmark (section 2.2), read off round surfaces of all that turns or guides."""
-    assembly = built.assembly
+    assembly = built
     centre = 1000 * assembly.layout.body_from_gimbal.translation
     for name, radius, point, along in (
         ("pan_horn", HORN_DIAMETER_MM / 2, (0, 0, 0), (0, 0, 1)),
@@ -124,15 +123,15 @@ def test_both_joint_axes_cross_at_the_centre_of_the_gaze_mirrors_face(built):
 
 def test_nothing_is_in_the_way_at_rest_and_over_the_joint_range(built):
     """But for the flanges' bolts in the hull, whose threads are not drawn."""
-    poses = checked_poses(built.assembly.layout, 4)
-    found = [{overlap.first, overlap.second} for overlap in overlaps(built.meshes, built.assembly.layout, poses)]
-    bolted = [{"hull", part.name} for part in built.assembly.parts if "flange_screw" in part.name]
+    poses = checked_poses(built.layout, 4)
+    found = [{overlap.first, overlap.second} for overlap in overlaps(built.meshes, built.layout, poses)]
+    bolted = [{"hull", part.name} for part in built.parts if "flange_screw" in part.name]
     assert [pair for pair in found if pair not in bolted] == []
 
 
 def test_the_gimbal_keeps_its_clearance_to_what_stands_still(built):
     """A second way to see the swept volumes: nearest vertices, at poses that the collision grid does not have."""
-    layout, dimensions = built.assembly.layout, GimbalDimensions.from_rig(built.rig)
+    layout, dimensions = built.layout, GimbalDimensions.from_rig(built.rig)
     axis = layout.body_from_gimbal.translation
     for mesh in built.meshes:
         if mesh.group is Group.PAN:
@@ -149,7 +148,7 @@ def test_the_gimbal_keeps_its_clearance_to_what_stands_still(built):
 
 
 def test_rays_that_start_on_the_port_do_not_meet_its_boss(built):
-    port, layout = built.rig.port, built.assembly.layout
+    port, layout = built.rig.port, built.layout
     hull = next(mesh for mesh in built.meshes if mesh.name == "hull")
     vertices = 1000 * layout.body_from_camera.inv().apply(hull.vertices_m)
     if port.shape == "flat":
@@ -182,7 +181,7 @@ def in_front_of(light, pose):
 
 def outside_the_port(light, built):
     """What of a body of light has left the port."""
-    port, pose = built.rig.port, built.assembly.layout.body_from_camera
+    port, pose = built.rig.port, built.layout.body_from_camera
     if port.shape == "flat":
         axis = pose.rotation.apply([0, 0, 1])
         level = 1000 * pose.translation @ axis + port.distance_mm + port.thickness_mm
@@ -201,7 +200,7 @@ def test_nothing_stands_in_the_way_of_light_that_meets_both_mirrors(built, q1, q
     port). Refraction at a flat port makes the true cones narrower.
     Expectation: no part shares volume with the light, up to the rounding of the tessellation.
     """
-    layout, rig = built.assembly.layout, built.rig
+    layout, rig = built.layout, built.rig
     pinhole = layout.body_from_camera.translation
     m1 = layout.body_from_m1.apply(face_corners(rig.gaze.fold_mirror))
     m2_pose = layout.body_from_m2(q1, q2)
@@ -212,8 +211,8 @@ def test_nothing_stands_in_the_way_of_light_that_meets_both_mirrors(built, q1, q
     to_m2 = in_front_of(in_front_of(cone(image, m2) ^ through_m1, layout.body_from_m1), m2_pose)
     assert to_m1.volume() > 1e4
     assert to_m2.volume() > 1e4
-    for part, mesh in zip(built.assembly.parts, built.meshes, strict=True):
-        pose = built.assembly.pose(part, q1, q2).as_matrix()[:3]
+    for part, mesh in zip(built.parts, built.meshes, strict=True):
+        pose = built.pose(part, q1, q2).as_matrix()[:3]
         pose[:, 3] *= 1000
         body = manifold_mm(mesh).transform(pose)
         for name, light in (("to M1", to_m1), ("to M2", to_m2)):
@@ -249,8 +248,13 @@ def test_a_servo_whose_shaft_is_beside_its_case_is_refused(aqua2):
 @pytest.mark.parametrize("wall_mm", [1.2, 12.0])
 def test_thin_and_thick_walls_leave_the_fits_open(aqua2, wall_mm):
     assembly = build_assembly(replaced(aqua2.rig, "mount", wall_mm=wall_mm))
-    meshes = [mesh for mesh in tessellate(assembly) if mesh.name != "hull"]
+    meshes = [mesh for mesh in assembly.meshes if mesh.name != "hull"]
     assert overlaps(meshes, assembly.layout, checked_poses(assembly.layout, 2)) == []
+
+
+def test_a_part_is_tessellated_once(aqua2):
+    assert all(first is second for first, second in zip(aqua2.meshes, aqua2.meshes, strict=True))
+    assert [mesh.name for mesh in aqua2.printed] == [part.name for part in aqua2.parts if part.printed]
 
 
 def test_a_turned_camera_is_refused_by_key(aqua2):

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from cad.assembly.assembly import Assembly
 from cad.assembly.joints import jointed_mount
 from optics.layout import Layout
 from optics.mesh import Group
@@ -19,7 +20,7 @@ MM = 1000.0
 
 @pytest.fixture(scope="module")
 def mount(built):
-    return jointed_mount(built.assembly)
+    return jointed_mount(built)
 
 
 def matrix_of(location):
@@ -52,10 +53,10 @@ def test_the_joints_move_the_parts_as_the_layout_says(mount):
 
 def test_a_part_moves_with_its_body(mount, built):
     """The mirror's vertices, as the kernel has them after the joints have moved, lie where the layout puts its face."""
-    layout, mirror = built.assembly.layout, built.rig.gaze.gaze_mirror
+    layout, mirror = built.layout, built.rig.gaze.gaze_mirror
     q1, q2 = np.radians([33.0, 21.0])
     mount.move(q1, q2)
-    names = [part.name for part in built.assembly.parts if part.group is Group.TILT]
+    names = [part.name for part in built.parts if part.group is Group.TILT]
     plate = mount.tilt.solids()[names.index("gaze_mirror")]
     corners = np.array([tuple(vertex) for vertex in plate.vertices()])
     local = MM * layout.body_from_m2(q1, q2).inv().apply(corners / MM)
@@ -82,7 +83,7 @@ def test_signs_and_offsets_turn_the_solids_as_they_turn_the_layout(aqua2):
     tilt = joints.tilt.model_copy(update={"sign": -1, "offset_deg": 70.0})
     rig: Rig = aqua2.rig.with_gaze(joints=joints.model_copy(update={"pan": pan, "tilt": tilt}))
     layout = Layout.from_rig(rig)
-    mount = jointed_mount(Assembly(parts=aqua2.assembly.parts, layout=layout))
+    mount = jointed_mount(replace(aqua2, layout=layout, stow=None))
     for q1, q2 in joint_values(layout, 3):
         mount.move(q1, q2)
         assert_agrees(mount.pan.location, layout.body_from_pan(q1))
@@ -90,6 +91,6 @@ def test_signs_and_offsets_turn_the_solids_as_they_turn_the_layout(aqua2):
 
 
 def test_the_assembly_keeps_its_solids(aqua2):
-    before = [tuple(part.solid.center()) for part in aqua2.assembly.parts]
-    jointed_mount(aqua2.assembly).move(0.5, 0.5)
-    assert [tuple(part.solid.center()) for part in aqua2.assembly.parts] == before
+    before = [tuple(part.solid.center()) for part in aqua2.parts]
+    jointed_mount(aqua2).move(0.5, 0.5)
+    assert [tuple(part.solid.center()) for part in aqua2.parts] == before

@@ -13,7 +13,6 @@ import trimesh
 
 from cad.assembly import meshes as module
 from cad.assembly.meshes import MESH_VERSION, mesh_key, rig_meshes
-from cad.assembly.tessellation import tessellate
 from cad.hulls.hull import hull_shape
 from optics.layout import Layout
 from optics.mesh import Role
@@ -121,7 +120,7 @@ def test_kept_meshes_are_what_would_be_built_today(name, built_preset, check_rec
 
 
 def test_kept_meshes_of_a_stowed_mirror_are_what_would_be_built_today(built_preset, check_recorded):
-    meshes = tessellate(built_preset("bluerov2").assembly, stowed=True)
+    meshes = built_preset("bluerov2").stowed_meshes
     check_recorded("meshes of bluerov2, stowed", MESH_VERSION, rel=RECORDED_REL, **shapes(meshes))
 
 
@@ -133,6 +132,5 @@ def test_kept_hulls_are_what_would_be_built_today(name, aqua2, tmp_path, check_r
         hull = hull.model_copy(update={"file": tmp_path / "hull.stl"})
         trimesh.creation.box(extents=(0.65, 0.26, 0.13)).export(hull.file)
     solid = hull_shape(hull, aqua2.rig.gaze.mount, aqua2.rig.port, Layout.from_rig(aqua2.rig))
-    part = replace(aqua2.assembly.part("hull"), solid=solid)
-    meshes = tessellate(replace(aqua2.assembly, parts=(part,)))
-    check_recorded(f"hull: {name}", MESH_VERSION, rel=RECORDED_REL, **shapes(meshes))
+    part = replace(aqua2.part("hull"), solid=solid)
+    check_recorded(f"hull: {name}", MESH_VERSION, rel=RECORDED_REL, **shapes([part.mesh]))

@@ -27,18 +27,18 @@ def with_part(assembly, name, solid):
 
 
 def test_the_presets_are_feasible(built):
-    assert assembly_problems(built.rig, built.assembly) == []
+    assert assembly_problems(built) == []
 
 
 def test_a_part_in_two_pieces_is_found(aqua2):
-    solid = aqua2.assembly.part("yoke").solid
-    problems = assembly_problems(aqua2.rig, with_part(aqua2.assembly, "yoke", solid + Pos(0, 0, 300) * solid))
+    solid = aqua2.part("yoke").solid
+    problems = assembly_problems(with_part(aqua2, "yoke", solid + Pos(0, 0, 300) * solid))
     assert [(p.place, p.expected) for p in problems] == [("yoke", "exactly one valid solid")]
 
 
 def test_a_printer_that_is_too_small_is_found(aqua2):
     rig = replaced(aqua2.rig, "mount", printer_bed_mm=(180.0, 180.0, 180.0))
-    problems = assembly_problems(rig, aqua2.assembly, grid_steps=2)
+    problems = assembly_problems(replace(aqua2, rig=rig), grid_steps=2)
     assert [p.place for p in problems] == ["mount.printer_bed_mm"]
     assert problems[0].value.startswith("fold_bracket of 113 x 84 x 191 mm")
 
@@ -47,22 +47,22 @@ def test_a_printer_that_is_too_small_is_found(aqua2):
 def test_an_anchor_off_the_hull_is_found_with_the_nearest_point(aqua2, key):
     x, y, z = getattr(aqua2.rig.gaze.mount, key)
     rig = replaced(aqua2.rig, "mount", **{key: (x, y, z * 1.1)})
-    (problem,) = assembly_problems(rig, aqua2.assembly, grid_steps=2)
+    (problem,) = assembly_problems(replace(aqua2, rig=rig), grid_steps=2)
     assert problem.place == f"mount.{key}"
     assert f"({x:.1f}, {y:.1f}, {z:.1f}), 6.5 mm away" in problem.expected
 
 
 def test_a_gaze_mirror_that_strikes_the_fold_bracket_is_found(aqua2):
     rig = replaced(aqua2.rig, "gaze_mirror", distance_mm=80.0)
-    problems = assembly_problems(rig, build_assembly(rig))
+    problems = assembly_problems(build_assembly(rig))
     assert "fold_bracket and mirror_holder clear of each other" in [p.expected for p in problems]
 
 
 def test_a_collision_within_the_joint_range_only_is_found(aqua2):
     """At rest the yoke is clear of a servo that has slid sideways; when it turns they meet."""
-    servo = aqua2.assembly.part("pan_servo").solid
-    moved = with_part(aqua2.assembly, "pan_servo", Pos(65, 0, 60) * servo)
-    poses = [p.value for p in assembly_problems(aqua2.rig, moved) if p.expected.startswith("pan_servo and tilt_servo")]
+    servo = aqua2.part("pan_servo").solid
+    moved = with_part(aqua2, "pan_servo", Pos(65, 0, 60) * servo)
+    poses = [p.value for p in assembly_problems(moved) if p.expected.startswith("pan_servo and tilt_servo")]
     assert len(poses) == 1
     assert "q1 = 0.0" not in poses[0]
 
@@ -70,24 +70,24 @@ def test_a_collision_within_the_joint_range_only_is_found(aqua2):
 def test_a_camera_behind_the_hulls_front_is_found(aqua2):
     rig = with_camera(aqua2.rig, position_mm=(280.0, 60.0, 0.0))
     rig = replaced(rig, "fold_mirror", distance_mm=117.0)
-    problems = assembly_problems(rig, build_assembly(rig), grid_steps=2)
+    problems = assembly_problems(build_assembly(rig), grid_steps=2)
     assert [p.place for p in problems] == ["camera.position_mm"]
 
 
 def test_a_gap_smaller_than_the_clearance_is_found(aqua2):
     """M2 rises until its upper edge passes the bracket's lower edge by about a millimetre."""
     rig = replaced(aqua2.rig, "gaze_mirror", distance_mm=86.0)
-    problems = assembly_problems(rig, build_assembly(rig))
+    problems = assembly_problems(build_assembly(rig))
     assert {p.place for p in problems} == {"mount.clearance_mm"}
     assert any("between mirror_holder and fold_bracket" in p.expected for p in problems)
 
 
 def test_a_bare_camera_inside_the_hull_is_found_and_one_in_front_of_it_is_not(aqua2):
     rig = aqua2.rig.model_copy(update={"port": NoPortSpec(shape="none")})
-    problems = assembly_problems(rig, build_assembly(rig), grid_steps=2)
+    problems = assembly_problems(build_assembly(rig), grid_steps=2)
     assert [p.place for p in problems] == ["camera.position_mm"]
     outside = with_camera(rig, position_mm=(326.0, 60.0, 0.0))
-    assert assembly_problems(outside, build_assembly(outside), grid_steps=2) == []
+    assert assembly_problems(build_assembly(outside), grid_steps=2) == []
 
 
 def test_every_check_of_the_presets_is_good(checked):
@@ -111,7 +111,7 @@ def test_every_check_says_which_joint_values_are_left(aqua2, monkeypatch):
     """A mirror that strikes M1's bracket when it looks up and back: tilts around rest stay free."""
     monkeypatch.setattr(admissible, "GRID_CELLS", 32)
     rig = replaced(aqua2.rig, "gaze_mirror", distance_mm=80.0)
-    checked = assembly_checks(rig, build_assembly(rig), slicing=False)
+    checked = assembly_checks(build_assembly(rig), slicing=False)
     assert any("fold_bracket meet at" in str(problem) for problem in checked.problems)
     assert 0.3 < checked.admissible.fraction < 1
     low, high = checked.admissible.largest.q2_deg
@@ -119,7 +119,7 @@ def test_every_check_says_which_joint_values_are_left(aqua2, monkeypatch):
 
 
 def test_without_closed_solids_nothing_else_is_looked_at(aqua2):
-    solid = aqua2.assembly.part("yoke").solid
-    checked = assembly_checks(aqua2.rig, with_part(aqua2.assembly, "yoke", solid + Pos(0, 0, 300) * solid))
+    solid = aqua2.part("yoke").solid
+    checked = assembly_checks(with_part(aqua2, "yoke", solid + Pos(0, 0, 300) * solid))
     assert [problem.place for problem in checked.problems] == ["yoke"]
     assert {finding.check for finding in checked.findings} == {"one closed solid"}

@@ -34,8 +34,8 @@ def mesh_of(surface, name="part"):
 
 
 def replaced(built, name, solid):
-    parts = tuple(replace(part, solid=solid) if part.name == name else part for part in built.assembly.parts)
-    return replace(built.assembly, parts=parts)
+    parts = tuple(replace(part, solid=solid) if part.name == name else part for part in built.parts)
+    return replace(built, parts=parts)
 
 
 def test_a_box_has_the_same_volume_three_times_and_a_shifted_face_does_not():
@@ -52,7 +52,7 @@ def test_a_box_has_the_same_volume_three_times_and_a_shifted_face_does_not():
 def test_an_open_surface_is_a_problem(aqua2):
     surface = trimesh.creation.box(extents=(10, 10, 10))
     surface.update_faces(np.arange(12) > 0)
-    finding = solidity(aqua2.assembly.part("yoke"), mesh_of(surface, "yoke"))
+    finding = solidity(aqua2.part("yoke"), mesh_of(surface, "yoke"))
     assert (finding.problem.place, finding.problem.value) == ("yoke", "open surface")
 
 
@@ -82,10 +82,10 @@ def test_the_same_seed_gives_the_same_figures(aqua2):
 
 
 def test_both_axes_go_through_the_centre_of_the_mirrors_face(built):
-    findings = axis_findings(built.assembly)
+    findings = axis_findings(built)
     assert len(findings) == 6
     assert all(finding.figure < AXIS_TOLERANCE_MM for finding in findings)
-    centre, normal = face_of_mirror(built.assembly.part("gaze_mirror"))
+    centre, normal = face_of_mirror(built.part("gaze_mirror"))
     assert centre == pytest.approx(np.zeros(3), abs=AXIS_TOLERANCE_MM)
     assert normal == pytest.approx([0, 0, 1], abs=1e-12)
 
@@ -100,7 +100,7 @@ def test_both_axes_go_through_the_centre_of_the_mirrors_face(built):
 )
 def test_a_tenth_of_a_micrometre_off_the_axes_is_found(aqua2, name, pose, wrong):
     """A mirror or a horn that is moved by 0.1 micrometre, or turned by a thousandth of a degree."""
-    moved = replaced(aqua2, name, pose * aqua2.assembly.part(name).solid)
+    moved = replaced(aqua2, name, pose * aqua2.part(name).solid)
     assert {finding.subject for finding in axis_findings(moved) if finding.problem} >= wrong
 
 
@@ -117,7 +117,7 @@ def test_a_screw_is_read_off_its_solid(thread):
 
 
 def test_every_screw_of_the_presets_is_looked_at(built, checked):
-    screws = [part.name for part in built.assembly.parts if is_screw(part)]
+    screws = [part.name for part in built.parts if is_screw(part)]
     assert [finding.subject for finding in checked.of(CHECK)] == screws
     assert len(screws) > 10
 
@@ -125,13 +125,13 @@ def test_every_screw_of_the_presets_is_looked_at(built, checked):
 def test_a_screw_behind_a_plate_is_named_with_the_plate(aqua2):
     """A plate on the base itself, 20 mm under the screws of the pan servo's ears: no step frees them."""
     base = next(mesh for mesh in aqua2.meshes if mesh.name == "gimbal_base")
-    screw = screw_of(aqua2.assembly.part("pan_ear_1_screw"))
+    screw = screw_of(aqua2.part("pan_ear_1_screw"))
     plate = trimesh.creation.box(extents=(80, 80, 2))
     plate.apply_translation(screw.top_mm + 20 * screw.outwards)
     surface = trimesh.util.concatenate([trimesh.Trimesh(1000 * base.vertices_m, base.faces, process=False), plate])
     blocked = replace(base, vertices_m=np.asarray(surface.vertices) / 1000, faces=surface.faces.astype(np.int32))
     meshes = [blocked if mesh is base else mesh for mesh in aqua2.meshes]
-    failed = {f.subject: f.note for f in access_findings(aqua2.assembly, meshes) if f.problem}
+    failed = {f.subject: f.note for f in access_findings(aqua2, meshes) if f.problem}
     assert set(failed) == {"pan_ear_1_screw", "pan_ear_2_screw"}
     assert "gimbal_base" in failed["pan_ear_1_screw"]
 

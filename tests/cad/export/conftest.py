@@ -8,17 +8,13 @@ import pytest
 
 from cad.assembly.assembly import Assembly
 from cad.export import export_mount
-from optics.mesh import PartMesh
-from rigs import Rig
 
 
 @dataclass(frozen=True, kw_only=True)
 class Exported:
-    """A rig, what was built from it, and its export."""
+    """What was built from a rig, and its export."""
 
-    rig: Rig
     assembly: Assembly
-    meshes: list[PartMesh]
     folder: Path
     files: list[Path]
     progress: list[str]
@@ -30,12 +26,5 @@ def exported(aqua2):
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "new" / "mount"
         progress: list[str] = []
-        files = export_mount(aqua2.rig, folder, log=progress.append)
-        yield Exported(
-            rig=aqua2.rig,
-            assembly=aqua2.assembly,
-            meshes=aqua2.meshes,
-            folder=folder,
-            files=files,
-            progress=progress,
-        )
+        files = export_mount(aqua2, folder, log=progress.append)
+        yield Exported(assembly=aqua2, folder=folder, files=files, progress=progress)

@@ -15,9 +15,10 @@ from rigs import Rig
 AGAIN = """
 import sys
 from pathlib import Path
+from cad.assembly.assembly import build_assembly
 from cad.export import export_mount
 from rigs import Rig
-export_mount(Rig.load("aqua2"), Path(sys.argv[1]), log=lambda line: None)
+export_mount(build_assembly(Rig.load("aqua2")), Path(sys.argv[1]), log=lambda line: None)
 """
 
 
@@ -40,7 +41,7 @@ def test_the_manifest_has_the_hash_of_every_file_and_the_rig(exported):
 
 
 def test_the_rig_s_text_is_the_rig(exported):
-    assert Rig.load(exported.folder / "rig.toml") == exported.rig
+    assert Rig.load(exported.folder / "rig.toml") == exported.assembly.rig
 
 
 @pytest.mark.slow
@@ -61,8 +62,7 @@ def test_nothing_is_left_of_an_export_that_failed(exported, tmp_path, monkeypatc
         raise OSError("no space left")
 
     monkeypatch.setattr(mount, "write_bill", full_disk)
-    monkeypatch.setattr(mount, "build_assembly", lambda _: exported.assembly)
     with pytest.raises(OSError, match="no space left"):
-        export_mount(exported.rig, tmp_path / "mount", log=lambda line: None)
+        export_mount(exported.assembly, tmp_path / "mount", log=lambda line: None)
     assert [path.name for path in tmp_path.rglob("*")] == ["mount", "manifest.json"]
     assert (tmp_path / "mount" / "manifest.json").read_text() == "older"

@@ -44,10 +44,10 @@ def test_the_step_holds_every_part_by_name_and_colour_in_its_place(exported, tmp
 
 
 def test_the_glb_is_metres_with_y_up(exported, tmp_path):
-    path = write_glb(exported.assembly, exported.meshes, tmp_path / "posed.glb", *POSE)
+    path = write_glb(exported.assembly, tmp_path / "posed.glb", *POSE)
     scene = trimesh.load_scene(path)
     assert set(scene.geometry) == {part.name for part in exported.assembly.parts}
-    for mesh in exported.meshes:
+    for mesh in exported.assembly.meshes:
         part = exported.assembly.part(mesh.name)
         body = exported.assembly.pose(part, *POSE).apply(mesh.vertices_m)
         pose, geometry = scene.graph[mesh.name]
@@ -59,7 +59,7 @@ def test_the_glb_is_metres_with_y_up(exported, tmp_path):
 
 def test_the_3mf_is_in_millimetres_with_names_and_colours(exported):
     """Read by hand from its XML (3MF core specification 1.3) and by trimesh."""
-    path = exported.folder / f"{exported.rig.name}.3mf"
+    path = exported.folder / f"{exported.assembly.rig.name}.3mf"
     core = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
     with zipfile.ZipFile(path) as archive:
         model = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
@@ -71,7 +71,7 @@ def test_the_3mf_is_in_millimetres_with_names_and_colours(exported):
     }
     assert colour_of == expected
     scene = trimesh.load_scene(path)
-    for mesh in exported.meshes:
+    for mesh in exported.assembly.meshes:
         part = exported.assembly.part(mesh.name)
         body = 1000 * exported.assembly.pose(part, 0.0, 0.0).apply(mesh.vertices_m)
         # Six decimals are written.

@@ -9,7 +9,6 @@ from build123d import Box, Pos, export_step
 
 from cad.assembly.assembly import build_assembly
 from cad.assembly.meshes import mesh_key
-from cad.assembly.tessellation import tessellate
 from cad.checks.assembly_checks import assembly_problems
 from cad.hulls.hull import file_hull
 from rigs import BoxHull, FileHull
@@ -61,8 +60,8 @@ def test_a_rig_on_an_stl_hull_is_built_checked_and_keyed_by_content(aqua2, tmp_p
     trimesh.creation.box(extents=(650, 260, 130)).export(path)
     rig = aqua2.rig.with_gaze(hull=FileHull(shape="file", file=path, unit="mm"))
     assembly = build_assembly(rig)
-    assert len(tessellate(assembly)[0].faces) == 12
-    assert assembly_problems(rig, assembly, grid_steps=2) == []
+    assert len(assembly.meshes[0].faces) == 12
+    assert assembly_problems(assembly, grid_steps=2) == []
     key = mesh_key(rig)
     elsewhere = path.rename(tmp_path / "sub.stl")
     moved = rig.with_gaze(hull=FileHull(shape="file", file=elsewhere, unit="mm"))

@@ -12,7 +12,6 @@ from manifold3d import Manifold
 
 from cad.assembly.assembly import Assembly, build_assembly
 from cad.assembly.meshes import rig_meshes
-from cad.assembly.tessellation import tessellate
 from cad.overlaps import manifold_mm
 from cad.parts.bracket_placement import fold_stance
 from cad.parts.fold_bracket import fold_bracket_solid
@@ -78,7 +77,7 @@ def hinged(request: pytest.FixtureRequest) -> tuple[Rig, Assembly]:
 def meshes_in_use(name: str) -> dict[str, PartMesh]:
     """Triangles of a rig of `hinged`, by part, with M1 in use."""
     _, assembly = built(name, servo=name == "bluerov2")
-    return {mesh.name: mesh for mesh in tessellate(assembly)}
+    return {mesh.name: mesh for mesh in assembly.meshes}
 
 
 def shared_mm3(first, second) -> float:
@@ -186,7 +185,7 @@ def test_the_whole_view_is_free_with_m1_stowed(hinged):
     more than a third of the view.
     """
     rig, assembly = hinged
-    meshes = tessellate(assembly, stowed=True)
+    meshes = assembly.stowed_meshes
     assert direct_view_loss(rig, meshes, q2=np.radians(45.0)) == 0
     assert direct_view_loss(rig, [mesh for mesh in meshes if mesh.group is Group.FIXED]) == 0
     assert direct_view_loss(rig, list(meshes_in_use(rig.name).values()), q2=np.radians(45.0)) > 1 / 3

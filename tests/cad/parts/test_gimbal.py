@@ -37,12 +37,12 @@ def rounded(solid, radius_mm, along):
 
 def test_the_arms_and_the_column_grow_out_of_fillets(built):
     dimensions = GimbalDimensions.from_rig(built.rig)
-    roots = rounded(built.assembly.part("yoke").solid, ROOT_FILLET_MM, np.array([1.0, 0, 0]))
+    roots = rounded(built.part("yoke").solid, ROOT_FILLET_MM, np.array([1.0, 0, 0]))
     assert sum(roots) == pytest.approx(2 * 2 * dimensions.arm_half_width_mm, rel=0.05)
-    layout = built.assembly.layout
+    layout = built.layout
     stance = base_stance(dimensions, layout)
     across = np.array(tuple((stance.body_from_base * Axis.Y.location).z_axis.direction))
-    assert rounded(built.assembly.part("gimbal_base").solid, CORNER_MM, across) != []
+    assert rounded(built.part("gimbal_base").solid, CORNER_MM, across) != []
 
 
 def test_a_fillet_that_does_not_fit_is_made_smaller_by_quarters_and_never_left_out():
@@ -59,7 +59,7 @@ def test_a_fillet_that_does_not_fit_is_made_smaller_by_quarters_and_never_left_o
 
 def around_the_pan_axis(built):
     """What is near the pan axis at q = 0 as filled cells of PITCH_MM, in the pan frame, indexed [z, y, x]."""
-    layout, d = built.assembly.layout, GimbalDimensions.from_rig(built.rig)
+    layout, d = built.layout, GimbalDimensions.from_rig(built.rig)
     from_body = layout.body_from_pan(0).inv()
     near = []
     for mesh in built.meshes:
@@ -110,7 +110,7 @@ def test_no_air_stays_around_the_pan_axis_in_any_attitude(built, axis, up):
 
 def test_the_cable_between_its_ties_reaches_over_the_pan_range(built):
     """Against the two ties as points: the furthest they come apart is where the pan range turns them furthest."""
-    d, layout = GimbalDimensions.from_rig(built.rig), built.assembly.layout
+    d, layout = GimbalDimensions.from_rig(built.rig), built.layout
     base = tie_on_beam_mm(d, base_stance(d, layout))
     limits = (layout.pan.min_deg, layout.pan.max_deg)
     length = free_cable_mm(d, base, limits)

@@ -89,13 +89,13 @@ def vectors(piece):
 def gimbal_hardware(built):
     """Everything that the gimbal is bolted with, by name."""
     d = GimbalDimensions.from_rig(built.rig)
-    stance = base_stance(d, built.assembly.layout)
+    stance = base_stance(d, built.layout)
     base = base_hardware(d, stance, flange_seat(built.rig, stance))
     return {piece.name: piece for piece in base + yoke_hardware(d) + holder_hardware(d)}
 
 
 def test_each_piece_is_a_part_of_the_assembly(built):
-    parts = {part.name: part for part in built.assembly.parts}
+    parts = {part.name: part for part in built.parts}
     for name, piece in gimbal_hardware(built).items():
         assert (parts[name].role, parts[name].group) == (Role.HARDWARE, piece.group)
         assert parts[name].catalogue == piece.piece.catalogue
@@ -131,5 +131,5 @@ def test_the_wall_around_an_insert_is_what_its_maker_asks_for(built, name):
     end = mouth + (size.length_mm - END_MM) * inwards
     start = mouth + END_MM * inwards
     wall = cylinder(start, end, size.boss_radius_mm) - cylinder(start, end, size.hole_diameter_mm / 2)
-    solid = next(part.solid for part in built.assembly.parts if part.name == host_of(name))
+    solid = next(part.solid for part in built.parts if part.name == host_of(name))
     assert (wall & solid).volume == pytest.approx(wall.volume, rel=1e-6)

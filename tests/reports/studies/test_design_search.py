@@ -59,7 +59,7 @@ def test_rig_files_keep_comments_and_can_be_built(made):
     assert rig.name == file.stem
     np.testing.assert_array_equal(design_of(rig), list(item["design_mm"].values()))
     assert feasibility_problems(rig) == []
-    assert assembly_problems(rig, build_assembly(rig)) == []
+    assert assembly_problems(build_assembly(rig)) == []
 
 
 def test_a_second_run_computes_nothing_and_changes_nothing(made, monkeypatch):

@@ -50,7 +50,7 @@ def in_body(layout, group, point_mm, q):
 
 @pytest.mark.parametrize("groups", [(Group.PAN, Group.FIXED), (Group.TILT, Group.FIXED), (Group.TILT, Group.PAN)])
 def test_the_pose_written_out_is_that_of_the_layout(aqua2, groups):
-    layout = aqua2.assembly.layout
+    layout = aqua2.layout
     moving, other = (ball(group, group, (0, 0, 0)) for group in groups)
     pair = pair_of(moving, other, layout)
     for q in ((0.0, 0.0), (0.7, -0.3), (-1.2, 1.9)):
@@ -66,7 +66,7 @@ def test_a_ball_on_the_yoke_and_a_fixed_one_on_its_circle(aqua2):
     The centres are on one circle of 60 mm about the pan axis, 100 degrees apart at q1 = 0 (aqua2's pan has no offset
     and sign 1). At the limit of 77.5 degrees 22.5 degrees are left: a chord of 2 60 sin(11.25 deg).
     """
-    layout = aqua2.assembly.layout
+    layout = aqua2.layout
     angle = np.radians(100)
     moving = ball("moving", Group.PAN, (60, 0, 0))
     place = layout.body_from_gimbal.apply([0.06 * np.cos(angle), 0.06 * np.sin(angle), 0])
@@ -81,7 +81,7 @@ def test_a_ball_on_the_yoke_and_a_fixed_one_on_its_circle(aqua2):
 
 def test_no_point_goes_further_than_the_reach_says(aqua2):
     """The Lipschitz bound that everything rests on, at random joint values and turns."""
-    layout, rng = aqua2.assembly.layout, np.random.default_rng(0)
+    layout, rng = aqua2.layout, np.random.default_rng(0)
     box = joint_box(layout)
     for pair in moving_pairs(clearance_bodies(aqua2.meshes), layout)[::7]:
         reach = pair.reach_mm()
@@ -92,7 +92,7 @@ def test_no_point_goes_further_than_the_reach_says(aqua2):
 
 
 def test_pieces_together_are_the_pair(aqua2):
-    layout = aqua2.assembly.layout
+    layout = aqua2.layout
     bodies = {body.name: body for body in clearance_bodies(aqua2.meshes)}
     pair = pair_of(bodies["mirror_holder"], bodies["yoke"], layout)
     pieces = pair.pieces()
@@ -104,7 +104,7 @@ def test_pieces_together_are_the_pair(aqua2):
 
 def corner_block(built):
     """A cube of 2 mm in the body, where a corner of the gaze mirror's back is at the corner of the joint ranges."""
-    layout = built.assembly.layout
+    layout = built.layout
     box = joint_box(layout)
     corner = box.middle + box.half * [1, -1]
     vertices = next(mesh for mesh in built.meshes if mesh.name == "mirror_holder").vertices_m
@@ -123,12 +123,12 @@ def test_a_block_planted_at_one_corner_of_the_joint_range_is_found(aqua2):
     Expectation: the 5 x 5 grid of the quick look misses it; the bounded search names both parts and the pose; the
     admissible region loses that corner and the largest rectangle around rest leaves it out.
     """
-    layout = aqua2.assembly.layout
+    layout = aqua2.layout
     block, where = corner_block(aqua2)
     holder = next(mesh for mesh in aqua2.meshes if mesh.name == "mirror_holder")
     assert overlaps([holder, block], layout, checked_poses(layout, 5)) == []
     pair = pair_of(Body.of("mirror_holder", [holder]), Body.of("block", [block]), layout)
-    found = pair_finding(pair, aqua2.assembly, 1.0)
+    found = pair_finding(pair, aqua2, 1.0)
     assert found.verdict is Verdict.FAILED
     assert "block meet at" in str(found.problem)
     assert found.figure == 0
@@ -145,7 +145,7 @@ def test_a_block_planted_at_one_corner_of_the_joint_range_is_found(aqua2):
 
 
 def test_states_of_a_lone_joint_fill_the_other_one(aqua2):
-    layout = aqua2.assembly.layout
+    layout = aqua2.layout
     bodies = {body.name: body for body in clearance_bodies(aqua2.meshes)}
     states = pair_states(pair_of(bodies["yoke"], bodies["hull"], layout), 1000.0)
     assert (states == CellState.TOO_NEAR).all()
@@ -170,13 +170,13 @@ def test_the_presets_keep_their_clearance_everywhere(checked):
 
 def test_a_bearing_that_binds_is_found(aqua2):
     """The bush's bore drawn together by a tenth: the hub has no play left."""
-    bush = aqua2.assembly.part("pan_bush")
+    bush = aqua2.part("pan_bush")
     tight = replace(bush, solid=bush.solid.scale(0.99))
-    parts = tuple(tight if part is bush else part for part in aqua2.assembly.parts)
+    parts = tuple(tight if part is bush else part for part in aqua2.parts)
     bodies = {body.name: body for body in clearance_bodies(aqua2.meshes)}
-    pair = pair_of(bodies["yoke"], bodies["pan_bush"], aqua2.assembly.layout)
-    assert pair_finding(pair, aqua2.assembly, 3.0).verdict is Verdict.PASSED
-    assert pair_finding(pair, replace(aqua2.assembly, parts=parts), 3.0).verdict is Verdict.FAILED
+    pair = pair_of(bodies["yoke"], bodies["pan_bush"], aqua2.layout)
+    assert pair_finding(pair, aqua2, 3.0).verdict is Verdict.PASSED
+    assert pair_finding(pair, replace(aqua2, parts=parts), 3.0).verdict is Verdict.FAILED
 
 
 def test_hulls_are_coarser_than_other_parts():

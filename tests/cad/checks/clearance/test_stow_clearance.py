@@ -9,7 +9,6 @@ import pytest
 import trimesh
 
 from cad.assembly.assembly import Assembly, build_assembly
-from cad.assembly.tessellation import tessellate
 from cad.checks.clearance.bodies import Body
 from cad.checks.clearance.stow_clearance import stow_clearance_findings
 from cad.finding import Verdict
@@ -26,7 +25,7 @@ def stowable() -> tuple[Assembly, list[PartMesh]]:
     rig = Rig.load("aqua2")
     joints = rig.gaze.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
     assembly = build_assembly(rig.with_gaze(joints=joints))
-    return assembly, tessellate(assembly)
+    return assembly, assembly.meshes
 
 
 def swinging(assembly, meshes) -> list[PartMesh]:
@@ -34,7 +33,7 @@ def swinging(assembly, meshes) -> list[PartMesh]:
 
 
 def test_a_fixed_fold_mirror_has_no_arm(aqua2):
-    assert stow_clearance_findings(aqua2.assembly, aqua2.meshes, CLEARANCE_MM) == []
+    assert stow_clearance_findings(aqua2, aqua2.meshes, CLEARANCE_MM) == []
 
 
 def test_no_sampled_gap_is_below_the_proven_one(stowable):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from cad.assembly.assembly import build_assembly
-from cad.assembly.tessellation import tessellate
 from cad.export.drawings.assembly_steps import assembly_steps
 from optics.mesh import Role
 from rigs.mounting import StowJoint
@@ -16,8 +15,7 @@ from rigs.mounting import StowJoint
 
 @pytest.fixture(scope="module")
 def steps(built):
-    assembly, meshes = built.assembly, built.meshes
-    return assembly, assembly_steps(assembly, meshes)
+    return built, assembly_steps(built)
 
 
 def test_every_part_finds_its_place_in_the_hull_s_frame(steps):
@@ -58,7 +56,7 @@ def test_a_hinge_is_put_together_before_it_goes_to_the_hull(aqua2):
     rig = aqua2.rig
     joints = rig.gaze.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
     assembly = build_assembly(rig.with_gaze(joints=joints))
-    titles = [step.title for step in assembly_steps(assembly, tessellate(assembly))]
+    titles = [step.title for step in assembly_steps(assembly)]
     numbers = [
         next(number for number, title in enumerate(titles) if title.startswith(start))
         for start in (

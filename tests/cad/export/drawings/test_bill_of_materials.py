@@ -15,31 +15,29 @@ CHORDS = 0.01
 
 
 def test_every_part_but_the_hull_is_on_the_bill_once(built):
-    rig, assembly, meshes = built.rig, built.assembly, built.meshes
-    items = bill_of_materials(rig, assembly, meshes)
+    items = bill_of_materials(built)
     named = [name for item in items for name in item.parts]
-    assert sorted(named) == sorted(part.name for part in assembly.parts if part.role is not Role.HULL)
+    assert sorted(named) == sorted(part.name for part in built.parts if part.role is not Role.HULL)
     assert all(item.count == len(item.parts) for item in items)
     assert len({item.name for item in items}) == len(items)
 
 
 def test_prints_weigh_volume_times_density(built):
-    rig, assembly, meshes = built.rig, built.assembly, built.meshes
-    density = MATERIALS[rig.gaze.mount.material].density_kg_per_m3
-    prints = [item for item in bill_of_materials(rig, assembly, meshes) if item.kind == "print"]
-    assert [item.name for item in prints] == [part.name for part in assembly.parts if part.printed]
+    density = MATERIALS[built.rig.gaze.mount.material].density_kg_per_m3
+    prints = [item for item in bill_of_materials(built) if item.kind == "print"]
+    assert [item.name for item in prints] == [part.name for part in built.parts if part.printed]
     for item in prints:
-        volume_mm3 = assembly.part(item.name).solid.volume
+        volume_mm3 = built.part(item.name).solid.volume
         assert item.volume_cm3 == pytest.approx(volume_mm3 / 1000, rel=CHORDS)
         assert item.mass_g == pytest.approx(density * volume_mm3 * 1e-6, rel=CHORDS)
-        assert item.material == rig.gaze.mount.material
+        assert item.material == built.rig.gaze.mount.material
 
 
 def test_what_is_bought_has_the_name_to_order_it_by(exported):
     with (exported.folder / "bom.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     bought = {row["name"]: row for row in rows if row["kind"] == "buy"}
-    servo, mirror = exported.rig.gaze.servos.pan, exported.rig.gaze.gaze_mirror
+    servo, mirror = exported.assembly.rig.gaze.servos.pan, exported.assembly.rig.gaze.gaze_mirror
     assert bought[f"Servo {servo.name}"]["count"] == "2"
     assert float(bought[f"Servo {servo.name}"]["mass_g"]) == servo.mass_g
     assert any(f"{mirror.width_mm:g} x {mirror.height_mm:g} x {mirror.thickness_mm:g} mm" in name for name in bought)

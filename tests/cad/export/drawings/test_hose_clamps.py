@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -57,8 +59,8 @@ def test_what_is_bolted_needs_none():
 
 def test_clamps_are_on_the_bill(aqua2):
     """aqua2's parts stand in: clamps come from the seats, not from the parts."""
-    assembly, meshes = aqua2.assembly, aqua2.meshes
-    clamps = [item for item in bill_of_materials(Rig.load("torpedo"), assembly, meshes) if "Hose clamp" in item.name]
+    items = bill_of_materials(replace(aqua2, rig=Rig.load("torpedo")))
+    clamps = [item for item in items if "Hose clamp" in item.name]
     assert [(item.kind, item.count) for item in clamps] == [("buy", 2)]
     assert clamps[0].name.startswith("Hose clamp DIN 3017-1 form A, band 12 mm, range around 23")
     assert clamps[0].name.endswith("A4 (W5)")

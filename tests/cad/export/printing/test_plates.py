@@ -57,7 +57,7 @@ def test_a_part_larger_than_the_bed_is_named():
 
 
 def test_a_preset_s_plates_hold_its_printed_parts_on_the_bed(built):
-    rig, assembly, meshes = built.rig, built.assembly, built.meshes
+    rig, assembly, meshes = built.rig, built, built.meshes
     printed = [mesh for mesh in meshes if assembly.part(mesh.name).printed]
     plates = print_plates(rig, printed)
     assert sorted(mesh.name for plate in plates for mesh in plate) == sorted(mesh.name for mesh in printed)

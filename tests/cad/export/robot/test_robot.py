@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.assembly.assembly import build_assembly
-from cad.assembly.tessellation import tessellate
 from cad.export.robot.robot import CAMERA, VIRTUAL_CAMERA, robot_model
 from cad.export.robot.robot_files import write_robot
 from cad.export.robot.robot_meshes import write_robot_meshes
@@ -156,7 +155,7 @@ def urdf(exported):
 
 def test_joints_have_the_rig_s_limits_and_the_servo_s_strength(exported, urdf):
     joints = {item.get("name"): item.find("limit") for item in ElementTree.parse(urdf).getroot().iter("joint")}
-    servos, ranges = exported.rig.gaze.servos, exported.rig.gaze.joints
+    servos, ranges = exported.assembly.rig.gaze.servos, exported.assembly.rig.gaze.joints
     for name in ("pan", "tilt"):
         joint, servo, limit = getattr(ranges, name), getattr(servos, name), joints[name]
         assert float(limit.get("lower")) == np.radians(joint.min_deg)
@@ -203,7 +202,7 @@ def test_every_mesh_that_is_named_is_there(urdf):
 
 
 def test_the_description_can_be_moved_as_a_folder(exported, tmp_path):
-    written = write_robot(exported.rig, exported.assembly, exported.meshes, tmp_path)
+    written = write_robot(exported.assembly, tmp_path)
     assert [path.read_bytes() for path in written] == [
         (exported.folder / "robot" / path.name).read_bytes() for path in written
     ]
@@ -215,7 +214,7 @@ def test_a_fold_mirror_on_a_hinge_swings_as_the_solids_do(aqua2, tmp_path):
     joints = rig.gaze.joints.model_copy(update={"stow": StowJoint(max_deg=90.0)})
     stowable = rig.with_gaze(joints=joints)
     assembly = build_assembly(stowable)
-    write_robot(stowable, assembly, tessellate(assembly), tmp_path)
+    write_robot(assembly, tmp_path)
     robot = yourdfpy.URDF.load(str(tmp_path / "aqua2.urdf"), load_meshes=False, build_scene_graph=True)
     assert set(robot.actuated_joint_names) == {"pan", "tilt", "stow"}
     for angle in (0.0, 0.7, np.radians(90.0)):
