@@ -15,7 +15,7 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
-PATIENCE_S = 300.0
+TIMEOUT_S = 300.0
 """How long a child process may take; the first import after an installation reads hundreds of megabytes."""
 
 TERMS = 1_000_000
@@ -131,7 +131,7 @@ def _backend() -> list[Finding]:
             name="rays",
             found=all(abs(met - away) < MISS_M for met, away in zip(answer["met_m"], TRIANGLES_M, strict=True)),
             needed=True,
-            detail="one kernel met triangles of two scenes at {:g} and {:g} m; {:g} and {:g} m is right".format(
+            detail="one kernel hit triangles of two scenes at {:g} and {:g} m; {:g} and {:g} m is right".format(
                 *answer["met_m"], *TRIANGLES_M
             ),
         ),
@@ -168,10 +168,10 @@ def _ask(code: str) -> tuple[dict[str, Any] | None, str]:
     try:
         # -P: a file of the working directory does not stand in for one of our packages.
         child = subprocess.run(
-            [sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=PATIENCE_S, check=False
+            [sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=TIMEOUT_S, check=False
         )
     except subprocess.TimeoutExpired:
-        return None, f"no answer in {PATIENCE_S:g} s"
+        return None, f"no answer within {TIMEOUT_S:g} s"
     complaint = (child.stderr.strip().splitlines() or [""])[-1]
     if child.returncode == 0:
         return json.loads(child.stdout.splitlines()[-1]), complaint

@@ -51,7 +51,7 @@ class SceneOptions:
         ),
     ] = None
     snow: Annotated[bool, typer.Option("--snow", help="Add marine snow.", rich_help_panel=SCENE)] = False
-    wind_m_s: Annotated[
+    wind_m_per_s: Annotated[
         float | None,
         typer.Option(
             help="Wind speed over the sea, in metres per second; it makes waves and flicker.",
@@ -129,9 +129,9 @@ class SceneOptions:
     def _wind(self, *, flat_sea: bool) -> Wind | None:
         from scenes.light.waves import Wind
 
-        if self.wind_m_s is None:
+        if self.wind_m_per_s is None:
             return Wind(speed_m_per_s=0.0) if flat_sea else None
-        return Wind(speed_m_per_s=self.wind_m_s)
+        return Wind(speed_m_per_s=self.wind_m_per_s)
 
     def _sun(self) -> Sun:
         """Sun by its angles, or by date and place; `ValueError` for half of them, and for both."""

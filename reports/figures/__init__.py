@@ -1,1 +1,1 @@
-"""Figures: results in, pictures out."""
+"""Figures: results in, images out."""

@@ -107,7 +107,7 @@ def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None, grid: 
     ValueError
         For a rig without mirrors or servos.
     DiveStoppedError
-        When a picture of the dive could not be made or written; the same call goes on from there.
+        When an image of the dive could not be made or written; the same call goes on from there.
     FileExistsError
         When the folder holds something else.
     """

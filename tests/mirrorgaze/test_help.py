@@ -18,7 +18,7 @@ UNITS = {
     "degrees": "-deg",
     "metres": "-m",
     "millimetres": "-mm",
-    "metres per second": "-m-s",
+    "metres per second": "-m-per-s",
     "seconds": "-s",
     "pixels": "-px",
 }

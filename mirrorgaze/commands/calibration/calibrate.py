@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from dives.calibration.session_study import SessionStudy
     from dives.calibration.simulation import Remaining
     from rigs import Rig
-    from tracking.calibration.estimate import Estimate
+    from tracking.calibration.summary import CalibrationSummary
 
 
 def calibrate(
@@ -66,6 +66,7 @@ def calibrate(
         _simulate(loaded, range(seed, seed + rigs), noise_px=noise_px, backlash_deg=backlash_deg, json=json)
         return
     from tracking.calibration.estimate import calibrate as estimate
+    from tracking.calibration.summary import calibration_summary
 
     target, corners = _read(loaded, observations, edges)
     found = estimate(
@@ -79,10 +80,11 @@ def calibrate(
     )
     if output is not None:
         found.calibrated.save(output)
+    summary = calibration_summary(found)
     if json:
-        print_json({**_summary(found), "file": None if output is None else str(output)})
+        print_json({**summary.as_dict(), "file": None if output is None else str(output)})
         return
-    _print(found)
+    _print(summary)
     if output is not None:
         typer.echo(str(output))
 
@@ -111,84 +113,31 @@ def _read(rig: Rig, observations: Path | None, edges: Path | None) -> tuple[Any,
     return target, corners
 
 
-def _summary(found: Estimate) -> dict[str, Any]:
-    from optics.perturbation.parameters import shown_per_si, shown_unit
-
-    calibrated = found.calibrated
-    covariance, joints = calibrated.covariance, calibrated.rig.require_gaze().joints
-    corrected = calibrated.with_joint_offsets().require_gaze().joints
-    rows = []
-    for index, name in enumerate(covariance.names):
-        factor = shown_per_si(name)
-        rows.append(
-            {
-                "parameter": name,
-                "unit": shown_unit(name),
-                "value": calibrated.perturbations[name] * factor,
-                "standard_deviation": float(covariance.standard_deviations()[index]) * factor,
-                "standard_deviation_from_data": float(covariance.data_deviations[index]) * factor,
-                "tolerance": float(covariance.scales[index]) * factor,
-            }
-        )
-    gaze = _gaze_deviation_deg(found)
-    return {
-        "rig": calibrated.rig.name,
-        "prior": covariance.has_prior,
-        "pan_sign": joints.pan.sign,
-        "tilt_sign": joints.tilt.sign,
-        "signs_decided": found.signs_decided,
-        "sign_costs": [[trial.pan_sign, trial.tilt_sign, trial.cost] for trial in found.trials],
-        "perturbations": rows,
-        "unobservable": list(covariance.combinations()),
-        "residual_px": found.residual_px,
-        "residual_width": found.residual_width,
-        "converged": found.converged,
-        "outliers": found.outlier_count,
-        "missing": found.missing_count,
-        "gaze_deviation_deg": gaze,
-        "pan_offset_deg": corrected.pan.offset_deg,
-        "tilt_offset_deg": corrected.tilt.offset_deg,
-    }
-
-
-def _gaze_deviation_deg(found: Estimate) -> float:
-    """Root mean square over the joints' range."""
-    import numpy as np
-
-    from optics.layout import Layout
-
-    deviation = found.calibrated.gaze_deviation(Layout.from_rig(found.calibrated.rig).joint_grid(5))
-    return float(np.degrees(np.sqrt((deviation**2).mean())))
-
-
-def _print(found: Estimate) -> None:
-    summary = _summary(found)
+def _print(found: CalibrationSummary) -> None:
     doubt = "" if found.signs_decided else " (not determined by the images; as in the rig file)"
-    typer.echo(f"signs: pan {summary['pan_sign']:+d}, tilt {summary['tilt_sign']:+d}{doubt}")
+    typer.echo(f"signs: pan {found.pan_sign:+d}, tilt {found.tilt_sign:+d}{doubt}")
     rows = [["parameter", "estimate", "std. dev.", "from the images alone", "tolerance", ""]]
-    for row in summary["perturbations"]:
-        numbers = (row["value"], row["standard_deviation"], row["standard_deviation_from_data"], row["tolerance"])
-        digits = 5 if row["unit"] == "" else 3
-        rows.append([row["parameter"], *(f"{number:.{digits}f}" for number in numbers), row["unit"]])
+    for row in found.perturbations:
+        numbers = (row.value, row.standard_deviation, row.standard_deviation_from_data, row.tolerance)
+        digits = 5 if row.unit == "" else 3
+        rows.append([row.parameter, *(f"{number:.{digits}f}" for number in numbers), row.unit])
     print_table(rows)
-    if summary["unobservable"]:
-        kept = "keep their prior" if summary["prior"] else "are unknown"
+    if found.unobservable:
+        kept = "keep their prior" if found.prior else "are unknown"
         typer.echo(f"the images do not determine these combinations, which {kept}:")
-        for combination in summary["unobservable"]:
+        for combination in found.unobservable:
             typer.echo(f"  {combination}")
-    typer.echo(
-        f"residual: {found.residual_px:.2f} px rms, {found.outlier_count} outliers, {found.missing_count} missing"
-    )
+    typer.echo(f"residual: {found.residual_px:.2f} px rms, {found.outliers} outliers, {found.missing} missing")
     if found.residual_width > 1:
         typer.echo(
             f"that is {found.residual_width:.2f} times the noise given; all standard deviations are scaled by it"
         )
     if not found.converged:
         typer.echo("the solver did not converge: these numbers are a start, not a result")
-    typer.echo(f"gaze: standard deviation {summary['gaze_deviation_deg']:.3f} deg over the joints' range")
+    typer.echo(f"gaze: standard deviation {found.gaze_deviation_deg:.3f} deg over the joints' range")
     typer.echo(
-        f"nearest rig file: joints.pan.offset_deg = {summary['pan_offset_deg']:.3f}, "
-        f"joints.tilt.offset_deg = {summary['tilt_offset_deg']:.3f}"
+        f"nearest rig file: joints.pan.offset_deg = {found.pan_offset_deg:.3f}, "
+        f"joints.tilt.offset_deg = {found.tilt_offset_deg:.3f}"
     )
 
 

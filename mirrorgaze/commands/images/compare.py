@@ -24,8 +24,8 @@ def compare(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="Write both and their difference to this PNG.")
     ] = Path("compare.png"),
-    width_px: Annotated[int, typer.Option(metavar="N", help="Image width.", min=1, max=20000)] = 160,
-    height_px: Annotated[int, typer.Option(metavar="N", help="Image height.", min=1, max=20000)] = 120,
+    width_px: Annotated[int, typer.Option(metavar="N", help="Image width, in pixels.", min=1, max=20000)] = 160,
+    height_px: Annotated[int, typer.Option(metavar="N", help="Image height, in pixels.", min=1, max=20000)] = 120,
     samples: Annotated[
         int, typer.Option(metavar="N", help="Paths per pixel of the reference.", min=2, max=1_000_000)
     ] = 64,

@@ -34,10 +34,12 @@ def render(
         Literal["fast", "reference"], typer.Option(help="Renderer; the reference is Mitsuba's path tracer.")
     ] = "fast",
     width_px: Annotated[
-        int | None, typer.Option(metavar="N", help="Image width.", show_default="the camera's", min=1, max=20000)
+        int | None,
+        typer.Option(metavar="N", help="Image width, in pixels.", show_default="the camera's", min=1, max=20000),
     ] = None,
     height_px: Annotated[
-        int | None, typer.Option(metavar="N", help="Image height.", show_default="the camera's", min=1, max=20000)
+        int | None,
+        typer.Option(metavar="N", help="Image height, in pixels.", show_default="the camera's", min=1, max=20000),
     ] = None,
     samples: Annotated[
         int | None,

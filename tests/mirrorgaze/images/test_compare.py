@@ -104,7 +104,7 @@ def test_a_target_is_hung_at_a_distance_on_the_gaze(here):
         (("--target-distance-m", "-1"), "expected a distance above 0 m, got -1 m"),
         (("--target", "shark"), "expected a target"),
         (("--longitude-deg", "3"), "missing: --date, --latitude-deg"),
-        (("--wind-m-s", "3", "--snow"), "(wind of 0 m/s), got 3 m/s; no marine snow, got some"),
+        (("--wind-m-per-s", "3", "--snow"), "(wind of 0 m/s), got 3 m/s; no marine snow, got some"),
     ],
 )
 def test_bad_input_is_told_and_nothing_written(here, arguments, sentence):

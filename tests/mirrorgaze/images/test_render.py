@@ -86,7 +86,7 @@ def test_water_changes_what_is_seen(here):
 
 def test_waves_go_on_with_time_and_stand_with_it(here):
     """Up through both mirrors, 60 degrees high: waves show, and move; the same time gives the same bytes."""
-    pose = ("--world", "blue", "--q2-deg", "30", "--wind-m-s", "8")
+    pose = ("--world", "blue", "--q2-deg", "30", "--wind-m-per-s", "8")
     pictures = []
     for name, time in (("a", "0"), ("b", "0"), ("c", "0.7")):
         result = mirrorgaze("render", "aqua2", *SMALL, *pose, "--time-s", time, "-o", f"{name}.png")
@@ -148,7 +148,7 @@ def test_without_pvlib_a_sentence_says_what_to_install(here, monkeypatch):
 def test_the_sensor_s_picture_is_seeded_and_its_exposure_printed(here):
     pictures = []
     for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
-        arguments = ("--world", "blue", "--wind-m-s", "0", "--sensor", "--seed", seed, "-o", f"{name}.png")
+        arguments = ("--world", "blue", "--wind-m-per-s", "0", "--sensor", "--seed", seed, "-o", f"{name}.png")
         result = mirrorgaze("render", "aqua2", *SMALL, *arguments)
         assert result.exit_code == 0, result.stderr
         pictures.append((here / f"{name}.png").read_bytes())
@@ -188,7 +188,7 @@ def test_what_of_a_world_file_is_not_used_is_said(here):
         (("--depth-m", "-3"), "expected a depth from 0.5 to 100 m, got -3 m"),
         (("--water", "9Z"), "expected a Jerlov type (I, IA, IB, II, III, 1C, 3C, 5C, 7C, 9C), got '9Z'"),
         (("--cloud", "2"), "expected cloud from 0 (clear) to 1 (overcast), got 2.0"),
-        (("--wind-m-s", "30"), "expected speed_m_per_s from 0 to 15, got 30.0"),
+        (("--wind-m-per-s", "30"), "expected speed_m_per_s from 0 to 15, got 30.0"),
         (("--time-s", "nan"), "expected a time in seconds, got nan"),
         (("--sun-elevation-deg", "0"), "expected elevation_deg above 0 and at most 90, got 0.0"),
         (
@@ -211,7 +211,7 @@ def test_what_of_a_world_file_is_not_used_is_said(here):
         (("--renderer", "slow"), "--renderer"),
         (("--renderer", "reference", "--samples", "1"), "expected at least 2 samples per pixel"),
         (
-            ("--renderer", "reference", "--wind-m-s", "3", "--snow"),
+            ("--renderer", "reference", "--wind-m-per-s", "3", "--snow"),
             "(wind of 0 m/s), got 3 m/s; no marine snow, got some",
         ),
         (("--renderer", "reference", "--stowed"), "the reference renderer knows no stowed one"),
@@ -226,7 +226,7 @@ def test_bad_input_is_a_sentence_and_writes_nothing(here, arguments, sentence):
 
 def test_everything_wrong_with_the_scenery_is_said_at_once(here):
     result = mirrorgaze(
-        "render", "aqua2", "--wind-m-s", "30", "--sun-elevation-deg", "95", "--world", "moon", "--depth-m", "0"
+        "render", "aqua2", "--wind-m-per-s", "30", "--sun-elevation-deg", "95", "--world", "moon", "--depth-m", "0"
     )
     assert result.exit_code == 2
     for part in ("got 30.0", "got 95.0", "got 0 m", "got 'moon'"):
