@@ -137,16 +137,8 @@ class PlaneMirror:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plane:
-    """A reflecting plane in the kernels: Dr.Jit vectors, the same for all lanes or one for each."""
-
-    point: Any
-    normal: Any
-
-
-@dataclass(frozen=True, kw_only=True)
-class MirrorPlane(Plane):
-    """A mirror in the kernels.
+class MirrorPlane:
+    """A mirror in the kernels: Dr.Jit vectors, the same for all lanes or one for each.
 
     Attributes
     ----------
@@ -156,6 +148,8 @@ class MirrorPlane(Plane):
         Half-planes of its outline; none: unbounded.
     """
 
+    point: Any
+    normal: Any
     x: Any
     y: Any
     edges: Sequence[Sequence[Any]] = ()
@@ -215,7 +209,7 @@ def reflect_over(mirrors: Sequence[MirrorPlane], origin: Any, direction: Any) ->
     return hits
 
 
-def unfold(mirror: Plane, point: Any) -> Any:
+def unfold(mirror: MirrorPlane, point: Any) -> Any:
     """Kernel: mirror image of a point at the mirror's plane."""
     return point - mirror.normal * (2 * dr.dot(point - mirror.point, mirror.normal))
 

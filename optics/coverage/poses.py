@@ -104,7 +104,7 @@ def _launch(parameters: dict[str, Any], poses: dict[Group, Any], pose_count: int
     """Follow every ray at every pose of a launch: cells of the image and their solid angle, by pose, path and outcome.
 
     It is compiled once for each set of groups that have parts; numbers, meshes and sizes are its inputs. It is not
-    frozen: a frozen function would be recorded anew for nearly every scene and size, and would warn of it.
+    frozen: a frozen function would be recorded again for nearly every scene and size, and would warn of it.
     """
     lane = dr.arange(UInt32, pose_count * ray_count)
     pose = lane // dr.opaque(UInt32, ray_count)

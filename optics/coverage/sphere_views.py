@@ -79,7 +79,7 @@ def see_sphere(
         An `Occluder` for each group.
     poses : PoseAxes
     columns, rows : int
-        Cells of the image, by which the resolution is told.
+        Cells of the image, by which the resolution is counted.
     nside : int
     progress : callable, optional
         Called with the number of poses done and their total.

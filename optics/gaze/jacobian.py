@@ -61,15 +61,6 @@ def manipulability(layout: Layout, q2: ArrayLike) -> FloatArray:
     return np.asarray(np.abs(np.cos(twice_tilt)))
 
 
-def singular_tilts(layout: Layout) -> FloatArray:
-    """Joint values q2 within the limits at which pan does not turn the gaze, radians, sorted; shape (k,)."""
-    ends = sorted(layout.tilt.angle(q2) for q2 in layout.tilt.limits)
-    # cos 2t = 0 at odd multiples of a quarter of pi.
-    first, last = (np.ceil((ends[0] / np.pi * 4 - 1) / 2), np.floor((ends[1] / np.pi * 4 - 1) / 2))
-    angles = (2 * np.arange(first, last + 1) + 1) * np.pi / 4
-    return np.asarray(np.sort(layout.tilt.value(angles)))
-
-
 def joint_rates(layout: Layout, q1: ArrayLike, q2: ArrayLike, gaze_rate: ArrayLike) -> FloatArray:
     """Joint rates (q1', q2') that turn the gaze at a wanted rate, shape (..., 2), rad/s.
 
@@ -83,7 +74,7 @@ def joint_rates(layout: Layout, q1: ArrayLike, q2: ArrayLike, gaze_rate: ArrayLi
     Notes
     -----
     The columns of the Jacobian are orthogonal: each rate is a projection. Pan must be 1 / |cos 2t| times as fast as
-    the gaze turns across; infinite or NaN at the singular tilts.
+    the gaze turns across; infinite or NaN where pan does not turn it.
     """
     slope = direction_jacobian(layout, q1, q2)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -23,7 +23,7 @@ Tree = TypeVar("Tree")
 
 @dataclass(frozen=True)
 class Leaf:
-    """Place of an array in a tree: its shape, and so many numbers of a record."""
+    """Place of an array in a tree: its shape, and how many numbers of a record it takes."""
 
     shape: tuple[int, ...]
 
@@ -112,7 +112,7 @@ class Packing:
 
     def upload(self, tree: Any, count: int = 1) -> Any:
         """Records, one after the other, as a kernel takes them."""
-        # As a list, which is copied into Dr.Jit's own memory: it would use an array's as it is, and trace a kernel anew
+        # As a list, which is copied into Dr.Jit's own memory: it would use an array's as it is, and trace again
         # for each alignment that comes along.
         return Float32(self.records(tree, count).ravel().tolist())
 

@@ -37,7 +37,7 @@ from rigs import Rig
 INTERLEAVED = 7
 """Neighbouring poses take other rays: the image is divided this many times as finely, and a pose takes every seventh
 column and row, beginning with its own number. What one pose skips its neighbours see: fewer false holes, and M1's
-edges, which stand still in the image, are told to a seventh of the distance between a pose's rays."""
+edges, which stand still in the image, are known to a seventh of the distance between a pose's rays."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -97,10 +97,6 @@ class Search:
     front: NDArray[np.int64]
     rejected: dict[str, int]
 
-    def front_costs(self) -> FloatArray:
-        """Costs of the front's members: less is better."""
-        return costs(self.scores[self.front], self.objectives)
-
 
 def search_designs(
     rig: Rig,

@@ -68,10 +68,6 @@ class GazeRange:
             found.append(np.clip(np.linspace(value - spacing, value + spacing, finer_steps), low, high))
         return found[0], found[1]
 
-    def with_second(self, second: Interval) -> GazeRange:
-        """The same range but for the second interval."""
-        return GazeRange(first=self.first, second=second, in_joints=self.in_joints)
-
     @property
     def _both(self) -> tuple[Interval, Interval]:
         return self.first, self.second

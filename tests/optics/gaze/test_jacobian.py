@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from optics.gaze.jacobian import angle_jacobian, direction_jacobian, joint_rates, manipulability, singular_tilts
+from optics.gaze.jacobian import angle_jacobian, direction_jacobian, joint_rates, manipulability
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
 from rigs import Joint, Rig
@@ -87,11 +87,10 @@ def test_azimuth_and_elevation_turn_as_difference_quotients_say(q1, q2):
 
 
 def test_pan_does_not_turn_the_gaze_at_the_zenith():
-    """The aqua2's tilt of 45 degrees, and -45 and 135, which are beyond its limits."""
-    np.testing.assert_allclose(np.degrees(singular_tilts(LAYOUT)), [45], rtol=0, atol=1e-12)
+    """The aqua2's tilt of 45 degrees."""
+    assert manipulability(LAYOUT, np.radians(45)) < ROUNDING
     # sign -1, offset -5: the tilt angle runs from 125 down to -65 degrees, over -45 and 45.
-    np.testing.assert_allclose(np.degrees(singular_tilts(OBLIQUE)), [-50, 40], rtol=0, atol=1e-12)
-    for q2 in singular_tilts(OBLIQUE):
+    for q2 in np.radians([-50, 40]):
         assert manipulability(OBLIQUE, q2) < ROUNDING
         assert np.linalg.matrix_rank(direction_jacobian(OBLIQUE, 0.3, q2), tol=1e-9) == 1
     assert np.isnan(angle_jacobian(LAYOUT, 0.3, np.pi / 4)).all()

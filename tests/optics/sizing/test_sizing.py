@@ -202,9 +202,9 @@ def test_what_would_fit_fits_and_a_little_more_does_not():
     step = np.radians(75 / 40)
     assert binding_of(rig, window.scaled(0.99 * sizing.window_factor)).bindings == ()
     assert binding_of(rig, window.scaled(sizing.window_factor + 1 / 128)).bindings != ()
-    assert binding_of(rig, gaze=RANGE.with_second((low, high))).bindings == ()
+    assert binding_of(rig, gaze=dataclasses.replace(RANGE, second=(low, high))).bindings == ()
     assert np.radians(-30) < low and high == pytest.approx(np.radians(45))
-    assert binding_of(rig, gaze=RANGE.with_second((low - 1.01 * step, high))).bindings != ()
+    assert binding_of(rig, gaze=dataclasses.replace(RANGE, second=(low - 1.01 * step, high))).bindings != ()
 
 
 def test_joints_that_do_not_reach_are_named_with_their_share():
