@@ -227,13 +227,10 @@ def _far_points(built: PerturbedTrain, perturbations: Perturbations, q: FloatArr
     camera = built.camera
     shares = np.stack(np.meshgrid(TARGET_SHARES, TARGET_SHARES), axis=-1).reshape(-1, 2)
     pixels = [camera.cx_px, camera.cy_px] + shares * [camera.width_px, camera.height_px]
-    poses, points = [], []
-    for pose, train in zip(q, built.optical_trains(q, perturbations), strict=True):
-        rays = train.trace(pixels)
-        out = rays.status == Status.OK
-        points.append((rays.origin_m + TARGET_M * rays.direction)[out])
-        poses.append(np.tile(pose, (int(out.sum()), 1)))
-    return np.concatenate(poses), np.concatenate(points)
+    (train,), (_, m2) = built.optical_trains(q[:1], perturbations), built.mirror_poses(q, perturbations)
+    rays = train.trace_poses(pixels, m2.as_matrix())
+    out = rays.status == Status.OK
+    return np.repeat(q, len(pixels), axis=0)[out], (rays.origin_m + TARGET_M * rays.direction)[out]
 
 
 def _seen(train: OpticalTrain, places: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from optics.camera import Camera
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f64, Float64, dr
 from optics.perturbation.kernels import ON_FACE, Kind, perturbed, projected, traced, unfolded
@@ -200,7 +201,7 @@ def _pixel_kernel(
 ) -> tuple[Any, list[list[Any]]]:
     """Kernel: pixels, and derivatives of residual and pixel by direction and by `names`."""
     nominal = perturbed(kind, numbers, lanes)
-    root, pixel, found = projected(kind, nominal, unfolded(nominal, lanes))
+    root, pixel, found = projected(kind, nominal, lanes)
     # The root is a number from here on, not the end of twelve Newton steps.
     dr.eval(root, pixel, found)
     across = _across(root)
@@ -211,8 +212,9 @@ def _pixel_kernel(
     dr.enable_grad(*inputs)
     direction = dr.normalize(root + across[0] * aside[0] + across[1] * aside[1])
     moved = perturbed(kind, numbers, lanes)
-    miss = _miss(kind[2], moved["port"], direction, unfolded(moved, lanes))
-    return pixel, _gradients([*miss, *_pixel(kind[1], moved["camera"], direction)], inputs, found)
+    miss = _miss(kind.port, moved["port"], direction, unfolded(moved, lanes))
+    there = _pixel(kind.camera, moved["camera"], kind.distorts(lanes), direction)
+    return pixel, _gradients([*miss, *there], inputs, found)
 
 
 def _ray_kernel(
@@ -239,9 +241,9 @@ def _miss(port: type[Port], numbers: dict[str, Any], direction: Any, image: Any)
     return dr.dot(offset, first), dr.dot(offset, second)
 
 
-def _pixel(model: Any, camera: dict[str, Any], direction: Any) -> tuple[Any, Any]:
+def _pixel(model: type[Camera], camera: dict[str, Any], distorted: bool, direction: Any) -> tuple[Any, Any]:
     sideways = dr.maximum(dr.abs(dr.detach(direction.x)), dr.abs(dr.detach(direction.y)))
-    u, v, _ = model.pixel(camera, True, direction + Array3f64(dr.select(sideways < OFF_AXIS, OFF_AXIS, 0), 0, 0))
+    u, v, _ = model.pixel(camera, distorted, direction + Array3f64(dr.select(sideways < OFF_AXIS, OFF_AXIS, 0), 0, 0))
     return u, v
 
 

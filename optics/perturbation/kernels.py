@@ -7,6 +7,7 @@ name; what has no number is nominal, and costs nothing.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -23,8 +24,19 @@ PIXEL = ("u", "v")
 ON_FACE = ("face_x", "face_y")
 """A point of M2's face in its axes, metres: it is seen over M1 alone."""
 
-Kind = tuple[str, type[Camera], type[Port]]
-"""What the compiled kernels depend on; the first is the camera's model in the rig file."""
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """What the compiled kernels depend on: the camera's model in the rig file, whether it distorts, and the port."""
+
+    model: str
+    camera: type[Camera]
+    distorted: bool
+    port: type[Port]
+
+    def distorts(self, lanes: dict[str, Any]) -> bool:
+        """Whether some lane may: a lens without distortion, too, can be perturbed by some."""
+        return self.distorted or any(name in lanes for name in DISTORTION[self.model])
 
 
 Kernel = Callable[..., Any]
@@ -45,7 +57,7 @@ def compiled(kernel: Kernel, kind: Kind, names: tuple[str, ...], *options: Any) 
 def rays(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, Any]:
     """Kernel: point on the last surface and direction behind it of each lane's pixel."""
     numbers = perturbed(kind, numbers, lanes)
-    in_air, valid = kind[1].direction(numbers["camera"], True, *(lanes[name] for name in PIXEL))
+    in_air, valid = kind.camera.direction(numbers["camera"], kind.distorts(lanes), *(lanes[name] for name in PIXEL))
     origin, direction, transmitted = traced(kind, numbers, lanes, in_air)
     out = valid & transmitted
     return dr.select(out, origin, dr.nan), dr.select(out, direction, dr.nan)
@@ -54,7 +66,7 @@ def rays(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any]) -> tuple[An
 def pixels(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, Any]:
     """Kernel: pixel of each lane's point."""
     numbers = perturbed(kind, numbers, lanes)
-    _, (u, v), found = projected(kind, numbers, unfolded(numbers, lanes))
+    _, (u, v), found = projected(kind, numbers, lanes)
     return dr.select(found, u, dr.nan), dr.select(found, v, dr.nan)
 
 
@@ -72,7 +84,7 @@ def traced(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any], in_air: A
 
     Returns the point on the last surface, the direction behind it, and whether the port lets the ray out.
     """
-    exit_ = kind[2].trace(numbers["port"], in_air)
+    exit_ = kind.port.trace(numbers["port"], in_air)
     point, direction = exit_.point, exit_.direction
     for hit in reflect_over(numbers["mirrors"], point, direction):
         point, direction = hit.point, hit.direction
@@ -97,19 +109,17 @@ def _mirrored(lanes: dict[str, Any], over_mirrors: Any, past_them: Any) -> Any:
     return dr.select(lanes["mirrored"] > 0, over_mirrors, past_them) if "mirrored" in lanes else over_mirrors
 
 
-def projected(kind: Kind, numbers: dict[str, Any], image: Any) -> tuple[Any, tuple[Any, Any], Any]:
-    """Kernel: direction in air towards an unfolded point, its pixel, and whether there is one."""
-    _, camera, port = kind
-    in_air, converged, in_water = port.project(numbers["port"], image)
-    # A lens without distortion, too, can be perturbed by some.
-    u, v, valid = camera.pixel(numbers["camera"], True, in_air)
+def projected(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any]) -> tuple[Any, tuple[Any, Any], Any]:
+    """Kernel: direction in air towards each lane's point, its pixel, and whether there is one."""
+    in_air, converged, in_water = kind.port.project(numbers["port"], unfolded(numbers, lanes))
+    u, v, valid = kind.camera.pixel(numbers["camera"], kind.distorts(lanes), in_air)
     return in_air, (u, v), converged & in_water & valid
 
 
 def perturbed(kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any]) -> dict[str, Any]:
     """Kernel: numbers of camera, port and mirrors with each lane's perturbations; nominal where it has none."""
     return {
-        "camera": _camera(kind[0], numbers["camera"], lanes),
+        "camera": _camera(kind.model, numbers["camera"], lanes),
         "port": _port(numbers["port"], lanes),
         "mirrors": _mirrors(numbers["mirrors"], lanes) if "mirrors" in numbers else [],
     }

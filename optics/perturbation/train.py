@@ -58,7 +58,8 @@ class PerturbedTrain:
         self.rig = rig
         self.camera = camera_from_spec(rig.camera)
         self.port: Port = port_from_spec(rig.port, rig.water)
-        self.kind: Kind = (rig.camera.model, type(self.camera), type(self.port))
+        camera, distorted = self.camera.kind
+        self.kind = Kind(model=rig.camera.model, camera=camera, distorted=distorted, port=type(self.port))
         self.numbers: dict[str, Any] = {"camera": self.camera.parameters(), "port": self.port.parameters()}
         if rig.gaze is not None:
             self.layout = Layout.from_rig(rig)

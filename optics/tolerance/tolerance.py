@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from optics.coverage.usable_fov import joint_values
 from optics.kernels.arrays import FloatArray
 from optics.perturbation.derivatives import gaze_jacobian, projection_jacobian
-from optics.perturbation.parameters import Perturbations
 from optics.perturbation.train import PerturbedTrain
 from optics.tolerance.after_calibration import calibrated_offsets, in_all_poses
 from optics.tolerance.sources import Source, Tolerances, combined, draw_all, error_sources
@@ -153,8 +152,8 @@ def tolerance_study(
     if q.ndim != 2 or q.shape[1] != 2:
         raise ValueError(f"expected poses of shape (k, 2), got {q.shape}")
     joint_values(rig, q1=q[:, 0], q2=q[:, 1])
-    bench = _Bench.of(rig, q, target_m)
     sources = error_sources(rig, tolerances or Tolerances())
+    bench = _Bench.of(rig, q, target_m, sorted({name for source in sources for name in source.sizes}))
     draws = draw_all(sources, seed=seed, samples=samples, poses=len(q))
     built, nominal = bench.observe(combined(draws.values()), samples), bench.observe({}, 1)
     offsets = calibrated_offsets(bench.train, q, built[0])
@@ -182,20 +181,23 @@ class _Bench:
     train: PerturbedTrain
     q: FloatArray
     targets_m: FloatArray
+    parameters: Sequence[str]
 
     @classmethod
-    def of(cls, rig: Rig, q: FloatArray, target_m: float) -> _Bench:
+    def of(cls, rig: Rig, q: FloatArray, target_m: float, parameters: Sequence[str]) -> _Bench:
         train = PerturbedTrain(rig)
         camera = train.camera
         aside = (camera.cx_px + TARGET_ASIDE * camera.width_px, camera.cy_px + TARGET_ASIDE * camera.height_px)
         origin, direction = train.trace(q, pixels=aside)
-        return cls(train=train, q=q, targets_m=origin + target_m * direction)
+        return cls(train=train, q=q, targets_m=origin + target_m * direction, parameters=parameters)
 
-    def observe(self, perturbations: Perturbations, count: int) -> Views:
+    def observe(self, perturbations: Mapping[str, FloatArray], count: int) -> Views:
         """What `count` built rigs show."""
         q = np.broadcast_to(self.q, (count, *self.q.shape))
-        directions = self.train.gaze(q, perturbations)
-        pixels = self.train.project(self.targets_m, q, perturbations)
+        # Zero, not left out: a kernel would be compiled for every set of names.
+        whole = {**dict.fromkeys(self.parameters, np.zeros((1, 1))), **perturbations}
+        directions = self.train.gaze(q, whole)
+        pixels = self.train.project(self.targets_m, q, whole)
         lost = int((~np.isfinite(pixels).all(axis=-1)).sum())
         if lost:
             raise ValueError(
@@ -204,10 +206,10 @@ class _Bench:
             )
         return directions, pixels
 
-    def jacobians(self, parameters: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+    def jacobians(self) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the gaze, shape (poses, 3, parameters), and the image, px, (poses, 2, parameters)."""
-        of_gaze = gaze_jacobian(self.train, self.q, parameters=parameters)
-        of_image = projection_jacobian(self.train, self.targets_m, self.q, parameters=parameters)
+        of_gaze = gaze_jacobian(self.train, self.q, parameters=self.parameters)
+        of_image = projection_jacobian(self.train, self.targets_m, self.q, parameters=self.parameters)
         return of_gaze.values, of_image.values
 
 
@@ -221,16 +223,15 @@ def _errors(seen: Views, expected: Views) -> Errors:
 
 
 def _ranking(
-    bench: _Bench, sources: Sequence[Source], draws: dict[str, dict[str, FloatArray]], samples: int
+    bench: _Bench, sources: Sequence[Source], draws: Mapping[str, dict[str, FloatArray]], samples: int
 ) -> tuple[Contribution, ...]:
     if not sources:
         return ()
-    parameters = sorted({name for source in sources for name in source.sizes})
     # By parameter: mean squares of the derivatives of gaze (radians) and image (px) over the poses.
-    squares = [(jacobian**2).sum(axis=1).mean(axis=0) for jacobian in bench.jacobians(parameters)]
+    squares = [(jacobian**2).sum(axis=1).mean(axis=0) for jacobian in bench.jacobians()]
     variances = np.array(
         [
-            [source.standard_deviation(name) ** 2 if name in source.sizes else 0.0 for name in parameters]
+            [source.standard_deviation(name) ** 2 if name in source.sizes else 0.0 for name in bench.parameters]
             for source in sources
         ]
     )
@@ -239,8 +240,7 @@ def _ranking(
     everything = _mean_squares(bench, draws.values(), expected, samples)
     contributions = []
     for source, square in zip(sources, first_order, strict=True):
-        # Zero, not left out: a kernel would be compiled for every set of names.
-        others = (draws | {source.name: dict.fromkeys(source.sizes, np.zeros((1, 1)))}).values()
+        others = [draw for name, draw in draws.items() if name != source.name]
         frozen = _share(everything - _mean_squares(bench, others, expected, samples), everything)
         share = _share(square, first_order.sum(axis=0))
         contributions.append(

@@ -145,9 +145,9 @@ def test_sensitivities_are_the_limit_of_difference_quotients(rig: Rig) -> None:
     Central differences at two steps, extrapolated (Richardson), leave an error of the fourth order in the step and the
     rounding of pixels, 1e-11, over the step.
     """
-    bench = tolerance_module._Bench.of(rig, Q, 3.0)
     names = [*PORT[rig.port.shape], *MIRRORS]
-    jacobians = bench.jacobians(names)
+    bench = tolerance_module._Bench.of(rig, Q, 3.0, names)
+    jacobians = bench.jacobians()
     for position, name in enumerate(names):
         wide, narrow = (
             [
