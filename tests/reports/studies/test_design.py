@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from cad.assembly.tessellation import tessellate
 from cad.checks.assembly_checks import MountChecks
 from cad.checks.printing.orientation import print_findings
 from cad.export import mount
@@ -199,9 +198,9 @@ def test_a_rig_without_mirrors_has_no_report(tmp_path):
 def test_a_mount_that_does_not_fit_the_printer_is_named(tmp_path, monkeypatch):
     """The bed is a key of the rig: the problem names it, and nothing is written. One part is checked."""
 
-    def bracket_check(rig, assembly, **_):
-        meshes = (mesh for mesh in tessellate(assembly) if mesh.name == "fold_bracket")
-        return MountChecks(findings=tuple(found for mesh in meshes for found in print_findings(mesh, rig.gaze.mount)))
+    def bracket_check(assembly, **_):
+        mesh = assembly.part("fold_bracket").mesh
+        return MountChecks(findings=tuple(print_findings(mesh, assembly.rig.gaze.mount)))
 
     monkeypatch.setattr(mount_export, "assembly_checks", bracket_check)
     rig = Rig.load("aqua2")
