@@ -11,6 +11,7 @@ html_title = "mirrorgaze"
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "sphinx_copybutton", "sphinx_design"]
 root_doc = "index"
+highlight_language = "text"  # of blocks that name none
 
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence", "deflist"]
