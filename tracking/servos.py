@@ -31,7 +31,7 @@ class ServoBehaviour:
     deadband : float
         Change that a servo at rest ignores. A larger one is followed to its end.
     backlash : float
-        The whole play between motor and horn.
+        Between motor and horn, from flank to flank.
     pulse_period_s, pulse_phase_s : float
         Pulses begin at phase + k period; each carries the latest command given until then. A period of 0 sends each
         command at once.
@@ -193,9 +193,9 @@ class ServoPlant:
 
     def _horn_at(self, time_s: float) -> float:
         """The play operator: the horn stays until a flank of the gears takes it along."""
-        play = self._behaviour.backlash / 2
+        half = self._behaviour.backlash / 2
         motor = self._motor_at(time_s)
-        return min(max(self._horn, motor - play), motor + play)
+        return min(max(self._horn, motor - half), motor + half)
 
     def _as_pulsed(self, angle: float, answer_s: float) -> float:
         low, high = self._behaviour.travel

@@ -41,8 +41,9 @@ PORT = {
     "none": (),
 }
 
+JOINT_OFFSETS = ("pan_offset", "tilt_offset")
 MIRRORS = (
-    *("fold_mirror_distance", "gaze_mirror_distance", "pan_offset", "tilt_offset"),
+    *("fold_mirror_distance", "gaze_mirror_distance", *JOINT_OFFSETS),
     *(f"{mirror}_{kind}_{axis}" for mirror in ("m1", "m2") for kind in ("shift", "turn") for axis in "xyz"),
     *("gimbal_shift_x", "gimbal_shift_y", "gimbal_shift_z", "gimbal_turn_x", "gimbal_turn_y"),
     *("tilt_axis_shift_x", "tilt_axis_shift_z", "tilt_axis_turn_x"),
@@ -50,7 +51,7 @@ MIRRORS = (
 
 UNITS = (
     dict.fromkeys((*POINT, *PORT["flat"], *PORT["dome"], *MIRRORS), "m")
-    | dict.fromkeys((*JOINTS, "port_tilt_x", "port_tilt_y", "pan_offset", "tilt_offset"), "rad")
+    | dict.fromkeys((*JOINTS, *JOINT_OFFSETS, "port_tilt_x", "port_tilt_y"), "rad")
     | {name: "rad" for name in MIRRORS if "_turn_" in name}
     | dict.fromkeys(CAMERA, "px")
     | dict.fromkeys((*DISTORTION["pinhole"], "n_port", "n_water"), "")

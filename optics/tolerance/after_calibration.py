@@ -10,9 +10,8 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.perturbation.derivatives import gaze_jacobian
+from optics.perturbation.parameters import JOINT_OFFSETS
 from optics.perturbation.train import PerturbedTrain
-
-OFFSETS = ("pan_offset", "tilt_offset")
 
 ITERATIONS = 4
 """Gauss-Newton steps, all with the Jacobian at zero: each shrinks the error by the offset in radians, some 0.02."""
@@ -39,7 +38,7 @@ def calibrated_offsets(train: PerturbedTrain, q: FloatArray, directions: FloatAr
     ValueError
         When the poses say nothing about one of the offsets, as a single pose at the zenith says nothing about pan.
     """
-    jacobian = gaze_jacobian(train, q, parameters=OFFSETS).values
+    jacobian = gaze_jacobian(train, q, parameters=JOINT_OFFSETS).values
     normal = np.einsum("kci,kcj->ij", jacobian, jacobian)
     if np.linalg.cond(normal) > 1 / np.sqrt(np.finfo(np.float64).eps):
         raise ValueError(f"expected poses that determine both joint offsets, got q = {np.degrees(q).tolist()} degrees")
@@ -52,4 +51,4 @@ def calibrated_offsets(train: PerturbedTrain, q: FloatArray, directions: FloatAr
 
 def in_all_poses(offsets: FloatArray) -> dict[str, FloatArray]:
     """Offsets of pan and tilt, shape (n, 2), as perturbations that are the same in all poses."""
-    return {name: offsets[:, column, np.newaxis] for column, name in enumerate(OFFSETS)}
+    return {name: offsets[:, column, np.newaxis] for column, name in enumerate(JOINT_OFFSETS)}

@@ -15,13 +15,12 @@ from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
 from optics.perturbation.derivatives import gaze_jacobian
-from optics.perturbation.parameters import check_perturbations, shown_per_si, shown_unit
+from optics.perturbation.parameters import JOINT_OFFSETS, check_perturbations, shown_per_si, shown_unit
 from optics.perturbation.train import PerturbedTrain
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
 from rigs.atomic_files import write_text
 from tracking.calibration.covariance import PerturbationCovariance
-from tracking.calibration.fit import JOINT_OFFSETS
 from tracking.perception.crop import runs_clockwise
 from tracking.perception.exact_corners import crop_outline_m
 

@@ -20,7 +20,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.kernels.arrays import FloatArray
 from optics.perturbation.derivatives import face_jacobian, projection_jacobian
-from optics.perturbation.parameters import POINT
+from optics.perturbation.parameters import JOINT_OFFSETS, POINT
 from optics.perturbation.train import PerturbedTrain
 from tracking.calibration.observations import TargetObservations
 from tracking.perception.corner_samples import CornerSamples
@@ -31,9 +31,6 @@ TURNING_POINT = 3.0
 
 MISSING = 1000.0
 """Residual of what the rig with its present perturbations does not show at all, in standard deviations."""
-
-JOINT_OFFSETS = ("pan_offset", "tilt_offset")
-"""Backlash acts as an offset of both joints in one pose."""
 
 BOARD_NUMBERS = 6
 """Of a board's pose: its shifts along and its turns about its own x, y and z."""
@@ -184,7 +181,7 @@ class Residuals:
 
 
 def _with_backlash(perturbations: dict[str, float], backlash: FloatArray) -> dict[str, ArrayLike]:
-    """Perturbations with those of both joints, shape (..., 2), added to their offsets."""
+    """Perturbations with the backlash of both joints, shape (..., 2), which acts as an offset of each in one pose."""
     offsets = {name: perturbations.get(name, 0.0) + backlash[..., i] for i, name in enumerate(JOINT_OFFSETS)}
     return {**perturbations, **offsets}
 

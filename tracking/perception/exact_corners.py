@@ -28,7 +28,7 @@ M1 shows M2 mirrored: M2's x, to the right for who stands before it, points to t
 """
 
 MARGIN = np.radians(3.0)
-"""Beyond the joint limits the polynomials hold this far: play and calibration may put a joint there."""
+"""Beyond the joint limits the polynomials hold this far: backlash and calibration may put a joint there."""
 
 NODE_COUNTS = (24, 48, 96)
 """Nodes a joint; the first count whose polynomials are smooth enough is taken."""
