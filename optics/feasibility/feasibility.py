@@ -24,7 +24,7 @@ from optics.gaze.kinematics import faces_light
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout, camera_pose, fold_mirror_pose
 from optics.train import OpticalTrain, pixel_grid
-from rigs import BoxHull, FileHull, Joint, ParametricHull, Problem, Rig, Servo, TorpedoHull
+from rigs import BoxHull, FileHull, Gaze, GazeMirror, Joint, ParametricHull, Problem, Rig, Servo, TorpedoHull
 
 VIEW_COLUMNS, VIEW_ROWS = 64, 48
 """Pixels that stand for the view: a mirror that none of them reaches is useless."""
@@ -57,8 +57,9 @@ def feasibility_problems(rig: Rig) -> list[Problem]:
     """
     problems = list(_blind_camera(rig))
     if rig.gaze is not None:
+        layout = Layout.from_rig(rig)
         for check in (_thick_plates, _joint_ranges, _fold_mirror_at_port, _swept_gaze_mirror, _hull, _unseen_mirrors):
-            problems.extend(check(rig))
+            problems.extend(check(rig, rig.gaze, layout))
     return problems
 
 
@@ -71,8 +72,7 @@ def _blind_camera(rig: Rig) -> Iterator[Problem]:
         )
 
 
-def _thick_plates(rig: Rig) -> Iterator[Problem]:
-    gaze = rig.require_gaze()
+def _thick_plates(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem]:
     for name, plate in (("fold_mirror", gaze.fold_mirror), ("gaze_mirror", gaze.gaze_mirror)):
         limit = min(plate.width_mm, plate.height_mm) / 2
         if plate.thickness_mm >= limit:
@@ -83,11 +83,10 @@ def _thick_plates(rig: Rig) -> Iterator[Problem]:
             )
 
 
-def _joint_ranges(rig: Rig) -> Iterator[Problem]:
-    gaze = rig.require_gaze()
+def _joint_ranges(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem]:
     for name in ("pan", "tilt"):
         yield from _joint_range(name, getattr(gaze.joints, name), getattr(gaze.servos, name))
-    yield from _gaze_mirror_turned_away(rig)
+    yield from _gaze_mirror_turned_away(gaze.joints.tilt, layout)
     stow, servo = gaze.joints.stow, gaze.servos.stow
     if servo and stow is None:
         yield Problem(place="servos.stow", value=servo.name, expected="no servo, as there is no hinge joints.stow")
@@ -114,15 +113,13 @@ def _joint_range(name: str, joint: Joint, servo: Servo) -> Iterator[Problem]:
             )
 
 
-def _gaze_mirror_turned_away(rig: Rig) -> Iterator[Problem]:
+def _gaze_mirror_turned_away(joint: Joint, layout: Layout) -> Iterator[Problem]:
     """The folded axis comes along the gimbal's z: M2 shows it its face while its normal is on that side."""
-    gaze = rig.require_gaze()
-    layout = Layout.from_rig(rig)
     for key in ("min_deg", "max_deg"):
-        value = getattr(gaze.joints.tilt, key)
+        value = getattr(joint, key)
         if not faces_light(layout, np.radians(value)):
-            angle = gaze.joints.tilt.sign * value + gaze.joints.tilt.offset_deg
-            shown = "-45 and 135" if gaze.joints.tilt.sign == layout.tilt.sign else "-135 and 45"
+            angle = joint.sign * value + joint.offset_deg
+            shown = "-45 and 135" if joint.sign == layout.tilt.sign else "-135 and 45"
             yield Problem(
                 place=f"joints.tilt.{key}",
                 value=value,
@@ -130,8 +127,7 @@ def _gaze_mirror_turned_away(rig: Rig) -> Iterator[Problem]:
             )
 
 
-def _fold_mirror_at_port(rig: Rig) -> Iterator[Problem]:
-    gaze = rig.require_gaze()
+def _fold_mirror_at_port(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem]:
     plate = fold_mirror_pose(gaze.fold_mirror).apply(plate_points(gaze.fold_mirror))
     gap = float(port_distance(rig, plate).min())
     if gap < -ROUNDING_M:
@@ -142,10 +138,8 @@ def _fold_mirror_at_port(rig: Rig) -> Iterator[Problem]:
         )
 
 
-def _swept_gaze_mirror(rig: Rig) -> Iterator[Problem]:
+def _swept_gaze_mirror(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem]:
     """M2's plate turns within a sphere around the centre of its face."""
-    gaze = rig.require_gaze()
-    layout = Layout.from_rig(rig)
     radius = float(np.linalg.norm(plate_points(gaze.gaze_mirror), axis=1).max())
     centre = layout.camera_from_gimbal.translation
     fold_plate = layout.camera_from_m1.apply(plate_points(gaze.fold_mirror))
@@ -163,14 +157,12 @@ def _swept_gaze_mirror(rig: Rig) -> Iterator[Problem]:
             )
 
 
-def _hull(rig: Rig) -> Iterator[Problem]:
-    gaze = rig.require_gaze()
+def _hull(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem]:
     if isinstance(gaze.hull, BoxHull | TorpedoHull):
-        yield from _closed_hull(rig)
+        yield from _closed_hull(rig, gaze)
     if isinstance(gaze.hull, FileHull):
         return
     yield from _camera_far_from_hull(rig, gaze.hull)
-    layout = Layout.from_rig(rig)
     fold_plate = layout.body_from_m1.apply(plate_points(gaze.fold_mirror))
     gap = float(hull_distance(rig, fold_plate).min())
     if gap < -ROUNDING_M:
@@ -179,7 +171,7 @@ def _hull(rig: Rig) -> Iterator[Problem]:
             value=gaze.fold_mirror.distance_mm,
             expected=f"M1 outside the hull; its plate reaches {_mm(-gap)} mm into it",
         )
-    gap, q1, q2 = _closest_gaze_mirror(rig, layout)
+    gap, q1, q2 = _closest_gaze_mirror(rig, gaze.gaze_mirror, layout)
     if gap < -ROUNDING_M:
         yield Problem(
             place="gaze_mirror.distance_mm",
@@ -189,7 +181,7 @@ def _hull(rig: Rig) -> Iterator[Problem]:
         )
 
 
-def _closed_hull(rig: Rig) -> Iterator[Problem]:
+def _closed_hull(rig: Rig, gaze: Gaze) -> Iterator[Problem]:
     """What can be said because the hull is closed: its port must look out of it, its anchors lie on its surface."""
     window = camera_pose(rig.camera).apply(window_centre(rig))
     depth = -float(hull_distance(rig, window))
@@ -199,7 +191,6 @@ def _closed_hull(rig: Rig) -> Iterator[Problem]:
             value=rig.camera.position_mm,
             expected=f"a port that looks out of the hull; the middle of its outer face is {_mm(depth)} mm inside",
         )
-    gaze = rig.require_gaze()
     for end in ("fold", "base"):
         if getattr(gaze.mount, f"{end}_plane") is not None:
             continue  # dropped onto a plane of the hull, wherever it was
@@ -226,10 +217,8 @@ def _camera_far_from_hull(rig: Rig, hull: ParametricHull) -> Iterator[Problem]:
         )
 
 
-def _unseen_mirrors(rig: Rig) -> Iterator[Problem]:
+def _unseen_mirrors(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem]:
     """Whether light gets through: rays of the whole view over M1, then over M2 at the corners of the joint ranges."""
-    gaze = rig.require_gaze()
-    layout = Layout.from_rig(rig)
     q = layout.joint_grid(3)
     train = OpticalTrain.from_rig(rig, q1=q[0, 0], q2=q[0, 1])
     if not _any_seen(train.without_mirrors()):
@@ -257,10 +246,9 @@ def _view(train: OpticalTrain) -> FloatArray:
     return pixel_grid(train.camera, VIEW_COLUMNS, VIEW_ROWS)
 
 
-def _closest_gaze_mirror(rig: Rig, layout: Layout) -> tuple[float, float, float]:
+def _closest_gaze_mirror(rig: Rig, mirror: GazeMirror, layout: Layout) -> tuple[float, float, float]:
     """Smallest distance of M2's plate from the hull over the joint ranges, metres, and the joint values there."""
-    gaze = rig.require_gaze()
-    plate = plate_points(gaze.gaze_mirror)
+    plate = plate_points(mirror)
     room = float(hull_distance(rig, layout.body_from_gimbal.translation) - np.linalg.norm(plate, axis=1).max())
     if room >= 0:
         # The sphere in which it turns is clear already.
