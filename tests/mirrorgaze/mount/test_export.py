@@ -13,14 +13,15 @@ from reports.studies import mount_export
 
 
 def test_export_names_what_it_wrote(here, monkeypatch):
-    # The checks, a slicer on the PATH and the drawings would take a minute of their own; they have their own tests, and
-    # the design report's make the whole.
+    # The checks, a slicer on the PATH, drawings, steps and the robot's files take a minute; they have their own
+    # tests, and tests/cad/export makes the whole.
     monkeypatch.setattr(mount_export, "mount_checks", lambda *_, **__: MountChecks(findings=()))
-    monkeypatch.setattr(mount, "write_drawings", lambda *_: None)
+    for slow in ("write_drawings", "write_steps", "write_robot"):
+        monkeypatch.setattr(mount, slow, lambda *_: None)
     result = CliRunner().invoke(app, ["export", "aqua2", "-o", "mount", "--json"])
     assert result.exit_code == 0, result.stderr
     files = json.loads(result.stdout)["files"]
-    assert {"mount/parts/yoke.stl", "mount/aqua2.step", "mount/robot/aqua2.urdf", "mount/manifest.json"} <= set(files)
+    assert {"mount/parts/yoke.stl", "mount/aqua2.step", "mount/bom.csv", "mount/manifest.json"} <= set(files)
     there = [path for path in (here / "mount").rglob("*") if path.is_file()]
     assert sorted(files) == sorted(str(path.relative_to(here)) for path in there)
     assert "export: drawings" in result.stderr
