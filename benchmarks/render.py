@@ -28,6 +28,7 @@ from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.ports.port import FlatPort, port_from_spec
 from rigs import Rig
+from scenes.baking.lit_scene import prepare
 from scenes.light.waves import Wind
 from scenes.reference.agreement import TARGET_ERROR, pixel_error
 from scenes.reference.render import render_reference
@@ -130,7 +131,7 @@ def _states(scene: Stage, count: int) -> list[State]:
 
 def _fast(rig: Rig, parts: list[PartMesh], scene: Stage, size: tuple[int, int]) -> tuple[float, float]:
     """Milliseconds of a frame without and with ground truth."""
-    renderer = FastRenderer(rig, parts, scene, width_px=size[0], height_px=size[1])
+    renderer = FastRenderer(prepare(scene, rig, parts), width_px=size[0], height_px=size[1])
     states = [[state] for state in _states(scene, WARM_UP + FRAMES)]
     bare, full = (_call_ms(renderer, states, truth=truth) for truth in (False, True))
     return bare, full
@@ -158,7 +159,7 @@ def _median_ms(frame: Callable[[Any], None], arguments: list[Any], warm_up: int)
 def _batch_row(rig: Rig, parts: list[PartMesh], scene: Stage) -> dict[str, Any]:
     """Several states in one call, beside as many calls."""
     width, height = SIZES[-1]
-    renderer = FastRenderer(rig, parts, scene, width_px=width, height_px=height)
+    renderer = FastRenderer(prepare(scene, rig, parts), width_px=width, height_px=height)
     states = _states(scene, BATCH * (WARM_UP + FRAMES // 2))
     one_by_one = _call_ms(renderer, [[state] for state in states], truth=True)
     together = _call_ms(renderer, [states[k : k + BATCH] for k in range(0, len(states), BATCH)], truth=True) / BATCH
@@ -180,7 +181,7 @@ def _equal_error_row(rig: Rig, parts: list[PartMesh]) -> dict[str, Any]:
     scene = stage(rig, wind=Wind(speed_m_per_s=0))
     bare, _ = _fast(rig, parts, scene, (width, height))
     small = {"width_px": REFERENCE_SIZE[0], "height_px": REFERENCE_SIZE[1]}
-    frame = FastRenderer(rig, parts, scene, **small).render()
+    frame = FastRenderer(prepare(scene, rig, parts), **small).render()
     seconds = []
     for samples in REFERENCE_SAMPLES:
         start = time.perf_counter()

@@ -23,6 +23,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import Rig
+from scenes.baking.lit_scene import prepare
 from scenes.light.sun import Sun
 from scenes.light.waves import Wind
 from scenes.renderer import FastRenderer
@@ -96,7 +97,7 @@ class RenderedCamera:
 
     def __init__(self, dive: Dive, rig: Rig, parts: Sequence[PartMesh], mirrors: TimedMirrors):
         self.dive, self.rig, self.mirrors = dive, rig, mirrors
-        self.renderer = FastRenderer(rig, parts, dive_stage(dive, rig))
+        self.renderer = FastRenderer(prepare(dive_stage(dive, rig), rig, parts))
         self.exposure: Exposure | None = None
         self._sensor = ImageSensor.from_rig(rig)
         card = self.renderer.stage.light.white_radiance(dive.depth_m)

@@ -1,3 +1,6 @@
+from .baking.light_quality import LightQuality as LightQuality
+from .baking.lit_scene import LitScene as LitScene
+from .baking.lit_scene import prepare as prepare
 from .exterior import portrait as portrait
 from .image import display_image as display_image
 from .reference.compare import compare as compare

@@ -13,8 +13,6 @@ import pytest
 from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadFileScheduling
 
-GATHERED: dict[str, Any] = {}
-
 RECORDED = Path(__file__).parent / "recorded_results.json"
 """Version and fingerprint of small cases of each kind of result that the cache keeps."""
 
@@ -48,29 +46,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileSche
 
 @pytest.fixture(scope="module")
 def rough_light():
-    """Light between surfaces from 4 directions instead of 256, for tests of what does not hang on it.
+    """Coarse light for commands and dives, which light scenes in full, in tests of what does not depend on it.
 
-    A robot's takes two seconds instead of fifteen. It never gets into the cache, which is for good light only.
+    A robot's takes two seconds instead of fifteen. In the cache it has a key of its own.
     """
-    from scenes.baking import ambient, robot_light, source_volume
-    from scenes.baking import irradiance_volume as ambient_volume
-    from scenes.baking import robot_shadow_in_water as water_shade
-    from scenes.baking import robot_shadow_on_world as world_shade
-
-    def gathered_once(mesh, light, name, make, *, places=()):
-        key = ambient.light_key(name, mesh, light, places)
-        if key not in GATHERED:
-            GATHERED[key] = make()
-        return GATHERED[key]
+    from scenes.baking.light_quality import LightQuality
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (ambient, ambient_volume, source_volume, water_shade, world_shade):
-            patch.setattr(module, "cached", gathered_once)
-        patch.setattr(ambient, "LEAST_DIRECTIONS", 4)
-        patch.setattr(ambient, "MOST_DIRECTIONS", 4)
-        patch.setattr(robot_light, "LOOKS", 4)
-        patch.setattr(source_volume, "MOST_POINTS", 6)
-        patch.setattr(source_volume, "MOST_TURNS", 2)
+        patch.setattr(LightQuality, "full", LightQuality.coarse)
         yield
 
 

@@ -17,7 +17,6 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from cad.assembly.meshes import rig_meshes
 from dives.dive import Dive
 from dives.files import DIVE_FILE, OVERLAY_FILE, VIDEO_FILE, json_text
 from dives.ground_truth_columns import GroundTruthColumns
@@ -30,6 +29,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
 from rigs.atomic_files import atomic_files
+from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings, ImageSensor
 from scenes.stage.state import State
@@ -180,7 +180,7 @@ def detect_again(
         Gets the images done and to do.
     """
     dive, rig = recording.dive, recording.rig
-    renderer = FastRenderer(rig, rig_meshes(rig), dive_stage(dive, rig))
+    renderer = FastRenderer(prepare(dive_stage(dive, rig), rig))
     target = renderer.stage.target
     assert target is not None  # a dive's stage has one
     truth = GroundTruthColumns(rig, target.shape, settings)

@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
 from optics.kernels.backend import dr
+from optics.kernels.trees import Structure, is_tree, leaves_of, structure_of
 
 Kernel = Callable[..., Any]
 
+_STRUCTURES: dict[Structure, Structure] = {}
+
+
+class Flat:
+    """A tree (`optics.kernels.trees`) taken apart for frozen functions: once, when it is the same in every call."""
+
+    def __init__(self, tree: Any):
+        self.leaves = leaves_of(tree)
+        # The same object for the same structure: it is looked up in every call.
+        structure = structure_of(tree)
+        self.structure = _STRUCTURES.setdefault(structure, structure)
+
 
 def frozen(*, recordings: int = 10) -> Callable[[Kernel], Kernel]:
-    """Decorator: `drjit.freeze` that does not collect garbage while it records.
+    """Decorator: `drjit.freeze` that does not collect garbage while it records, and takes and returns trees fast.
 
     A Mitsuba scene in the garbage would be freed in the middle of the recording, which can hold no such thing, and the
-    process would end.
+    process would end. And Dr.Jit asks for the fields of each dataclass a dozen times in every call, which takes as long
+    as a small frame: it is handed the leaves alone. An argument may be `Flat`; the function is given its tree.
 
     Parameters
     ----------
@@ -26,16 +40,39 @@ def frozen(*, recordings: int = 10) -> Callable[[Kernel], Kernel]:
     """
 
     def decorator(function: Kernel) -> Kernel:
-        recorded = dr.freeze(function, warn_after=recordings)
+        recorded: dict[tuple[int | None, ...], tuple[Kernel, list[Structure]]] = {}
 
         @wraps(function)
         def call(*arguments: Any) -> Any:
+            key = tuple(id(each.structure) if isinstance(each, Flat) else None for each in arguments)
+            if key not in recorded:
+                structures = [each.structure if isinstance(each, Flat) else None for each in arguments]
+                recorded[key] = _recorder(function, structures, recordings)
+            kernel, result = recorded[key]
             with _without_collection():
-                return recorded(*arguments)
+                leaves = kernel(*(each.leaves if isinstance(each, Flat) else each for each in arguments))
+            return result[0].filled(iter(leaves)) if result else leaves
 
         return call
 
     return decorator
+
+
+def _recorder(
+    function: Kernel, structures: Sequence[Structure | None], recordings: int
+) -> tuple[Kernel, list[Structure]]:
+    """The function from leaves to leaves, frozen; and a list to which the result's structure comes, if it has one."""
+    found: list[Structure] = []
+
+    def of_leaves(*arguments: Any) -> Any:
+        pairs = zip(structures, arguments, strict=True)
+        result = function(*(each if structure is None else structure.filled(iter(each)) for structure, each in pairs))
+        if not is_tree(result):
+            return result
+        found[:] = [structure_of(result)]
+        return leaves_of(result)
+
+    return dr.freeze(wraps(function)(of_leaves), warn_after=recordings), found
 
 
 @contextmanager

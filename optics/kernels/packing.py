@@ -6,14 +6,16 @@ A frame has hundreds of numbers, and handing over each by itself costs more than
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.kernels.backend import Array3f32, ArrayXf32, Float32, UInt32, dr
+from optics.kernels.trees import Structure, leaves_of, structure_of
 
 AT_ONCE = 8
 """Numbers of a record that are read together."""
@@ -22,87 +24,40 @@ Tree = TypeVar("Tree")
 
 
 @dataclass(frozen=True)
-class Leaf:
-    """Place of an array in a tree: its shape, and how many numbers of a record it takes."""
-
-    shape: tuple[int, ...]
-
-    @classmethod
-    def of(cls, value: Any, *, batched: bool) -> Leaf:
-        """Leaf of an array; of a batch the first axis are its records."""
-        return cls(np.shape(value)[batched:])
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """How many numbers it has."""
-        return (math.prod(self.shape),)
-
-    def filled(self, numbers: Iterator[Any]) -> Any:
-        """Numbers in nested lists of the shape."""
-        return _nested(numbers, self.shape)
-
-
-@dataclass(frozen=True)
-class Node:
-    """Place of a dataclass or a dict in a tree, with its children by name; those that are None are left out."""
-
-    make: Callable[..., Any]
-    children: tuple[tuple[str, Leaf | Node], ...]
-
-    @classmethod
-    def of(cls, tree: Any, *, batched: bool) -> Node:
-        """Node of a tree."""
-        children = tree if isinstance(tree, dict) else vars(tree)
-        return cls(
-            type(tree),
-            tuple(
-                (name, (Node if _is_inner(child) else Leaf).of(child, batched=batched))
-                for name, child in children.items()
-                if child is not None
-            ),
-        )
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """How many numbers each leaf has."""
-        return tuple(count for _, child in self.children for count in child.counts)
-
-    def filled(self, numbers: Iterator[Any]) -> Any:
-        """The tree with numbers at its leaves."""
-        return self.make(**{name: child.filled(numbers) for name, child in self.children})
-
-
-@dataclass(frozen=True)
 class Packing:
     """Order of the numbers of a record; hashable, so that a kernel is compiled for it once.
 
-    Numbers are the leaves of a tree: of a dataclass whose fields are numbers, arrays, dicts and dataclasses, or None.
-    The same dataclass holds arrays on the host, and Dr.Jit's numbers in a kernel.
+    Numbers are the leaves of a tree (`optics.kernels.trees`): arrays on the host, Dr.Jit's numbers in a kernel.
 
     Attributes
     ----------
-    tree : Node
-    counts : tuple of int
-        How many numbers each leaf has.
+    structure : Structure
+        Of the tree.
+    shapes : tuple of shapes
+        Of its leaves.
     """
 
-    tree: Node
-    counts: tuple[int, ...]
+    structure: Structure
+    shapes: tuple[tuple[int, ...], ...]
 
     @classmethod
     def of(cls, tree: Any, *, batched: bool = False) -> Packing:
         """Packing that fits a tree; of a batch, the first axis of each array are the records."""
-        node = Node.of(tree, batched=batched)
-        return cls(node, node.counts)
+        return cls(structure_of(tree), tuple(np.shape(leaf)[batched:] for leaf in leaves_of(tree)))
 
-    @property
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """How many numbers each leaf has."""
+        return tuple(math.prod(shape) for shape in self.shapes)
+
+    @cached_property
     def width(self) -> int:
         """Numbers of a record, which is filled up to a multiple of what is read at once."""
         return -(-sum(self.counts) // AT_ONCE) * AT_ONCE
 
     def records(self, tree: Any, count: int = 1) -> NDArray[np.float32]:
         """Numbers in their order, shape (count, width)."""
-        found = [np.reshape(leaf, (count, -1)) for leaf in leaves(tree)]
+        found = [np.asarray(leaf).reshape(count, -1) for leaf in leaves_of(tree)]
         counts = tuple(each.shape[1] for each in found)
         if counts != self.counts:
             raise ValueError(f"expected numbers {self.counts}, got {counts}")
@@ -120,17 +75,8 @@ class Packing:
         """Kernel: the tree with the numbers of a record for every lane; of width 1 when `record` is."""
         chunks = self.width // AT_ONCE
         every = [number for chunk in range(chunks) for number in row_of(packed, record * chunks + chunk, AT_ONCE)]
-        return self.tree.filled(iter(every))
-
-
-def leaves(tree: Any) -> list[Any]:
-    """Arrays of a tree in their order."""
-    if tree is None:
-        return []
-    if not _is_inner(tree):
-        return [tree]
-    children = tree if isinstance(tree, dict) else vars(tree)
-    return [leaf for child in children.values() for leaf in leaves(child)]
+        numbers = iter(every)
+        return self.structure.filled(iter([_nested(numbers, shape) for shape in self.shapes]))
 
 
 def on_device(tree: Tree) -> Tree:
@@ -143,10 +89,6 @@ def on_device(tree: Tree) -> Tree:
 def opaque_numbers(values: ArrayLike) -> list[Any]:
     """Numbers that are not baked into the code of a kernel."""
     return [dr.opaque(Float32, float(x)) for x in np.ravel(values)]
-
-
-def _is_inner(tree: Any) -> bool:
-    return isinstance(tree, dict) or hasattr(tree, "__dataclass_fields__")
 
 
 def _nested(numbers: Iterator[Any], shape: tuple[int, ...]) -> Any:

@@ -34,6 +34,7 @@ from reports.studies.dive_report import dive_results
 from reports.studies.mount_export import export_checked_mount
 from rigs import Rig
 from rigs.atomic_files import write_text
+from scenes.baking.lit_scene import prepare
 from scenes.exterior import write_portraits
 from scenes.renderer import FastRenderer
 from scenes.requests.views import view_of
@@ -162,7 +163,7 @@ def _part_results(part: Part) -> PartResults:
 def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:
     target = folder / "views"
     target.mkdir(parents=True, exist_ok=True)
-    renderer = FastRenderer(rig, rig_meshes(rig), stage(rig), samples=VIEW_SAMPLES)
+    renderer = FastRenderer(prepare(stage(rig), rig), samples=VIEW_SAMPLES)
     layout = Layout.from_rig(rig)
     views, files = [], []
     for name, (azimuth, elevation) in GAZES_DEG.items():

@@ -2,7 +2,7 @@
 
 The sea's own light reaches a reef or a tank through what stands around, and what stands around sends light as well.
 Both are gathered by the kernel that renders frames: from each vertex it looks out in many directions, through the same
-water, at the same surfaces, which are lit by what was gathered before. Each round adds one more reflection. What is
+water, at the same surfaces, which are lit by what was gathered before. Each iteration adds one more reflection. What is
 averaged over the directions is the difference that the surroundings make to open water, whose light is known without
 any averaging: where nothing is in the way there is no noise.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,10 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.cache import load_or_make, result_key
-from optics.kernels.packing import Packing, leaves
+from optics.kernels.freezing import Flat
+from optics.kernels.packing import Packing
+from optics.kernels.trees import leaves_of
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.sample_directions import spiral_azimuth
 from scenes.kernels.geometry import geometry_of
 from scenes.kernels.grid import GridTable
@@ -32,16 +35,6 @@ from scenes.stage.records import NO_BALL, WORLD, Pose, StateRecord
 
 LOG = logging.getLogger(__name__)
 
-MOST_ROUNDS = 16
-"""Reflections between surfaces that are followed at most."""
-
-SETTLED = 0.005
-"""Gathering ends when a round changes the light by less than this share of its mean."""
-
-RAYS = 10_000_000
-"""Rays of a round, divided among the vertices."""
-
-LEAST_DIRECTIONS, MOST_DIRECTIONS = 64, 256
 RAYS_AT_ONCE = 1 << 21
 """Memory is bounded by gathering for so many rays at a time."""
 
@@ -57,15 +50,22 @@ One number for all of it, here and in the modules that call `cached`: most of it
 """
 
 
-def with_ambient(mesh: GroupMesh, light: Light) -> GroupMesh:
+def with_ambient(mesh: GroupMesh, light: Light, quality: LightQuality) -> GroupMesh:
     """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
     if not len(mesh.faces):
         return mesh
-    return replace(mesh, ambient=cached(mesh, light, "light on the robot", lambda: ambient_light(mesh, light)))
+    ambient = cached(mesh, light, quality, "light on the robot", lambda: ambient_light(mesh, light, quality))
+    return replace(mesh, ambient=ambient)
 
 
 def cached(
-    mesh: GroupMesh, light: Light, name: str, make: Callable[[], FloatArray], *, places: Sequence[FloatArray] = ()
+    mesh: GroupMesh,
+    light: Light,
+    quality: LightQuality,
+    name: str,
+    make: Callable[[], FloatArray],
+    *,
+    places: Sequence[FloatArray] = (),
 ) -> FloatArray:
     """Array that comes from a mesh under a light, kept on disk.
 
@@ -76,24 +76,29 @@ def cached(
         LOG.info("finding the %s; it is kept for the next time", name)
         return make()
 
-    key = light_key(name, mesh, light, places)
+    key = light_key(name, mesh, light, quality, places)
     return load_or_make(name, key, found, pack=lambda made: {"values": made}, unpack=lambda stored: stored["values"])
 
 
-def light_key(name: str, mesh: GroupMesh, light: Light, places: Sequence[FloatArray] = ()) -> str:
-    """Key of what comes from a mesh under a light and from places: the mesh, and all that the kernels take of both."""
-    looks = mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, leaves(mesh.mirrors)
-    lit = light.field_nodes, light.ambient_nodes, leaves(light.uniforms(1.0))
-    return result_key(name, LIGHT_VERSION, looks, lit, places)
+def light_key(
+    name: str, mesh: GroupMesh, light: Light, quality: LightQuality, places: Sequence[FloatArray] = ()
+) -> str:
+    """Key of what comes from a mesh under a light and from places: all that the kernels take of them, and how finely.
+
+    Coarse light cannot be taken for good light.
+    """
+    looks = mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, leaves_of(mesh.mirrors)
+    lit = light.field_nodes, light.ambient_nodes, leaves_of(light.uniforms(1.0))
+    return result_key(name, LIGHT_VERSION, looks, lit, asdict(quality), places)
 
 
-def ambient_light(mesh: GroupMesh, light: Light) -> FloatArray:
+def ambient_light(mesh: GroupMesh, light: Light, quality: LightQuality) -> FloatArray:
     """Irradiance at the vertices, shape (n, 3), once its reflections have settled."""
-    reflection = Reflection(mesh, light)
+    reflection = Reflection(mesh, light, quality)
     before = reflection.open_water
-    for _ in range(MOST_ROUNDS):
+    for _ in range(quality.reflections):
         ambient = reflection.once(before)
-        if change_of_light(before, ambient) < SETTLED:
+        if change_of_light(before, ambient) < quality.settled:
             return ambient
         before = ambient
     return before
@@ -108,12 +113,12 @@ class Reflection:
         Irradiance at the vertices by all but the direct sun if the mesh hid nothing and sent nothing.
     """
 
-    def __init__(self, mesh: GroupMesh, light: Light):
-        self._mesh, self._light = mesh, light
+    def __init__(self, mesh: GroupMesh, light: Light, quality: LightQuality):
+        self._mesh, self._light, self._quality = mesh, light, quality
         self._normals = vertex_normals(mesh.vertices_m, mesh.faces)
         self._origins = _inset(mesh) + self._normals * OFFSET_M
         self.open_water = light.open_water_irradiance(-self._origins[:, 2], self._normals)
-        self._unseen = gathered(None, self._origins, self._normals, light)
+        self._unseen = gathered(None, self._origins, self._normals, light, quality)
 
     def once(self, ambient: FloatArray, source: GridTable | None = None) -> FloatArray:
         """Irradiance at the vertices, shape (n, 3), when the mesh is lit by what is given: one more reflection.
@@ -121,24 +126,25 @@ class Reflection:
         `source` is what the mesh changes of the water's light (`scenes.baking.source_volume`).
         """
         lit = replace(self._mesh, ambient=ambient)
-        seen = gathered(lit, self._origins, self._normals, self._light, source)
+        seen = gathered(lit, self._origins, self._normals, self._light, self._quality, source)
         return np.maximum(self.open_water + seen - self._unseen, 0)
 
 
 def change_of_light(before: FloatArray, ambient: FloatArray) -> float:
-    """By what share a round has changed the mean light at the vertices, in the channel where it is largest."""
+    """By what share a reflection has changed the mean light at the vertices, in the channel where it is largest."""
     return float((np.abs((ambient - before).mean(axis=0)) / ambient.mean(axis=0)).max())
 
 
-def gathered(
+def gathered(  # noqa: PLR0917
     mesh: GroupMesh | None,
     origins: FloatArray,
     normals: FloatArray,
     light: Light,
+    quality: LightQuality,
     source: GridTable | None = None,
 ) -> FloatArray:
     """Irradiance at points from some directions, by channel, shape (n, 3); without a mesh that of open water."""
-    directions = int(np.clip(RAYS // len(origins), LEAST_DIRECTIONS, MOST_DIRECTIONS))
+    directions = int(np.clip(quality.rays // len(origins), quality.fewest_directions, quality.most_directions))
     # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
     around = Surroundings(mesh, light, depth_m=float(np.median(-origins[:, 2])), source=source)
     parts = []
@@ -162,6 +168,7 @@ class Surroundings:
         geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
         self._geometry = replace(geometry, source=source)
         self.tables = light.tables(without_peak=True)
+        self._flat_geometry, self._flat_tables = Flat(self._geometry), Flat(self.tables)
         uniforms = light.uniforms(depth_m)
         still = StateRecord(
             poses={WORLD: Pose.of(np.eye(4))},
@@ -194,7 +201,7 @@ class Surroundings:
         gain = dr.full(Float32, 1.0, dr.width(origin))
         rays = Rays(origin=origin, direction=direction, gain=gain, prefix=(nothing,))
         dr.eval(rays)
-        frame = compiled_frame(self._shape)(rays, self._geometry, self.tables, *self._records)
+        frame = compiled_frame(self._shape)(Flat(rays), self._flat_geometry, self._flat_tables, *self._records)
         return list(frame.rgb)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 from optics.kernels.packing import rows_of
 from scenes.baking.ambient import cached, gathered
+from scenes.baking.light_quality import LightQuality
 from scenes.kernels.ambient_cube import ROW, SIDES
 from scenes.kernels.grid import GridTable, grid_axes, grid_points
 from scenes.light.light import Light
@@ -22,7 +23,9 @@ MOST_POINTS = 24
 """Along each axis of the grid."""
 
 
-def ambient_volume(mesh: GroupMesh, light: Light, source: GridTable | None = None) -> GridTable:
+def irradiance_volume(
+    mesh: GroupMesh, light: Light, quality: LightQuality, source: GridTable | None = None
+) -> GridTable:
     """Grid over a lit mesh and its source volume for `scenes.kernels.ambient_cube`; from the cache when it can be."""
     axes = grid_axes(mesh, spacing_m=SPACING_M, most=MOST_POINTS)
     points = grid_points(axes)
@@ -30,7 +33,8 @@ def ambient_volume(mesh: GroupMesh, light: Light, source: GridTable | None = Non
     normals = np.tile(SIDES, (len(points), 1))
 
     def changes() -> FloatArray:
-        return gathered(mesh, origins, normals, light, source) - gathered(None, origins, normals, light)
+        seen = gathered(mesh, origins, normals, light, quality, source)
+        return seen - gathered(None, origins, normals, light, quality)
 
-    values = cached(mesh, light, "light in the water", changes)
+    values = cached(mesh, light, quality, "light in the water", changes)
     return GridTable.of(axes, rows_of(values, ROW))

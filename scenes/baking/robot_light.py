@@ -12,6 +12,7 @@ from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr, mi
 from optics.kernels.packing import vectors
 from scenes.baking.ambient import Surroundings
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.sample_directions import Cone, Looks, scattered_density, scattered_directions
 from scenes.kernels.shading import channels, molecular_phase, phase
 from scenes.kernels.tracing import Primitive
@@ -21,9 +22,6 @@ from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh
 
 LEAST_RADIUS_M = 1e-3
-
-LOOKS = 128
-"""Directions in which a point looks at the robot, of each kind of `scenes.baking.sample_directions`."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,8 @@ def extent_of(robot: GroupMesh) -> Extent:
 class RobotLight:
     """What a robot changes of the light at points of the water."""
 
-    def __init__(self, robot: GroupMesh, light: Light):
+    def __init__(self, robot: GroupMesh, light: Light, quality: LightQuality):
+        self._count = quality.sample_directions
         self._extent = extent_of(robot)
         self._gaze_mirror = (robot.mirrors or {}).get(Primitive.M2.name)
         depth = -float(self._extent.middle[2])
@@ -116,11 +115,11 @@ class RobotLight:
         What the water scatters on the way to a plane comes mostly from the robot's side of it, and is missing as well.
         """
         point = vectors(points)
-        cone, looks = self._cone(point), Looks.of(dr.width(point), LOOKS)
+        cone, looks = self._cone(point), Looks.of(dr.width(point), self._count)
 
         def weights(owner: Any, looking: Any) -> list[Any]:
             its = cone.of(owner)
-            return [dr.dot(looking, its.axis) / (LOOKS * its.density(looking))] * 3
+            return [dr.dot(looking, its.axis) / (self._count * its.density(looking))] * 3
 
         missing = self._missing(point, looks, cone.of(looks.place).directions(looks), weights)
         distance = np.linalg.norm(points - self._extent.middle, axis=1)
@@ -142,11 +141,11 @@ class RobotLight:
         They look over the cone that holds the robot, and about the way: most of what water sends along a line comes
         from there. A direction that either might have taken counts by both densities (Veach & Guibas 1995, SIGGRAPH).
         """
-        cone, looks = self._cone(point), Looks.of(dr.width(point), LOOKS)
+        cone, looks = self._cone(point), Looks.of(dr.width(point), self._count)
 
         def weights(owner: Any, looking: Any) -> list[Any]:
             ahead = dr.gather(Array3f32, way, owner)
-            density = LOOKS * (cone.of(owner).density(looking) + scattered_density(dr.dot(looking, ahead)))
+            density = self._count * (cone.of(owner).density(looking) + scattered_density(dr.dot(looking, ahead)))
             return [p / density for p in self._phases(looking, ahead)]
 
         over_cone = self._missing(point, looks, cone.of(looks.place).directions(looks), weights)

@@ -22,6 +22,7 @@ from scipy.spatial.transform import RigidTransform
 from optics.kernels.arrays import FloatArray
 from optics.kernels.packing import halves_of
 from scenes.baking.ambient import cached
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_light import RobotLight
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m
@@ -35,11 +36,10 @@ FARTHEST_M = 10.0
 LEAST_COSINE = 1e-3
 """Between a line of sight and the normal of the mirror that it leaves."""
 
-POINTS = 2
-"""On a line of sight from one node to the next."""
 
-
-def water_shade(robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light) -> Any:
+def shadow_in_water(
+    robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light, quality: LightQuality
+) -> Any:
     """Share of open water's radiance that the robot keeps, a row per piece of `scenes.kernels.veiling_light`'s lines.
 
     Parameters
@@ -51,13 +51,15 @@ def water_shade(robot: GroupMesh, world_from_body: RigidTransform, begins_m: Flo
     begins_m : array, shape (e, ELEVATIONS * AZIMUTHS, 3)
         Where lines of sight of the table's directions begin, body frame.
     light : Light
+    quality : LightQuality
     """
     places = (world_from_body.as_matrix(), begins_m)
     shares = cached(
         robot,
         light,
+        quality,
         "shadow of the robot in the water",
-        lambda: _shares(robot, world_from_body, begins_m, light),
+        lambda: _shares(robot, world_from_body, begins_m, light, quality),
         places=places,
     )
     return halves_of(shares[..., :-1, :], shares[..., 1:, :], ROW)
@@ -79,10 +81,12 @@ def folded_begins(eye: FloatArray, mirror: MirrorPlate) -> FloatArray:
     return np.asarray(centre + inside[0][:, np.newaxis] * mirror.x + inside[1][:, np.newaxis] * mirror.y)
 
 
-def _shares(robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light) -> FloatArray:
+def _shares(
+    robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light, quality: LightQuality
+) -> FloatArray:
     """Shares at the pieces' ends, shape (eyes, elevations, azimuths, PIECES + 1, 3)."""
     directions = world_from_body.rotation.apply(node_directions(AZIMUTHS, ELEVATIONS))
-    around = RobotLight(robot, light)
+    around = RobotLight(robot, light, quality)
     nodes = lengths_m()
     result = []
     for begins in begins_m:
@@ -92,8 +96,8 @@ def _shares(robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatAr
             if far > FARTHEST_M:
                 missing.append(missing[-1])
                 continue
-            width = (far - near) / POINTS
-            middles = near + width * (np.arange(POINTS) + 0.5)
+            width = (far - near) / quality.line_points
+            middles = near + width * (np.arange(quality.line_points) + 0.5)
             pieces = [around.missing_from_line(eyes, directions, float(middle)) for middle in middles]
             missing.append(missing[-1] + np.sum(pieces, axis=0) * width)
         open_water = around.open_water(eyes, directions)

@@ -9,8 +9,8 @@ is another light, and the difference
 
     J(x, w) = b int p(w, w') (L(x, w') - F(w')) dw'
 
-is found here: from each point the world is looked at in many directions. Light on its surfaces and J hang on each
-other, and are found in turns.
+is found here: from each point the world is looked at in many directions. Light on its surfaces and J depend on each
+other, and are found by iteration.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from scipy.spatial import cKDTree
 from optics.kernels.arrays import FloatArray
 from optics.kernels.packing import rows_of, vectors
 from scenes.baking.ambient import LOG, RAYS_AT_ONCE, Reflection, Surroundings, cached, change_of_light
+from scenes.baking.light_quality import LightQuality
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.grid import GridTable, grid_axes, grid_points
 from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
@@ -31,9 +32,6 @@ from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh
 
 SPACING_M = 0.35
-MOST_POINTS = 24
-"""Along each axis of the grid."""
-
 INSET_M = 0.02
 """Points of the grid keep off the world's bounding box, where a basin has its walls."""
 
@@ -41,28 +39,19 @@ SUN_RINGS_RAD = np.radians(np.geomspace(0.7, 15, 10))
 SUN_AROUND = 12
 """Rings about the sun, and directions on each."""
 
-SETTLED = 0.0025
-"""Share by which the last turn may change the light on the surfaces, and what the water scatters.
-
-In turbid water each turn changes them by half of what the one before did: about so much is missing at the end.
-"""
-
-MOST_TURNS = 16
-"""Times at most that the light on the surfaces and in the water are found in turn."""
-
 RINGS, AROUND = 64, 48
 """Points at which the phase function is taken to share out a direction's light, by angle and around."""
 
 
-def lit_world(mesh: GroupMesh, light: Light) -> tuple[GroupMesh, GridTable]:
+def lit_world(mesh: GroupMesh, light: Light, quality: LightQuality) -> tuple[GroupMesh, GridTable]:
     """World with the irradiance at its vertices by all but the direct sun, and its source volume.
 
     From the cache when it can be; the volume is as `scenes.kernels.veiling_light` takes it.
     """
-    axes = grid_axes(mesh, spacing_m=SPACING_M, most=MOST_POINTS, inset_m=INSET_M)
-    found = cache(lambda: _in_turns(mesh, light, axes))
-    ambient = cached(mesh, light, "light on the world", lambda: found()[0])
-    source = cached(mesh, light, "light that the water scatters", lambda: found()[1])
+    axes = grid_axes(mesh, spacing_m=SPACING_M, most=quality.grid_points, inset_m=INSET_M)
+    found = cache(lambda: _iterated(mesh, light, quality, axes))
+    ambient = cached(mesh, light, quality, "light on the world", lambda: found()[0])
+    source = cached(mesh, light, quality, "light that the water scatters", lambda: found()[1])
     return replace(mesh, ambient=ambient), source_volume(axes, source)
 
 
@@ -71,17 +60,19 @@ def source_volume(axes: list[FloatArray], source: FloatArray) -> GridTable:
     return GridTable.of(axes, rows_of(source.reshape(-1, 3), SOURCE_ROW))
 
 
-def _in_turns(mesh: GroupMesh, light: Light, axes: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Irradiance at the vertices and source at the points, in turns: each adds one reflection and one scattering."""
-    water, reflection = _Water(light, grid_points(axes)), Reflection(mesh, light)
+def _iterated(
+    mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Irradiance at the vertices and source at the points: each iteration adds one reflection and one scattering."""
+    water, reflection = _Water(light, grid_points(axes)), Reflection(mesh, light, quality)
     ambient, source = reflection.open_water, water.dark
-    for turn in range(1, MOST_TURNS + 1):
+    for iteration in range(1, quality.iterations + 1):
         volume = source_volume(axes, source)
         lit, ambient = ambient, reflection.once(ambient, volume)
         scattered, source = source, water.source(replace(mesh, ambient=ambient), volume)
         change = max(change_of_light(lit, ambient), np.abs(source - scattered).mean() / water.mean_source)
-        LOG.info("turn %d of at most %d: the light changed by %.1f %%", turn, MOST_TURNS, 100 * change)
-        if change < SETTLED:
+        LOG.info("iteration %d of at most %d: light changed by %.1f %%", iteration, quality.iterations, 100 * change)
+        if change < quality.iterations_settled:
             break
     return ambient, source
 

@@ -79,7 +79,7 @@ class Geometry:
     groups: dict[str, GroupScene]
     faces: Any
     vertices: Any
-    sun_map: SunMap | None
+    sun_map: SunMap | None = None
     irradiance: GridTable | None = None
     source: GridTable | None = None
     shadow_in_water: Any = None
@@ -136,7 +136,7 @@ def _vertex_rows(mesh: GroupMesh) -> NDArray[np.float64]:
     rows = np.zeros((len(mesh.vertices_m), ROW))
     rows[:, VertexColumn.NORMAL : VertexColumn.NORMAL + 2] = to_octahedron(vertex_normals(mesh.vertices_m, mesh.faces))
     rows[:, VertexColumn.COLOUR : VertexColumn.COLOUR + 3] = mesh.colour
-    light = mesh.shade if mesh.ambient is None else mesh.ambient
+    light = mesh.unoccluded if mesh.ambient is None else mesh.ambient
     rows[:, VertexColumn.AMBIENT : VertexColumn.AMBIENT + 3] = 1 if light is None else light
     return rows
 

@@ -145,7 +145,7 @@ def compiled_prefix(state: Packing) -> Callable[..., Any]:
     """Frozen kernel of what no joint moves: where rays of the port, and of M1 behind it, hit the fixed group."""
 
     @frozen(recordings=RENDERERS)
-    def prefix(rays: Rays, groups: dict[str, GroupScene], state_records: Any) -> list[FixedHit]:
+    def prefix(rays: Rays, groups: dict[str, GroupScene], state_records: Any) -> tuple[FixedHit, ...]:
         record: StateRecord = state.unpack(state_records, UInt32(0))
         mirrors = {name: mirror for name, mirror in record.mirrors.items() if name == Primitive.M1.name}
         # The sea is out of the way: its pose is replaced by one far below.
@@ -165,6 +165,6 @@ def compiled_prefix(state: Packing) -> Callable[..., Any]:
             reflected = reflect(direction, mirrors[Primitive.M1.name].normal)
             origin = dr.select(folded, origin + direction * hit.distance + reflected * START_OFFSET_M, origin)
             direction = dr.select(folded, reflected, direction)
-        return found
+        return tuple(found)
 
     return prefix

@@ -40,7 +40,7 @@ class StateRecords:
     """
 
     def __init__(self, rig: Rig, stage: Stage, *, target_instance: int):
-        self._rig, self._stage, self._target_instance = rig, stage, target_instance
+        self.rig, self._stage, self._target_instance = rig, stage, target_instance
         self._layout = Layout.from_rig(rig) if rig.gaze is not None else None
         self._clearance = Clearance(stage.world)
 
@@ -100,7 +100,7 @@ class StateRecords:
 
     def mirrors(self, body_from: dict[str, FloatArray]) -> dict[str, MirrorPlate]:
         """Batches of the mirrors, body frame, of poses from `body_from`."""
-        gaze = self._rig.gaze
+        gaze = self.rig.gaze
         if self._layout is None or gaze is None:
             return {}
         tilt = body_from[str(Group.TILT)]

@@ -16,6 +16,7 @@ from optics.kernels.arrays import unit
 from optics.layout import Layout
 from optics.status import Region
 from rigs import Rig
+from scenes.baking.lit_scene import prepare
 from scenes.image import check_image_path, display_image, write_picture
 from scenes.reference.agreement import Agreement, agreements, pixel_error, time_to_target_error_s
 from scenes.reference.limits import check_known_to_reference, without_lamps
@@ -111,9 +112,9 @@ def compare(
         Layout.from_rig(rig).check_joints(q1, q2)
     rig, notes = without_lamps(rig)
     parts = rig_meshes(rig) if rig.gaze is not None else []
+    lit = prepare(stage, rig, parts)
     smooth, quick = (
-        FastRenderer(rig, parts, stage, width_px=width_px, height_px=height_px, samples=count)
-        for count in (FAST_SAMPLES, 1)
+        FastRenderer(lit, width_px=width_px, height_px=height_px, samples=count) for count in (FAST_SAMPLES, 1)
     )
     frame = smooth.render(q1=q1, q2=q2)
     fast_time = _frame_time_s(quick, q1, q2)

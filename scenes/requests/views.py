@@ -17,6 +17,7 @@ from optics.gaze.stowed_view import parts_in_body
 from optics.layout import Layout, check_stows
 from optics.mesh import PartMesh
 from rigs import Rig
+from scenes.baking.lit_scene import prepare
 from scenes.forward_scatter import blurred
 from scenes.image import check_image_path, display_image, write_picture
 from scenes.reference.limits import check_known_to_reference, without_lamps
@@ -196,8 +197,10 @@ def render_view(rig: Rig, stage: Stage, shot: Shot, output: Output, *, progress:
         notes += dark
     rig, parts = _in_pose(rig, shot)
 
+    lit = prepare(stage, rig, parts)
+
     def fast(samples: int) -> FastRenderer:
-        return FastRenderer(rig, parts, stage, width_px=shot.width_px, height_px=shot.height_px, samples=samples)
+        return FastRenderer(lit, width_px=shot.width_px, height_px=shot.height_px, samples=samples)
 
     state = _state(stage, shot)
     renderer = fast(1 if shot.renderer == "reference" else shot.samples)

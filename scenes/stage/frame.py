@@ -109,7 +109,7 @@ class FrameArrays:
 
     rgb: list[Any]
     label: Any
-    truth: TruthArrays | None
+    truth: TruthArrays | None = None
 
 
 def frames_of(arrays: FrameArrays, count: int, shape: tuple[int, int], per_pixel: int) -> list[Frame]:

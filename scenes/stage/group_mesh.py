@@ -42,7 +42,7 @@ class GroupMesh:
         Factors on the materials' reflectance; a group with colours has smooth normals as well.
     ambient : array, shape (n, 3), optional
         Irradiance at the vertices by all but the direct sun, by channel, W / (m^2 nm).
-    shade : array, shape (n, 3), optional
+    unoccluded : array, shape (n, 3), optional
         Instead, for what moves: how much of the light around reaches the vertices past the rest of it, by channel.
     mirrors : dict of MirrorPlate, optional
         Mirrors among the triangles, by name: they throw light on what is around them.
@@ -55,7 +55,7 @@ class GroupMesh:
     instance: NDArray[np.int32]
     colour: NDArray[np.float32] | None = None
     ambient: NDArray[np.float64] | None = None
-    shade: NDArray[np.float64] | None = None
+    unoccluded: NDArray[np.float64] | None = None
     mirrors: dict[str, MirrorPlate] | None = None
 
 

@@ -15,6 +15,8 @@ from optics.mesh import Group, Role
 from optics.status import Region
 from optics.train import OpticalTrain
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings
 from scenes.stage.frame import Label
@@ -24,8 +26,6 @@ from scenes.stage.targets import Ball, target_named
 from scenes.truth.silhouette import ball_silhouette
 from tracking.perception import RED_BALL, ColourWindow, Crop, DetectorSettings, ExactCorners, detect
 from tracking.records import Mode, Step
-
-pytestmark = pytest.mark.usefixtures("rough_light")
 
 DEPTH_M = 5.0
 RADIUS_M = 0.1
@@ -41,7 +41,7 @@ def rig():
 
 @pytest.fixture(scope="module")
 def renderer(rig):
-    return FastRenderer(rig, rig_meshes(rig), stage(rig, world="blue", depth_m=DEPTH_M))
+    return FastRenderer(prepare(stage(rig, world="blue", depth_m=DEPTH_M), rig, quality=LightQuality.coarse()))
 
 
 def state(q_deg, place):

@@ -11,6 +11,7 @@ from dives.motions import Hover
 from dives.paths import body_pose, target_pose
 from dives.rendered_camera import MOST_SWEEPS, RenderedCamera, dive_stage
 from dives.timed_mirrors import STEP_S, TimedMirrors
+from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_generator, start_settings, sweep_times
 from tracking.protocols import MirrorReport
@@ -117,7 +118,7 @@ def test_image_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_di
     # The middle row is rendered at the middle of its exposure.
     times = sweep_times(sensor, exposure_s=settings.exposure_s, start_s=exposure.start_s, sweeps=1)
     assert times.mean() == pytest.approx(0.0, abs=1e-12)
-    frame = FastRenderer(rig, parts, stage).render(
+    frame = FastRenderer(prepare(stage, rig, parts)).render(
         world_from_body=body_pose(still, 0.0), world_from_target=target_pose(still, 0.0), time_s=float(times.mean())
     )
     image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).picture

@@ -28,16 +28,12 @@ WRITTEN = {"dive.toml", "log.parquet", "metrics.json", "overlay.mp4", "rig.toml"
 KILLED = """
 import os, signal, sys, time
 from pathlib import Path
-from scenes.baking import ambient, irradiance_volume as ambient_volume, robot_light, source_volume
-from scenes.baking import robot_shadow_in_water as water_shade, robot_shadow_on_world as world_shade
+from scenes.baking.light_quality import LightQuality
 from dives import journal
 from dives.runner import run_dive
 from dives.dive import parse_dive
 
-for module in (ambient, ambient_volume, source_volume, water_shade, world_shade):
-    module.cached = lambda mesh, light, name, make, places=(): make()
-ambient.LEAST_DIRECTIONS = ambient.MOST_DIRECTIONS = robot_light.LOOKS = 4  # as `rough_light`
-source_volume.MOST_POINTS, source_volume.MOST_TURNS = 6, 2
+LightQuality.full = LightQuality.coarse  # as `rough_light`
 journal.SEGMENT_FRAMES = 3
 folder = Path(sys.argv[1])
 dive = parse_dive((folder / "small_dive.toml").read_text(), source="small", folder=folder)
@@ -67,9 +63,14 @@ def _short_segments():
 def _one_renderer_for_all():
     """A renderer keeps nothing from image to image, and takes longer to make than a dive of eight."""
     made: dict[str, object] = {}
-    make = rendered_camera.FastRenderer
+
+    def once(name):
+        make = getattr(rendered_camera, name)
+        return lambda *given: made[name] if name in made else made.setdefault(name, make(*given))
+
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rendered_camera, "FastRenderer", lambda *given: made.setdefault("renderer", make(*given)))
+        for name in ("prepare", "FastRenderer"):
+            patch.setattr(rendered_camera, name, once(name))
         yield
 
 

@@ -14,6 +14,7 @@ from optics.train import OpticalTrain, pixel_grid
 from optics.water.pure_water import molecular_phase
 from rigs import Rig
 from rigs.port import NoPortSpec
+from scenes.baking.lit_scene import prepare
 from scenes.kernels import paths
 from scenes.light.materials import Material, albedo_table
 from scenes.light.spectrum import water_bands
@@ -106,7 +107,7 @@ def test_tank_looks_as_in_the_fast_renderer(grey_tank, monkeypatch):
     rig = Rig.load("bench").model_copy(update={"port": NoPortSpec(shape="none")})
     scene = stage(rig, world="blue", depth_m=DEPTH, jerlov_type="II", wind=Wind(speed_m_per_s=0.0))
     tank_shape = Target(shape=MeshShape(name="tank", surface=grey_tank), world_from_target=RigidTransform.identity())
-    frame = FastRenderer(rig, [], replace(scene, target=tank_shape), width_px=96, height_px=72).render()
+    frame = FastRenderer(prepare(replace(scene, target=tank_shape), rig, []), width_px=96, height_px=72).render()
 
     water = rig.water.of_type("II")
     albedo = albedo_table(water_bands()) @ water_bands().weight.T

@@ -13,13 +13,13 @@ from optics.mesh import Group, PartMesh, Role
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid, regions
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_scene import prepare
 from scenes.image import WHITE_LEVEL, display_image
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Label
 from scenes.stage.stage import ball, stage
 from scenes.stage.state import State
-
-pytestmark = pytest.mark.usefixtures("rough_light")
 
 DEPTH = 4.0
 # Where the camera does not see the ball beside M1 as well.
@@ -32,6 +32,11 @@ EDGE_PIXELS = 1e-3
 """Fraction of pixels that may lie on another side of a mirror's edge in float32 than in float64."""
 
 
+def lit(scene, rig, parts):
+    """A scene in coarse light: what is tested does not depend on it."""
+    return prepare(scene, rig, parts, quality=LightQuality.coarse())
+
+
 @pytest.fixture(scope="module")
 def aqua2():
     return Rig.load("aqua2")
@@ -40,7 +45,7 @@ def aqua2():
 @pytest.fixture(scope="module")
 def bare(aqua2):
     """Mirrors alone, no hull and no mount: the train knows everything there is."""
-    return FastRenderer(aqua2, [], stage(aqua2, depth_m=DEPTH))
+    return FastRenderer(lit(stage(aqua2, depth_m=DEPTH), aqua2, []))
 
 
 def world_from_virtual(rig, q1, q2, world_from_body):
@@ -72,7 +77,7 @@ def test_ball_is_where_the_train_projects_it(preset, pose):
     centre = world_from_virtual(rig, q1, q2, scene.world_from_body).apply([0.06, -0.04, 1.2])
     scene = replace(scene, target=ball(centre, 0.02))
     renderer = FastRenderer(
-        rig, [], scene, width_px=rig.camera.width_px // scale, height_px=rig.camera.height_px // scale, samples=64
+        lit(scene, rig, []), width_px=rig.camera.width_px // scale, height_px=rig.camera.height_px // scale, samples=64
     )
     frame = renderer.render(q1=q1, q2=q2)
     seen = frame.target_centroid_px()
@@ -108,7 +113,7 @@ def test_distance_is_the_length_of_the_path(aqua2, bare):
 def test_radiance_in_the_air_is_that_of_the_water_by_t_over_n_squared():
     """T / n^2 on the axis: Fresnel at normal incidence (Born & Wolf 1.5.3) and conservation of basic radiance."""
     rig = Rig.load("bench")
-    renderer = FastRenderer(rig, [], stage(rig, depth_m=DEPTH), width_px=4, height_px=3)
+    renderer = FastRenderer(lit(stage(rig, depth_m=DEPTH), rig, []), width_px=4, height_px=3)
     gain = np.array(renderer._rays["gain"])
     train = OpticalTrain.from_rig(rig)
     n_port, n_water = train.port.n_port, train.port.n_water
@@ -123,7 +128,7 @@ def test_white_card_is_shown_at_the_white_level(aqua2):
     """A white horizontal card in the sun, seen at arm's length: exposure and white balance are set by it."""
     scene = stage(aqua2, depth_m=DEPTH)
     radiance = scene.light.white_radiance(DEPTH) / scene.light.n_water**2
-    renderer = FastRenderer(aqua2, [], scene, width_px=2, height_px=2)
+    renderer = FastRenderer(lit(scene, aqua2, []), width_px=2, height_px=2)
     frame = renderer.render()
     card = replace(frame, radiance=np.broadcast_to(radiance, frame.radiance.shape))
     expected = round(255 * (1.055 * WHITE_LEVEL ** (1 / 2.4) - 0.055))
@@ -141,8 +146,8 @@ def test_a_plate_in_the_view_is_seen_where_it_is(aqua2):
         faces=np.array([[0, 1, 2], [2, 1, 3]], dtype=np.int32),
     )
     scene = stage(aqua2, depth_m=DEPTH)
-    with_plate = FastRenderer(aqua2, [plate], scene).render()
-    without = FastRenderer(aqua2, [], scene).render()
+    with_plate = FastRenderer(lit(scene, aqua2, [plate])).render()
+    without = FastRenderer(lit(scene, aqua2, [])).render()
     hull = with_plate.label == Label.HULL
     assert hull.sum() > 1000
     assert not (without.label == Label.HULL).any()
@@ -163,9 +168,9 @@ def test_a_plate_above_casts_its_shadow(aqua2):
         vertices_m=above + np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]),
         faces=np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32),
     )
-    shaded, lit = (FastRenderer(aqua2, parts, scene).render() for parts in ([plate], []))
-    folded = lit.region == Region.FOLD
-    ratio = shaded.radiance[folded].mean(axis=1) / lit.radiance[folded].mean(axis=1)
+    shaded, open_light = (FastRenderer(lit(scene, aqua2, parts)).render() for parts in ([plate], []))
+    folded = open_light.region == Region.FOLD
+    ratio = shaded.radiance[folded].mean(axis=1) / open_light.radiance[folded].mean(axis=1)
     # The fold view looks down at the floor: it holds the shadow's edge, so both kinds of pixel are there.
     # The water before the shadow still shines, by the light of the floor around it.
     assert (ratio < 0.65).mean() > 0.05
@@ -211,7 +216,7 @@ def test_up_is_bright_and_down_is_dark(aqua2):
     """Open water far from the tank's walls: radiance grows towards the surface."""
     scene = stage(aqua2, depth_m=15.0)
     far_away = RigidTransform.from_translation([500.0, 0.0, -15.0])
-    renderer = FastRenderer(aqua2, [], scene, width_px=64, height_px=48)
+    renderer = FastRenderer(lit(scene, aqua2, []), width_px=64, height_px=48)
     means = []
     for q2 in (-30.0, 0.0, 20.0):
         frame = renderer.render(q1=0.0, q2=np.radians(q2), world_from_body=far_away)

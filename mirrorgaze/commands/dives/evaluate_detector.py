@@ -45,9 +45,9 @@ def evaluate_detector(
     Example:
       mirrorgaze evaluate-detector aqua2 --world reef --detector wide-hue -o evaluation.png
     """
-    from cad.assembly.meshes import rig_meshes
     from dives.evaluation.detector_evaluation import evaluation_images, results_by_distance
     from mirrorgaze.loading import load_usable_rig
+    from scenes.baking.lit_scene import prepare
     from scenes.image import check_image_path
     from scenes.renderer import FastRenderer
     from tracking.perception import DETECTORS
@@ -58,7 +58,7 @@ def evaluate_detector(
     loaded.require_gaze()
     if output is not None:
         check_image_path(output, ".png")
-    renderer = FastRenderer(loaded, rig_meshes(loaded), scene.stage(loaded))
+    renderer = FastRenderer(prepare(scene.stage(loaded), loaded))
     taken = evaluation_images(renderer, images, scene.seed, partial(print_progress, "evaluate-detector: image"))
     settings = DETECTORS[detector]
     if output is not None:

@@ -104,9 +104,10 @@ def built_wrong(nominal: Rig) -> Rig:
 
 
 def renderer_of(rig: Rig, scene):
+    from scenes.baking.lit_scene import prepare
     from scenes.renderer import FastRenderer
 
-    return FastRenderer(rig, [], scene, samples=4)
+    return FastRenderer(prepare(scene, rig, []), samples=4)
 
 
 def as_picture(radiance: np.ndarray) -> np.ndarray:

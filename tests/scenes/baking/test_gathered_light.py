@@ -9,14 +9,16 @@ from scipy.spatial.transform import RigidTransform
 from optics.mesh import Group
 from scenes.baking import ambient, robot_light, source_volume
 from scenes.baking.ambient import cached, gathered, with_ambient
-from scenes.baking.irradiance_volume import ambient_volume
-from scenes.baking.sun_shadow import at_rest, with_shade
+from scenes.baking.irradiance_volume import irradiance_volume
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.robot_occlusion import at_rest, with_occlusion
 from scenes.kernels.ambient_cube import ROW, SIDES
 from scenes.light.materials import Material, albedo_table
 from scenes.stage.frame import Label
 from scenes.stage.group_mesh import GroupMesh
 from scenes.stage.records import MirrorPlate
 
+FULL = LightQuality.full()
 UP, DOWN, LEVEL = [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 
 
@@ -55,7 +57,7 @@ def test_open_water_gathered_is_the_irradiance_of_its_solution(light):
     normals = np.repeat([UP, DOWN, LEVEL], 200, axis=0)
     origins = np.tile([0.0, 0.0, -5.0], (len(normals), 1))
     expected = light.open_water_irradiance(-origins[:, 2], normals)
-    found = gathered(None, origins, normals, light)
+    found = gathered(None, origins, normals, light, FULL)
     means = [values.reshape(3, 200, 3).mean(axis=1) for values in (found, expected)]
     np.testing.assert_allclose(*means, rtol=0.02)
 
@@ -67,10 +69,10 @@ def test_a_lid_takes_the_light_from_above(light):
     Light from below lacks what the sun would have sent through the water that now lies in the lid's shadow: no more
     than its share, a third in red.
     """
-    lid = with_ambient(plate(3.0, -4.9, Material.NEOPRENE), light)
+    lid = with_ambient(plate(3.0, -4.9, Material.NEOPRENE), light, FULL)
     normals = np.array([UP, DOWN])
     origins = np.tile([0.0, 0.0, -5.0], (2, 1))
-    under, open_water = (gathered(mesh, origins, normals, light) for mesh in (lid, None))
+    under, open_water = (gathered(mesh, origins, normals, light, FULL) for mesh in (lid, None))
     assert (under[0] < 0.1 * open_water[0]).all()
     assert (under[1] < open_water[1]).all()
     assert (under[1] > 0.66 * open_water[1]).all()
@@ -79,14 +81,14 @@ def test_a_lid_takes_the_light_from_above(light):
 def test_a_floor_close_by_sends_its_albedo(light):
     """A plane that faces a wide floor from 20 mm above receives what the floor sends: albedo times its irradiance."""
     depth = 5.0
-    floor = with_ambient(plate(3.0, -depth, cells=6), light)
+    floor = with_ambient(plate(3.0, -depth, cells=6), light, FULL)
     uniforms = light.uniforms(depth)
     sun = uniforms.sun_irradiance * np.exp(-uniforms.sun_attenuation * depth) * light.towards_sun[2]
     ambient = light.open_water_irradiance(np.array([depth]), np.array([UP]))[0]
     received = uniforms.ambient_fraction * ambient.repeat(3) + sun
     white = albedo_table(light.bands)[int(Material.TILE_WHITE)]
     expected = (light.bands.weight @ (white * received)).ravel()
-    found = gathered(floor, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light)[0]
+    found = gathered(floor, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light, FULL)[0]
     np.testing.assert_allclose(found, expected, rtol=0.02)
 
 
@@ -102,7 +104,7 @@ def test_a_mirror_close_by_sends_what_comes_from_above(light):
     mirror = replace(plate(3.0, -depth - 1e-3, Material.MIRROR_BACK), mirrors={"M1": level})
     cosine = np.linspace(0.05, 1, 50)
     loss = [np.polynomial.polynomial.polyval(cosine, fit) for fit in light.uniforms(depth).mirror_fit]
-    found = gathered(mirror, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light)[0]
+    found = gathered(mirror, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light, FULL)[0]
     share = found / light.open_water_irradiance(np.array([depth]), np.array([UP]))[0]
     assert 0.98 * np.min(loss) < share.min()
     assert share.max() < 1.02 * np.max(loss)
@@ -110,14 +112,14 @@ def test_a_mirror_close_by_sends_what_comes_from_above(light):
 
 def test_the_volume_over_a_floor_is_what_is_gathered_there(light):
     """At a node the volume holds the difference to open water; far above the middle of a small floor there is none."""
-    floor = with_ambient(plate(0.4, -5.0), light)
-    volume = ambient_volume(floor, light)
+    floor = with_ambient(plate(0.4, -5.0), light, FULL)
+    volume = irradiance_volume(floor, light, FULL)
     shape = [int(n[0]) for n in volume.count]
     values = np.array(volume.values).reshape(*shape, len(SIDES), ROW)[..., :3]
     corner, step = (np.array([float(x[0]) for x in axis]) for axis in (volume.corner, volume.inverse_step))
     point = corner + np.array([0, 0, 1]) / step
-    looks = np.array([point]), np.array([DOWN]), light
-    expected = (gathered(floor, *looks) - gathered(None, *looks))[0]
+    there = np.array([point]), np.array([DOWN]), light, FULL
+    expected = (gathered(floor, *there) - gathered(None, *there))[0]
     side = int(np.argmax(SIDES @ DOWN))
     # Each point looks in directions of its own: the difference is known to some per cent of itself.
     np.testing.assert_allclose(values[0, 0, 1, side], expected, rtol=0.2)
@@ -129,9 +131,9 @@ def test_parts_under_a_roof_are_in_its_shade(light):
     roof, below = plate(1.5, 0.0, Material.NEOPRENE), plate(0.05, -0.05, Material.NEOPRENE)
     still = {str(Group.FIXED): RigidTransform.identity(), str(Group.PAN): RigidTransform.identity()}
     meshes = {str(Group.FIXED): roof, str(Group.PAN): below}
-    lit, whole = with_shade(meshes, still, None, light, hung=at_rest(RigidTransform.identity()))
-    top = lit[str(Group.FIXED)].shade[lit[str(Group.FIXED)].faces].mean(axis=(0, 1))
-    under = lit[str(Group.PAN)].shade.mean(axis=0)
+    lit, whole = with_occlusion(meshes, still, None, light, FULL, world_from_body=at_rest(RigidTransform.identity()))
+    top = lit[str(Group.FIXED)].unoccluded[lit[str(Group.FIXED)].faces].mean(axis=(0, 1))
+    under = lit[str(Group.PAN)].unoccluded.mean(axis=0)
     np.testing.assert_allclose(top, 1, atol=0.03)
     assert (under < 0.1).all()
     assert len(whole.faces) >= len(roof.faces) + len(below.faces)
@@ -142,7 +144,7 @@ def test_what_is_kept_on_disk_is_of_the_places_too(light, tmp_path, monkeypatch,
     monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
     caplog.set_level("INFO", logger="scenes")
     made = [
-        float(cached(plate(1.0, 0.0), light, "light", lambda k=k: np.array([k]), places=[np.array([eye_m])])[0])
+        float(cached(plate(1.0, 0.0), light, FULL, "light", lambda k=k: np.array([k]), places=[np.array([eye_m])])[0])
         for k, eye_m in enumerate((0.5, 0.5, 0.6))
     ]
     assert made == [0, 0, 2]

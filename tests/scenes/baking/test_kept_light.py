@@ -12,9 +12,10 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from scenes.baking.ambient import LIGHT_VERSION, ambient_light
-from scenes.baking.irradiance_volume import ambient_volume
-from scenes.baking.robot_shadow_in_water import water_shade
-from scenes.baking.robot_shadow_on_world import world_shade
+from scenes.baking.irradiance_volume import irradiance_volume
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.robot_shadow_in_water import shadow_in_water
+from scenes.baking.robot_shadow_on_world import shadow_on_world
 from scenes.baking.source_volume import lit_world
 from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS
 from scenes.light.materials import Material
@@ -22,12 +23,11 @@ from scenes.stage.frame import Label
 from scenes.stage.group_mesh import GroupMesh
 from scenes.surfaces.shapes import unit_sphere
 
-pytestmark = pytest.mark.usefixtures("rough_light")
-
 RECORDED_REL = 1e-4
 """Kernels count in single precision: vertices moved by 3e-7 of themselves change these sums by up to 1e-5 ..."""
 FEW_LOOKS_REL = 5e-3
 """... but by 1.7e-3 where each point looks in 4 directions, and one ray in thousands then misses the robot."""
+COARSE = LightQuality.coarse()
 BALL_M = 5.0
 FLOOR_M = 6.0
 
@@ -46,13 +46,21 @@ def crumpled(vertices, faces, by_m, *, label):
 
 
 @pytest.fixture(scope="module")
-def lit_floor(aqua2_light):
+def nothing_kept(tmp_path_factory, aqua2_light):
+    """An empty cache: what is kept for a key is what is tested here. The field of the water itself may be kept."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MIRRORGAZE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def lit_floor(aqua2_light, nothing_kept):
     """A level square of 4 x 4 x 2 triangles, crumpled and lit, and the source volume above it."""
     x = np.linspace(-2, 2, 5)
     vertices = np.stack([*(axis.ravel() for axis in np.meshgrid(x, x, indexing="ij")), np.full(25, -FLOOR_M)], axis=1)
     a = (5 * np.arange(4)[:, np.newaxis] + np.arange(4)).ravel()
     faces = np.concatenate([np.stack([a, a + 5, a + 6], axis=1), np.stack([a, a + 6, a + 1], axis=1)])
-    return lit_world(crumpled(vertices, faces, 0.3, label=Label.WORLD), aqua2_light)
+    return lit_world(crumpled(vertices, faces, 0.3, label=Label.WORLD), aqua2_light, COARSE)
 
 
 @pytest.fixture(scope="module")
@@ -62,10 +70,10 @@ def ball():
     return crumpled(0.3 * vertices - [0, 0, BALL_M], faces, 0.05, label=Label.HULL)
 
 
-def test_kept_light_of_a_world_is_what_would_be_found_today(lit_floor, aqua2_light, check_recorded):
+def test_kept_light_of_a_world_is_what_would_be_found_today(lit_floor, aqua2_light, nothing_kept, check_recorded):
     """On its surfaces, in what the water scatters, and around what moves in it."""
     floor, source = lit_floor
-    around = ambient_volume(floor, aqua2_light, source)
+    around = irradiance_volume(floor, aqua2_light, COARSE, source)
     found = {
         "ambient": floor.ambient,
         "source": np.array(source.values),
@@ -74,13 +82,13 @@ def test_kept_light_of_a_world_is_what_would_be_found_today(lit_floor, aqua2_lig
     check_recorded("light of a world", LIGHT_VERSION, rel=RECORDED_REL, **found)
 
 
-def test_kept_light_of_a_robot_is_what_would_be_found_today(ball, aqua2_light, check_recorded):
+def test_kept_light_of_a_robot_is_what_would_be_found_today(ball, aqua2_light, nothing_kept, check_recorded):
     """On it, and its shadows in the water and on the world."""
     pose = RigidTransform.from_translation([0, 0, -BALL_M])
     begins = np.broadcast_to([0.0, 0.0, -0.8], (1, ELEVATIONS * AZIMUTHS, 3))
-    ambient = ambient_light(ball, aqua2_light)
+    ambient = ambient_light(ball, aqua2_light, COARSE)
     robot = replace(ball, ambient=ambient)
-    shadow = np.array(water_shade(robot, pose, begins, aqua2_light))
+    shadow = np.array(shadow_in_water(robot, pose, begins, aqua2_light, COARSE))
     check_recorded("light of a robot", LIGHT_VERSION, rel=RECORDED_REL, ambient=ambient, in_the_water=shadow)
-    values = np.array(world_shade(robot, pose, aqua2_light).values)
+    values = np.array(shadow_on_world(robot, pose, aqua2_light, COARSE).values)
     check_recorded("shadow of a robot on the world", LIGHT_VERSION, rel=FEW_LOOKS_REL, values=values)

@@ -7,7 +7,8 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.kernels.backend import Array3f32, Float32, UInt32
 from optics.kernels.packing import halves_of
-from scenes.baking.robot_shadow_in_water import folded_begins, water_shade
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
 from scenes.baking.sample_directions import Looks, scattered_density, scattered_directions
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, veil
@@ -28,7 +29,7 @@ def shares(light, black_ball):
     pose = RigidTransform.from_translation([0, 0, -DEPTH_M])
     eyes = np.array([[0, 0, -BELOW_M], [0, 0, -30.0], light.towards_sun * BELOW_M])
     begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
-    table = water_shade(black_ball, pose, begins, light)
+    table = shadow_in_water(black_ball, pose, begins, light, LightQuality.full())
     pieces = np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, PIECES, 2, ROW // 2)[..., :3]
     return np.concatenate([pieces[..., :1, 0, :], pieces[..., 1, :]], axis=3)
 

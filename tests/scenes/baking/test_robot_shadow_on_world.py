@@ -9,7 +9,8 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.kernels.backend import Array3f32, Float32
 from optics.kernels.packing import pairs_of
-from scenes.baking.robot_shadow_on_world import world_shade
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.robot_shadow_on_world import shadow_on_world
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.shadow_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m, hidden_from_surface
 from scenes.light.forward_cone import lengths_over_radius
@@ -24,7 +25,7 @@ def light(aqua2_light):
 
 @pytest.fixture(scope="module")
 def shadow(light, black_ball):
-    return world_shade(black_ball, RigidTransform.from_translation([0, 0, -DEPTH_M]), light)
+    return shadow_on_world(black_ball, RigidTransform.from_translation([0, 0, -DEPTH_M]), light, LightQuality.full())
 
 
 def test_a_far_black_ball_keeps_its_solid_angle_of_open_water(light, shadow):

@@ -5,6 +5,7 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 from optics.water.pure_water import molecular_phase
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.source_volume import lit_world, looks, shares_of_looks
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
@@ -69,7 +70,7 @@ def test_right_above_a_black_floor_the_water_lacks_what_comes_from_below(light):
     over the lower half-space, looking down and half down, in green; 8 % for the looks' spacing and for what the water
     above lacks.
     """
-    _, volume = lit_world(floor(0.0), light)
+    _, volume = lit_world(floor(0.0), light, LightQuality.full())
     found, depth = source_at(volume, height=0.02)
     means = light.channel_means(depth)
     edges = np.concatenate([[0], np.geomspace(np.radians(0.1), np.pi, 300)])
@@ -108,7 +109,7 @@ def upwelling(light, depth, ways):
 
 def test_over_a_white_floor_the_water_shines_most_downwards(light):
     """A white floor sends more than open water: looking down most, looking up hardly, and less from farther above."""
-    _, volume = lit_world(floor(1.0), light)
+    _, volume = lit_world(floor(1.0), light, LightQuality.full())
     near, _ = source_at(volume, height=0.02)
     far, _ = source_at(volume, height=0.35)
     level = SOURCE_ELEVATIONS // 2 * SOURCE_AZIMUTHS

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rigs import Rig
+from scenes.baking.lit_scene import prepare
 from scenes.light.waves import Wind
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
@@ -35,7 +36,7 @@ def test_a_ball_hides_as_much_light_as_paths_say():
     way = DISTANCE_M * np.array([np.cos(np.radians(PITCH_DEG)), 0.0, np.sin(np.radians(PITCH_DEG))])
     scene = stage(rig, world="blue", depth_m=DEPTH_M, jerlov_type="III", cloud=1.0, wind=Wind(speed_m_per_s=0.0))
     scene = replace(scene, target=ball(way - [0.0, 0.0, DEPTH_M], RADIUS_M))
-    fast = FastRenderer(rig, [], scene, **SIZE, samples=16).render()
+    fast = FastRenderer(prepare(scene, rig, []), **SIZE, samples=16).render()
     true = render_reference(rig, [], scene, **SIZE, samples=2**13)
     on_ball = fast.target_fraction == 1
     assert on_ball.sum() > 20

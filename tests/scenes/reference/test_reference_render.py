@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 from optics.mesh import Group, PartMesh, Role
 from optics.ports.port import FlatPort
 from rigs import Rig
+from scenes.baking.lit_scene import prepare
 from scenes.reference.agreement import WHOLE, agreements, pixel_error, time_to_target_error_s
 from scenes.reference.estimate import LANES_PER_LAUNCH, launches
 from scenes.reference.opening import PLAY, with_opening
@@ -60,7 +61,7 @@ def test_open_water_is_as_bright_as_the_fast_renderer_says():
     """
     rig = Rig.load("bench")
     scene = replace(stage(rig, world="blue"), target=None)
-    frame = FastRenderer(rig, [], scene, **SIZE, samples=16).render()
+    frame = FastRenderer(prepare(scene, rig, []), **SIZE, samples=16).render()
     reference = render_reference(rig, [], scene, **SIZE, samples=2**13, seed=1)
     whole = agreements(frame, reference)[0]
     assert whole.name == WHOLE

@@ -8,6 +8,7 @@ import trimesh
 
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
+from scenes.baking.lit_scene import prepare
 from scenes.light.materials import Material
 from scenes.light.waves import Wind
 from scenes.reference.render import render_reference
@@ -52,7 +53,7 @@ def floors():
     scene = stage(rig, world="blue", depth_m=DEPTH_M, jerlov_type="1C", cloud=1.0, wind=Wind(speed_m_per_s=0.0))
     scene = replace(scene, target=None, world=world_of("floor", [("floor", floor())]))
     frames = [
-        [FastRenderer(rig, parts, scene, **SIZE, samples=16).render() for parts in ([plate()], [])],
+        [FastRenderer(prepare(scene, rig, parts), **SIZE, samples=16).render() for parts in ([plate()], [])],
         [
             render_reference(rig, parts, scene, **SIZE, samples=2**12, seed=seed)
             for seed, parts in enumerate(([plate()], []))

@@ -13,6 +13,7 @@ from optics.layout import camera_pose
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Lamp, Rig
+from scenes.baking.lit_scene import prepare
 from scenes.light.sun import Sun
 from scenes.light.waves import Wind
 from scenes.reference.compare import BESIDE_SUN, compare, looks_within
@@ -197,7 +198,7 @@ def test_pixels_near_a_direction_are_those_whose_rays_go_there(aqua2):
     """Against the exact train: the rays of all mirrors for the gaze, of none for the direct view, in the world."""
     scene = stage(aqua2, world="blue", wind=Wind(speed_m_per_s=0.0))
     q = {"q1": 0.1, "q2": 0.45}
-    frame = FastRenderer(aqua2, [], scene, **SIZE).render(**q)
+    frame = FastRenderer(prepare(scene, aqua2, []), **SIZE).render(**q)
     train = OpticalTrain.from_rig(aqua2, **q)
     pixels = pixel_grid(train.camera, SIZE["width_px"], SIZE["height_px"])
     to_world = scene.world_from_body.rotation * camera_pose(aqua2.camera).rotation

@@ -10,6 +10,8 @@ from optics.layout import camera_pose
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Label
 from scenes.stage.stage import stage
@@ -23,7 +25,6 @@ SHAPE = (120, 160)
 DEPTH_M = 4.0
 POSES_DEG = [(0.0, 0.0), (30.0, -10.0), (-40.0, 8.0)]
 
-pytestmark = pytest.mark.usefixtures("rough_light")
 
 BOUND_PX = 0.05
 """What known points may be off by, in pixels of the camera."""
@@ -34,7 +35,8 @@ def rendered(request):
     """Rig, its parts, names of instances, and a frame with its state for every pose."""
     rig = Rig.load(request.param)
     parts = rig_meshes(rig)
-    renderer = FastRenderer(rig, parts, stage(rig, depth_m=DEPTH_M), width_px=SHAPE[1], height_px=SHAPE[0])
+    lit = prepare(stage(rig, depth_m=DEPTH_M), rig, parts, quality=LightQuality.coarse())
+    renderer = FastRenderer(lit, width_px=SHAPE[1], height_px=SHAPE[0])
     target = renderer.stage.target.world_from_target
     states = [
         State(q1=q1, q2=q2, world_from_body=renderer.stage.world_from_body, world_from_target=target)

@@ -11,6 +11,8 @@ from scipy.spatial.transform import RigidTransform
 
 from dives.calibration.corner_collection import collect_samples
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
 from scenes.stage.frame import Label
@@ -143,10 +145,10 @@ def test_anything_but_a_image_is_refused(crop):
 
 
 @pytest.fixture(scope="module")
-def tank(rough_light):
+def tank():
     """Mirrors alone: what is looked at is known exactly."""
     rig = Rig.load("aqua2")
-    return FastRenderer(rig, [], stage(rig))
+    return FastRenderer(prepare(stage(rig), rig, [], quality=LightQuality.coarse()))
 
 
 @pytest.mark.parametrize(("q_deg", "distance_m"), [((0.0, -10.0), 2.0), ((-60.0, -5.0), 3.0), ((20.0, 100.0), 2.5)])

@@ -15,6 +15,7 @@ import trimesh
 from scipy.spatial.transform import RigidTransform
 
 from scenes.baking.ambient import with_ambient
+from scenes.baking.light_quality import LightQuality
 from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh, face_normals, joined_meshes, moved_mesh
 
@@ -31,13 +32,14 @@ LARGEST_SHARE = 2.0
 """White parts throw light up, where open water sends less; and a share of very little may be anything."""
 
 
-def with_shade(
+def with_occlusion(
     meshes: Mapping[str, GroupMesh],
     body_from: Mapping[str, RigidTransform],
     mirrors: GroupMesh | None,
     light: Light,
+    quality: LightQuality,
     *,
-    hung: RigidTransform,
+    world_from_body: RigidTransform,
 ) -> tuple[dict[str, GroupMesh], GroupMesh]:
     """Meshes of the rig's groups, each in its own frame, with the share of light that reaches each vertex.
 
@@ -49,13 +51,13 @@ def with_shade(
         Pose of each group in the body frame.
     mirrors : GroupMesh, optional
         In the light's way, and throwing some back, body frame (`scenes.kernels.geometry.mirror_plates`).
-    hung : RigidTransform
+    world_from_body : RigidTransform
         Pose of the body in the world (`at_rest`).
     """
     fine = {name: _divided(mesh) for name, mesh in meshes.items()}
-    placed = [moved_mesh(mesh, hung * body_from[name]) for name, mesh in fine.items()]
-    whole = joined_meshes([*placed, *([] if mirrors is None else [moved_mesh(mirrors, hung)])])
-    lit = with_ambient(whole, light)
+    placed = [moved_mesh(mesh, world_from_body * body_from[name]) for name, mesh in fine.items()]
+    whole = joined_meshes([*placed, *([] if mirrors is None else [moved_mesh(mirrors, world_from_body)])])
+    lit = with_ambient(whole, light, quality)
     assert lit.ambient is not None
     result, start = {}, 0
     for (name, mesh), world in zip(fine.items(), placed, strict=True):
@@ -64,7 +66,7 @@ def with_shade(
         normals[world.faces] = face_normals(world.vertices_m, world.faces)[:, np.newaxis]
         open_water = light.open_water_irradiance(-world.vertices_m[:, 2], normals)
         share = lit.ambient[start : start + count] / np.maximum(open_water, 1e-30)
-        result[name] = replace(mesh, shade=np.clip(share, 0, LARGEST_SHARE))
+        result[name] = replace(mesh, unoccluded=np.clip(share, 0, LARGEST_SHARE))
         start += count
     return result, lit
 

@@ -1,0 +1,54 @@
+"""How finely the light between surfaces is found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class LightQuality:
+    """Rays, directions, points and iterations of what is found once for a scene; part of the key of what is kept.
+
+    Attributes
+    ----------
+    rays : int
+        Of a reflection, divided among the vertices.
+    fewest_directions, most_directions : int
+        In which a vertex looks out.
+    reflections : int
+        Between the surfaces of a robot that are followed at most.
+    settled : float
+        Reflections end when one changes the light by less than this share of its mean.
+    iterations : int
+        Times at most that the light on a world and in the water around it are found in turn.
+    iterations_settled : float
+        Share by which the last iteration may change either. In turbid water each changes them by half of what the one
+        before did: about so much is missing at the end.
+    grid_points : int
+        At most, along each axis, where the light is known that the water around a world scatters.
+    sample_directions : int
+        In which a point looks at the robot: so many over the robot, and so many about the line of sight.
+    line_points : int
+        On a line of sight, between the nodes of the robot's shadow in the water.
+    """
+
+    rays: int = 10_000_000
+    fewest_directions: int = 64
+    most_directions: int = 256
+    reflections: int = 16
+    settled: float = 0.005
+    iterations: int = 16
+    iterations_settled: float = 0.0025
+    grid_points: int = 24
+    sample_directions: int = 128
+    line_points: int = 2
+
+    @classmethod
+    def full(cls) -> LightQuality:
+        """What images are rendered with."""
+        return cls()
+
+    @classmethod
+    def coarse(cls) -> LightQuality:
+        """Noisy light in seconds, for looks at a scene and tests of what does not depend on it."""
+        return cls(fewest_directions=4, most_directions=4, iterations=2, grid_points=6, sample_directions=4)

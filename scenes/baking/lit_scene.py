@@ -1,0 +1,161 @@
+"""A lit scene: a rig in a world, with all the light that is found once and kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from cad.assembly.meshes import rig_meshes
+from optics.kernels.arrays import FloatArray
+from optics.kernels.packing import vectors
+from optics.layout import Layout, camera_pose
+from optics.mesh import PartMesh
+from rigs import Rig
+from scenes.baking.irradiance_volume import irradiance_volume
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.robot_occlusion import at_rest, with_occlusion
+from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
+from scenes.baking.robot_shadow_on_world import shadow_on_world
+from scenes.baking.source_volume import lit_world
+from scenes.kernels.geometry import Geometry, geometry_of
+from scenes.kernels.shadow_table import ShadowTable
+from scenes.kernels.state_records import StateRecords
+from scenes.kernels.tracing import Primitive
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS
+from scenes.light.lamps import LampUniforms
+from scenes.light.uniforms import LightTables, LightUniforms
+from scenes.stage.group_mesh import (
+    GroupMesh,
+    mirror_plates,
+    rig_meshes_by_group,
+    snow_mesh,
+    target_mesh,
+    world_mesh,
+)
+from scenes.stage.records import SNOW, TARGET, WORLD, MirrorPlate
+from scenes.stage.stage import Stage
+from scenes.stage.state import State
+from scenes.stage.targets import MeshShape
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LitScene:
+    """A rig in a world, lit: what renderers of all sizes share.
+
+    Attributes
+    ----------
+    rig : Rig
+    stage : Stage
+    instance_names : tuple of str
+        Names of the parts, of what is in the world, and of the target, by their number in `Frame.instance`.
+    records : StateRecords
+    geometry : Geometry
+        What rays hit, and what robot and world change of the light around them.
+    tables : LightTables
+    lamps : LampUniforms, optional
+    """
+
+    rig: Rig
+    stage: Stage
+    instance_names: tuple[str, ...]
+    records: StateRecords
+    geometry: Geometry
+    tables: LightTables
+    lamps: LampUniforms | None
+
+    def uniforms(self, depth_m: float) -> LightUniforms:
+        """Light for a robot at a depth."""
+        return replace(self.stage.sea.uniforms(depth_m), lamps=self.lamps)
+
+
+def prepare(
+    stage: Stage, rig: Rig, parts: Sequence[PartMesh] | None = None, *, quality: LightQuality | None = None
+) -> LitScene:
+    """Light a scene: from the cache, or in seconds to minutes.
+
+    Parameters
+    ----------
+    stage : Stage
+        World, light, and where robot and target are unless a state says otherwise.
+    rig : Rig
+    parts : sequence of PartMesh, optional
+        Hull and mount as triangles, may be empty; by default those that are built for the rig, none for a rig without
+        mirrors.
+    quality : LightQuality, optional
+        Full by default.
+    """
+    quality = quality or LightQuality.full()
+    if parts is None:
+        parts = rig_meshes(rig) if rig.gaze is not None else []
+    meshes, names = rig_meshes_by_group(parts)
+    instance_names = (*names, *stage.world.instance_names, TARGET)
+    records = StateRecords(rig, stage, target_instance=len(instance_names))
+    in_water = on_world = irradiance = source = None
+    if meshes:
+        meshes, in_water, on_world = _robot(parts, stage, records, meshes, quality)
+    if len(stage.world.faces):
+        meshes[WORLD], source = lit_world(world_mesh(stage.world, len(names)), stage.light, quality)
+        irradiance = irradiance_volume(meshes[WORLD], stage.light, quality, source)
+    geometry = replace(
+        geometry_of(meshes | _unlit(stage, instance_names), stage.light.towards_sun),
+        irradiance=irradiance,
+        source=source,
+        shadow_in_water=in_water,
+        shadow_on_world=on_world,
+        eyes=vectors(_eyes(rig)),
+    )
+    return LitScene(
+        rig=rig,
+        stage=stage,
+        instance_names=instance_names,
+        records=records,
+        geometry=geometry,
+        tables=stage.sea.tables(),
+        lamps=LampUniforms.of(rig.lamps, stage.light.bands.wavelength_nm) if rig.lamps else None,
+    )
+
+
+def _robot(
+    parts: Sequence[PartMesh], stage: Stage, records: StateRecords, meshes: dict[str, GroupMesh], quality: LightQuality
+) -> tuple[dict[str, GroupMesh], Any, ShadowTable]:
+    """The robot's groups with the light that reaches them, and its shadows in the water and on the world."""
+    placed = at_rest(stage.world_from_body)
+    body_from = records.body_from([State()])
+    poses = {group: RigidTransform.from_matrix(matrix) for group, (matrix,) in body_from.items()}
+    mirrors = {name: batch[0] for name, batch in records.mirrors(body_from).items()}
+    plates = mirror_plates(parts, poses, mirrors)
+    meshes, robot = with_occlusion(meshes, poses, plates, stage.light, quality, world_from_body=placed)
+    in_water = shadow_in_water(robot, placed, _line_begins(records.rig, mirrors), stage.light, quality)
+    return meshes, in_water, shadow_on_world(robot, placed, stage.light, quality)
+
+
+def _unlit(stage: Stage, instance_names: tuple[str, ...]) -> dict[str, GroupMesh]:
+    """What moves in the scene: it is lit in every frame."""
+    meshes = {}
+    if stage.target is not None and isinstance(stage.target.shape, MeshShape):
+        meshes[TARGET] = target_mesh(stage.target.shape, len(instance_names) - 1)
+    if stage.snow is not None:
+        meshes[SNOW] = snow_mesh(stage.snow)
+    return meshes
+
+
+def _eyes(rig: Rig) -> FloatArray:
+    """Where lines of sight begin, body frame: the camera, and the mirrors' centres; shape (1 or 3, 3)."""
+    eyes = [camera_pose(rig.camera).translation]
+    if rig.gaze is not None:
+        layout = Layout.from_rig(rig)
+        eyes += [layout.body_from_m1.translation, layout.body_from_gimbal.translation]
+    return np.array(eyes)
+
+
+def _line_begins(rig: Rig, mirrors: dict[str, MirrorPlate]) -> FloatArray:
+    """Where each eye's lines of sight begin, by direction (`scenes.baking.robot_shadow_in_water`), body frame."""
+    eyes = _eyes(rig)
+    begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
+    if mirrors:
+        begins[1] = folded_begins(eyes[0], mirrors[Primitive.M1.name])
+    return begins
