@@ -9,6 +9,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+Triangles = tuple[NDArray[np.float64], NDArray[np.int32]]
+"""Vertices (n, 3) and faces (m, 3), counter-clockwise seen from outside."""
+
 
 class Group(StrEnum):
     """What a part moves with, and so the frame its vertices are given in: body, pan or m2."""
@@ -67,13 +70,18 @@ def merge(parts: Iterable[PartMesh]) -> tuple[NDArray[np.float64], NDArray[np.in
     part_of_face : array, shape (m,)
         Position of each face's part in the given order.
     """
-    vertices = [np.empty((0, 3))]
-    faces = [np.empty((0, 3), dtype=np.int32)]
-    owners = [np.empty(0, dtype=np.int32)]
+    parts = list(parts)
+    counts = np.array([len(part.faces) for part in parts], dtype=np.intp)
+    owners = np.repeat(np.arange(len(parts), dtype=np.int32), counts)
+    return (*joined_triangles((part.vertices_m, part.faces) for part in parts), owners)
+
+
+def joined_triangles(pieces: Iterable[Triangles]) -> Triangles:
+    """Vertices of all pieces, in the given order, and faces that index them; no pieces make empty arrays."""
+    vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int32)]
     count = 0
-    for position, part in enumerate(parts):
-        vertices.append(part.vertices_m)
-        faces.append((part.faces + count).astype(np.int32))
-        owners.append(np.full(len(part.faces), position, dtype=np.int32))
-        count += len(part.vertices_m)
-    return np.concatenate(vertices), np.concatenate(faces), np.concatenate(owners)
+    for corners, triangles in pieces:
+        vertices.append(corners)
+        faces.append((triangles + count).astype(np.int32))
+        count += len(corners)
+    return np.concatenate(vertices), np.concatenate(faces)

@@ -11,6 +11,8 @@ from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
+from optics.mesh import joined_triangles
+
 LINEAR_TOLERANCE_MM = 0.05
 """Between chords and curves; no more than the play of a journal in its bush, so that meshes that fit stay apart."""
 HULL_LINEAR_TOLERANCE_MM = 0.2
@@ -24,17 +26,16 @@ WELD_MM = 1e-6
 def tessellated(solid: Solid, tolerance_mm: float = LINEAR_TOLERANCE_MM) -> trimesh.Trimesh:
     """Mesh of a solid, millimetres; build123d's own takes tolerances relative to the length of each edge."""
     BRepMesh_IncrementalMesh(solid.wrapped, tolerance_mm, False, ANGULAR_TOLERANCE_RAD, True)
-    vertices, faces, count = [], [], 0
+    pieces = []
     for face in solid.faces():
         place = TopLoc_Location()
         triangulation = BRep_Tool.Triangulation_s(face.wrapped, place)
         nodes = [triangulation.Node(number) for number in range(1, triangulation.NbNodes() + 1)]
         corners = [[triangle.Value(k) for k in (1, 2, 3)] for triangle in triangulation.Triangles()]
         outside = face.wrapped.Orientation() != TopAbs_Orientation.TopAbs_REVERSED
-        vertices.append(_placed(np.array([(node.X(), node.Y(), node.Z()) for node in nodes]), place))
-        faces.append((np.array(corners, dtype=np.int64) + count - 1)[:, :: 1 if outside else -1])
-        count += len(nodes)
-    return welded(np.concatenate(vertices), np.concatenate(faces))
+        points = _placed(np.array([(node.X(), node.Y(), node.Z()) for node in nodes]), place)
+        pieces.append((points, np.array(corners, dtype=np.int32)[:, :: 1 if outside else -1] - 1))
+    return welded(*joined_triangles(pieces))
 
 
 def _placed(points: NDArray[np.float64], place: TopLoc_Location) -> NDArray[np.float64]:
@@ -43,13 +44,13 @@ def _placed(points: NDArray[np.float64], place: TopLoc_Location) -> NDArray[np.f
     return np.asarray(points @ matrix[:, :3].T + matrix[:, 3])
 
 
-def welded(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> trimesh.Trimesh:
+def welded(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> trimesh.Trimesh:
     """Mesh with coinciding vertices joined and the triangles dropped that then have no area.
 
     Spheres and fillets have triangles at their poles with two corners in one place; left in, they make a closed
     surface look open.
     """
     _, first, owner = np.unique(np.round(vertices / WELD_MM), axis=0, return_index=True, return_inverse=True)
-    faces = owner.reshape(-1)[faces]
-    distinct = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    return trimesh.Trimesh(vertices=vertices[first], faces=faces[distinct], process=False)
+    joined = owner.reshape(-1)[faces]
+    distinct = (joined[:, 0] != joined[:, 1]) & (joined[:, 1] != joined[:, 2]) & (joined[:, 2] != joined[:, 0])
+    return trimesh.Trimesh(vertices=vertices[first], faces=joined[distinct], process=False)

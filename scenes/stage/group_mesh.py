@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.mesh import Group, PartMesh, Role, merge
+from optics.mesh import Group, PartMesh, Role, joined_triangles, merge
 from scenes.light.materials import Material, material_of
 from scenes.stage.frame import Label
 from scenes.stage.records import MirrorPlate
@@ -123,10 +123,10 @@ def _moved_plate(mirror: MirrorPlate, pose: RigidTransform) -> MirrorPlate:
 
 def joined_meshes(meshes: Sequence[GroupMesh]) -> GroupMesh:
     """Several coloured meshes of one frame as one, in the given order, with all their mirrors."""
-    starts = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])
+    vertices, faces = joined_triangles((mesh.vertices_m, mesh.faces) for mesh in meshes)
     return GroupMesh(
-        vertices_m=np.concatenate([mesh.vertices_m for mesh in meshes]),
-        faces=np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]).astype(np.int32),
+        vertices_m=vertices,
+        faces=faces,
         material=np.concatenate([mesh.material for mesh in meshes]),
         label=np.concatenate([mesh.label for mesh in meshes]),
         instance=np.concatenate([mesh.instance for mesh in meshes]),

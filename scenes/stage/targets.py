@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
+from optics.mesh import Triangles, joined_triangles
 from scenes.light.materials import Material
-from scenes.surfaces.shapes import Triangles, combined, lofted, turned, unit_sphere
+from scenes.surfaces.shapes import lofted, turned, unit_sphere
 from scenes.surfaces.surface import Surface, joined, surface
 from scenes.worlds.mesh_file import MESH_SUFFIXES, read_things
 
@@ -119,8 +120,8 @@ def fish() -> MeshShape:
     eyes = [
         _ellipsoid((0.4 * length, side * 0.047 * length, 0.025 * length), (0.006, 0.003, 0.006)) for side in (-1, 1)
     ]
-    grey = surface(*combined(fins), Material.FISH, (0.8, 0.85, 0.7))
-    return _centred("fish", [body, grey, surface(*combined(eyes), Material.NEOPRENE)])
+    grey = surface(*joined_triangles(fins), Material.FISH, (0.8, 0.85, 0.7))
+    return _centred("fish", [body, grey, surface(*joined_triangles(eyes), Material.NEOPRENE)])
 
 
 DIVER_TORSO = ((-0.22, 0.105, 0.15), (-0.05, 0.1, 0.14), (0.2, 0.12, 0.18), (0.36, 0.085, 0.17), (0.42, 0.055, 0.07))
@@ -155,12 +156,12 @@ def diver() -> MeshShape:
     hose = [_limb(first, second, 0.013, 0.013) for first, second in pairwise(DIVER_HOSE)]
     regulator = _ellipsoid(np.add(DIVER_HEAD, (0.14, 0.0, -0.07)), (0.035, 0.04, 0.03))
     pieces = [
-        surface(*combined(suit), Material.NEOPRENE),
-        surface(*combined(skin), Material.SKIN),
-        surface(*combined(fins), Material.TILE_YELLOW),
+        surface(*joined_triangles(suit), Material.NEOPRENE),
+        surface(*joined_triangles(skin), Material.SKIN),
+        surface(*joined_triangles(fins), Material.TILE_YELLOW),
         surface(*_limb((-0.2, 0.0, 0.19), (0.3, 0.0, 0.2), 0.085, 0.085), Material.STEEL, (0.75, 0.75, 0.78)),
         surface(*_ellipsoid(np.add(DIVER_HEAD, (0.1, 0.0, 0.015)), (0.05, 0.075, 0.045)), Material.BLUE_CORAL),
-        surface(*combined([*hose, regulator]), Material.SERVO),
+        surface(*joined_triangles([*hose, regulator]), Material.SERVO),
         surface(*_ellipsoid((-0.16, 0.0, 0.0), (0.03, 0.155, 0.112)), Material.TILE_ORANGE),
     ]
     return _centred("diver", pieces)

@@ -6,12 +6,10 @@ from functools import cache
 
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
-
-Triangles = tuple[FloatArray, NDArray[np.int32]]
-"""Vertices (n, 3) and faces (m, 3), counter-clockwise seen from outside."""
+from optics.mesh import Triangles
 
 
 @cache
@@ -76,12 +74,3 @@ def perpendicular_axes(along: FloatArray) -> tuple[FloatArray, FloatArray]:
     first = np.cross(helper, along)
     first = first / np.linalg.norm(first, axis=-1, keepdims=True)
     return first, np.cross(along, first)
-
-
-def combined(parts: list[Triangles]) -> Triangles:
-    """Several shapes as one."""
-    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts[:-1]], dtype=np.int32)
-    return (
-        np.concatenate([vertices for vertices, _ in parts]),
-        np.concatenate([faces + start for (_, faces), start in zip(parts, starts, strict=True)]),
-    )

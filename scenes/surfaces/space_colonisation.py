@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from optics.kernels.arrays import FloatArray
-from scenes.surfaces.shapes import Triangles, combined, tubes
+from optics.mesh import Triangles, joined_triangles
+from scenes.surfaces.shapes import tubes
 
 MOST_STEPS = 200
 THINNEST_PER_STEP = 0.22
@@ -75,7 +76,7 @@ def _radii(parent: NDArray[np.int64], thinnest_m: float) -> FloatArray:
 
 def tree_surface(tree: Tree, sides: int) -> Triangles:
     """Closed tubes along the tree: one for each chain from a fork to a tip, along the thickest branch."""
-    return combined(
+    return joined_triangles(
         [tubes(tree.nodes_m[chain][np.newaxis], tree.radius_m[chain][np.newaxis], sides) for chain in _chains(tree)]
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.kernels.arrays import FloatArray
+from optics.mesh import joined_triangles
 from scenes.light.materials import Material
 
 
@@ -52,10 +53,10 @@ def joined(surfaces: Sequence[Surface]) -> Surface:
     """Several surfaces as one, in the given order; none make one without faces."""
     if not surfaces:
         return surface(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
-    starts = np.cumsum([0] + [len(each.vertices_m) for each in surfaces[:-1]], dtype=np.int32)
+    vertices, faces = joined_triangles((each.vertices_m, each.faces) for each in surfaces)
     return Surface(
-        vertices_m=np.concatenate([each.vertices_m for each in surfaces]),
-        faces=np.concatenate([each.faces + start for each, start in zip(surfaces, starts, strict=True)]),
+        vertices_m=vertices,
+        faces=faces,
         material=np.concatenate([each.material for each in surfaces]),
         colour=np.concatenate([each.colour for each in surfaces]),
     )

@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
+from optics.mesh import Triangles, joined_triangles
 from scenes.light.materials import Material
 from scenes.surfaces.noise import GradientNoise, smoothstep
-from scenes.surfaces.shapes import Triangles, combined, lofted, perpendicular_axes, tubes, turned, unit_sphere
+from scenes.surfaces.shapes import lofted, perpendicular_axes, tubes, turned, unit_sphere
 from scenes.surfaces.space_colonisation import grown_tree, tree_surface
 from scenes.surfaces.surface import Surface, surface
 
@@ -39,7 +40,7 @@ def staghorn(rng: np.random.Generator, detail: int) -> Surface:
         directions[:, 2] += 0.25
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         radius, length = 0.72 * radius, 0.85 * length
-    vertices, faces = combined(parts)
+    vertices, faces = joined_triangles(parts)
     pale = smoothstep(np.concatenate(tips), 0.75, 1.0)[:, np.newaxis]
     return _coloured(rng, (vertices, faces), 0.8 + pale * [0.9, 0.9, 1.0])
 
@@ -97,7 +98,7 @@ def bush(rng: np.random.Generator, detail: int) -> Surface:
     tips = np.setdiff1d(np.arange(len(tree.nodes_m)), tree.parent)
     knobs = [_moved(unit_sphere(detail // 2), 0.045, tree.nodes_m[tip]) for tip in tips]
     shade = np.concatenate([np.full(len(vertices), 0.75), np.full(sum(len(knob[0]) for knob in knobs), 1.15)])
-    return _coloured(rng, combined([(vertices, faces), *knobs]), shade[:, np.newaxis] * np.ones(3))
+    return _coloured(rng, joined_triangles([(vertices, faces), *knobs]), shade[:, np.newaxis] * np.ones(3))
 
 
 def tube_sponge(rng: np.random.Generator, detail: int) -> Surface:
@@ -117,7 +118,7 @@ def tube_sponge(rng: np.random.Generator, detail: int) -> Surface:
         parts.append(lofted(rings))
         inside = np.repeat(np.r_[np.linspace(0.75, 1.1, len(outside)), 1.3, 0.9, 0.45, 0.3], sides)
         shades.append(np.r_[inside, 0.75, 0.25])
-    return _coloured(rng, combined(parts), np.concatenate(shades)[:, np.newaxis] * np.ones(3))
+    return _coloured(rng, joined_triangles(parts), np.concatenate(shades)[:, np.newaxis] * np.ones(3))
 
 
 def ball_sponge(rng: np.random.Generator, detail: int) -> Surface:

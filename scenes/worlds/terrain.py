@@ -13,10 +13,10 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import gaussian_filter
 
 from optics.kernels.arrays import FloatArray
+from optics.mesh import Triangles
 from scenes.light.materials import Material
 from scenes.surfaces.noise import GradientNoise, smoothstep
 from scenes.surfaces.patches import patches
-from scenes.surfaces.shapes import Triangles
 from scenes.surfaces.surface import Surface, double_area_vectors, surface
 
 RADIUS_M = 16.0
