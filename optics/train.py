@@ -17,7 +17,7 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.camera import Camera, camera_from_spec
 from optics.kernels.arrays import FloatArray, check_points, opaque, to_columns, to_rows
-from optics.kernels.backend import Array3f64, Int32, dr
+from optics.kernels.backend import Array3f64, Float64, Int32, UInt32, dr
 from optics.kernels.freezing import frozen
 from optics.layout import Layout, check_stows
 from optics.mirror import PlaneMirror, reflect_over, unfold
@@ -152,7 +152,7 @@ class OpticalTrain:
         pixels = check_points("pixels", pixels, 2)
         if not len(pixels):
             return _no_rays()
-        return self._traced(self.parameters(), pixels)
+        return self._traced(self.parameters(), to_columns(pixels))
 
     def trace_poses(self, pixels: ArrayLike, camera_from_m2: ArrayLike) -> Rays:
         """Follow pixels at many poses of M2 in one kernel.
@@ -171,17 +171,24 @@ class OpticalTrain:
         if len(self.mirrors) != LARGEST_MIRROR_COUNT:
             raise ValueError(f"expected a train of {LARGEST_MIRROR_COUNT} mirrors, got {len(self.mirrors)}")
         pixels, poses = check_points("pixels", pixels, 2), np.asarray(camera_from_m2, dtype=np.float64)
-        lanes = np.repeat(poses[:, :3], len(pixels), axis=0)
-        if not len(lanes):
+        if not len(pixels) * len(poses):
             return _no_rays()
-        x, y, normal, point = (Array3f64(*to_columns(lanes[:, :, column])) for column in range(4))
+        # Lanes are gathered into memory of Dr.Jit's own: a kernel is recorded for each alignment of NumPy's arrays.
+        lane, count = dr.arange(UInt32, len(poses) * len(pixels)), dr.opaque(UInt32, len(pixels))
+        pose, table = lane // count, Float64(np.ascontiguousarray(poses[:, :3]).ravel())
+        u, v = (dr.gather(Float64, column, lane - pose * count) for column in to_columns(pixels))
+        x, y, normal, point = (
+            Array3f64(*(dr.gather(Float64, table, pose * 12 + 4 * row + column) for row in range(3)))
+            for column in range(4)
+        )
+        dr.eval(u, v, x, y, normal, point)
         parameters = self.parameters()
         m1, m2 = parameters["mirrors"]
         parameters["mirrors"] = [m1, replace(m2, point=point, x=x, y=y, normal=normal)]
-        return self._traced(parameters, np.tile(pixels, (len(poses), 1)))
+        return self._traced(parameters, [u, v])
 
-    def _traced(self, parameters: dict[str, Any], pixels: FloatArray) -> Rays:
-        origin, direction, status = compiled_trace(*self.kind)(parameters, *to_columns(pixels))
+    def _traced(self, parameters: dict[str, Any], pixels: list[Any]) -> Rays:
+        origin, direction, status = compiled_trace(*self.kind)(parameters, *pixels)
         return Rays(origin_m=to_rows(origin), direction=to_rows(direction), status=np.array(status))
 
     def transmittance(self, pixels: ArrayLike) -> FloatArray:
