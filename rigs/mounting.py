@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
+from rigs.catalogue import SERVO_CATALOGUE, servo_numbers
 from rigs.section import Direction, NotNegative, Number, Positive, Section, Vector3, Whole
-from rigs.servos import SERVO_CATALOGUE, servo_numbers
 
 Angle = TypeVar("Angle", float, NDArray[np.float64])
 

@@ -22,5 +22,5 @@ def test_every_room_is_on_the_page(room):
 @pytest.mark.parametrize("room", ROOMS, ids=str)
 def test_a_room_has_few_modules_and_says_what_it_is_for(room):
     modules = [path for path in (CHECKOUT / room).glob("*.py") if path.name != "__init__.py"]
-    assert len(modules) < MOST_MODULES
+    assert len(modules) <= MOST_MODULES
     assert (CHECKOUT / room / "__init__.py").read_text(encoding="utf-8").startswith('"""')

@@ -24,7 +24,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh
 from rigs import Rig
-from rigs.materials import MATERIALS
+from rigs.catalogue import MATERIALS
 
 CUBE_MM = 3.0
 """Edge of the base's cubes; 2 mm instead changes the frequencies of aqua2 and bluerov2 by less than 4 %."""

@@ -17,7 +17,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
 from rigs import Rig
-from rigs.materials import MATERIALS
+from rigs.catalogue import MATERIALS
 
 POSES_PER_JOINT = 9
 """Joint values at which the moving centre is looked at, ends included; it is smooth in them."""

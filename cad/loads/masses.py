@@ -14,7 +14,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
-from rigs.materials import MATERIALS
+from rigs.catalogue import MATERIALS
 
 GRAVITY_M_PER_S2 = 9.80665
 """Standard acceleration of free fall, ISO 80000-3."""

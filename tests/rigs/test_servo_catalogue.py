@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rigs import Rig, Servo
-from rigs.servos import SERVO_CATALOGUE, servo_numbers
+from rigs.catalogue import SERVO_CATALOGUE, servo_numbers
 
 NEWTON_METRES_PER_KG_CM = 9.80665 / 100
 """By the definition of the kilogram-force."""

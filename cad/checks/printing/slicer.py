@@ -21,7 +21,7 @@ from optics.kernels.arrays import FloatArray
 from optics.kernels.cache import load_or_make, result_key
 from optics.mesh import PartMesh
 from rigs import Mount, Problem
-from rigs.materials import MATERIALS
+from rigs.catalogue import MATERIALS
 
 CHECK = "slicer"
 PROGRAM = "prusa-slicer"

@@ -12,7 +12,7 @@ from cad.parts.contact import CylinderContact
 from cad.parts.flange import STRAP_PLACES_MM, STRAP_WIDTH_MM, Seat, base_seat, fold_seat
 from optics.kernels.arrays import FloatArray
 from rigs import Rig
-from rigs.materials import MATERIALS
+from rigs.catalogue import MATERIALS
 
 BAND_WIDTH_MM = 12.0
 BAND_THICKNESS_MM = 0.9

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cad.loads.hydrostatics import ballast, hydrostatics
 from cad.loads.masses import GRAVITY_M_PER_S2
 from rigs import Rig
-from rigs.materials import MATERIALS
+from rigs.catalogue import MATERIALS
 
 WATER = 1025.0
 HULL = {

@@ -8,7 +8,7 @@ import pytest
 
 from cad.export.drawings.bill_of_materials import bill_of_materials
 from optics.mesh import Role
-from rigs.materials import MATERIALS
+from rigs.catalogue import MATERIALS
 
 CHORDS = 0.01
 """Share of a curved part's volume that the triangles of its mesh cut off, at most."""
