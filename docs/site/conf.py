@@ -1,15 +1,17 @@
 """Sphinx's settings. Nothing is loaded from the net, neither when the site is built nor when it is read."""
 
 import os
+import re
 from typing import Any
 
 from sphinx.application import Sphinx
+from sphinx.ext.napoleon.docstring import GoogleDocstring
 
 project = "mirrorgaze"
 project_copyright = "the mirrorgaze authors"
 html_title = "mirrorgaze"
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "sphinx_copybutton", "sphinx_design"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton", "sphinx_design"]
 root_doc = "index"
 highlight_language = "text"  # of blocks that name none
 
@@ -24,11 +26,12 @@ nb_merge_streams = True
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-autodoc_preserve_defaults = True
 add_module_names = False
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
-numpydoc_show_class_members = False
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True  # attributes in a list, described once
 suppress_warnings = ["ref.python"]  # a type's short name may be that of several classes
 default_role = "py:obj"
 
@@ -51,13 +54,27 @@ html_theme_options = {
 html_sidebars: dict[str, list[str]] = {"index": [], "changelog": [], "contributing": []}
 
 
+PACKAGES = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports")
+
+
 def setup(app: Sphinx) -> None:
-    """Take what stands between bars in a docstring as a magnitude, and not as a substitution."""
-    app.connect("autodoc-process-docstring", _escape_bars)
+    """Read docstrings as they are written here."""
+    # What stands under a constant is a sentence: napoleon would take what comes before a colon for its type.
+    GoogleDocstring._parse_attribute_docstring = GoogleDocstring._consume_to_end
+    app.connect("autodoc-process-docstring", _escape_bars, priority=400)  # before napoleon
+    app.connect("autodoc-skip-member", _skip_foreign)
 
 
 def _escape_bars(*event: Any) -> None:
+    """Take what stands between bars as a magnitude, and not as a substitution."""
     lines: list[str] = event[-1]
     for number, line in enumerate(lines):
-        if "``" not in line:
-            lines[number] = line.replace("|", "\\|")
+        pieces = re.split(r"(``[^`]*``)", line)
+        lines[number] = "".join(p if p.startswith("``") else p.replace("|", "\\|") for p in pieces)
+
+
+def _skip_foreign(*event: Any) -> bool | None:
+    """Leave out classes that a module has imported from elsewhere."""
+    member = event[3]
+    foreign = isinstance(member, type) and member.__module__.partition(".")[0] not in PACKAGES
+    return True if foreign else None

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import tomllib
 from pathlib import Path
+from typing import Any
 
 _TITLE = "mirrorgaze"
 
@@ -29,8 +31,8 @@ def write_python_pages(root: Path, folder: Path) -> None:
             if modules:
                 (folder / f"{name}.rst").write_text(_room_page(root, name, modules), encoding="utf-8")
                 pages.append(name)
-        contents.append("\n".join([".. toctree::", "   :hidden:", f"   :caption: {package}", "", *_indent(pages)]))
-    (folder / "index.rst").write_text(_index(packages(root)) + "\n\n" + "\n\n".join(contents) + "\n", encoding="utf-8")
+        contents.append("\n".join(["```{toctree}", ":hidden:", f":caption: {package}", "", *pages, "```"]))
+    (folder / "index.md").write_text("\n\n".join([*_index(packages(root)), *contents]) + "\n", encoding="utf-8")
 
 
 def public_names(package: str) -> list[str]:
@@ -46,42 +48,29 @@ def _room_page(root: Path, name: str, modules: list[Path]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _index(names: list[str]) -> str:
+def _index(names: list[str]) -> list[str]:
     parts = [
-        _heading("Python", "="),
+        "# Python",
         "Made from the docstrings. Each package says below what it promises to be imported from it; everything else "
         "may move from one version to the next. Units are in the names, shapes in the docstrings, frames and signs on "
-        "the page of :doc:`conventions </reference/conventions>`.",
+        "the page of [conventions](../conventions.md).",
     ]
     for package in names:
         module = importlib.import_module(package)
-        parts += [_heading(package, "-"), (module.__doc__ or "").strip()]
-        rows = [
-            f"   * - :py:obj:`{name} <{_home(module, name)}>`\n     - {_summary(module, name)}"
-            for name in public_names(package)
-        ]
+        parts += [f"## {package}", (module.__doc__ or "").strip()]
+        rows = [_row(getattr(module, name), name) for name in public_names(package)]
         if rows:
-            parts.append("\n".join([".. list-table::", "   :widths: auto", "", *rows]))
-    return "\n\n".join(parts)
+            parts.append("\n".join(["| name | what it is |", "|---|---|", *rows]))
+    return parts
 
 
-def _home(package: object, name: str) -> str:
-    """Where a public name is defined, and therefore described."""
-    value = getattr(package, name)
-    module, inner = getattr(value, "__module__", None), getattr(value, "__qualname__", None)
-    return f"{module}.{inner}" if module and inner else f"{getattr(package, '__name__', '')}.{name}"
-
-
-def _summary(package: object, name: str) -> str:
-    value = getattr(package, name)
-    if not (isinstance(value, type) or callable(value)):
-        return ""
-    return (value.__doc__ or "").strip().split("\n\n")[0].replace("\n", " ")
+def _row(value: Any, name: str) -> str:
+    """A public name, linked to where it is defined, and the first sentence of its docstring; of an alias the name."""
+    if not (isinstance(value, type) or inspect.isroutine(value)) or not value.__doc__:
+        return f"| `{name}` | |"
+    summary = " ".join(value.__doc__.strip().split("\n\n")[0].split()).replace("|", "\\|")
+    return f"| {{py:obj}}`{name} <{value.__module__}.{value.__qualname__}>` | {summary} |"
 
 
 def _heading(text: str, line: str) -> str:
     return f"{text}\n{line * len(text)}"
-
-
-def _indent(lines: list[str]) -> list[str]:
-    return [f"   {line}" for line in lines]
