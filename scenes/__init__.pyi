@@ -1,7 +1,7 @@
 from .baking.light_quality import LightQuality as LightQuality
 from .baking.lit_scene import LitScene as LitScene
 from .baking.lit_scene import prepare as prepare
-from .exterior import portrait as portrait
+from .exterior import exterior_view as exterior_view
 from .image import display_image as display_image
 from .reference.compare import compare as compare
 from .renderer import FastRenderer as FastRenderer

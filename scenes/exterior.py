@@ -1,4 +1,4 @@
-"""Portraits of a rig: hull and mount seen from outside, in air, by stock Mitsuba's path tracer."""
+"""Exterior views of a rig: hull and mount seen from outside, in air, by stock Mitsuba's path tracer."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from optics.kernels.backend import mi
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
-from scenes.image import write_picture
+from scenes.image import write_image
 from scenes.light.materials import albedo_table, material_of
 from scenes.light.spectrum import camera_bands
 
 VIEWPOINTS = {"left": (0.8, 3.0, -0.3), "front": (3.4, -1.2, -0.6)}
-"""Where portraits are taken from: from the middle between the mirrors, in body axes, in units of d1 + d2."""
+"""Where exterior views are taken from: from the middle between the mirrors, in body axes, in units of d1 + d2."""
 
 WIDTH_PX, HEIGHT_PX = 720, 560
 FIELD_OF_VIEW_DEG = 40.0
@@ -28,13 +28,13 @@ SKY_RADIANCE, SUN_IRRADIANCE = 0.6, 2.0
 SUN_DIRECTION = (-0.5, 0.4, -0.8)
 
 
-def portrait(
+def exterior_view(
     rig: Rig, parts: Sequence[PartMesh], *, viewpoint: ArrayLike, q1: float = 0.0, q2: float = 0.0
 ) -> NDArray[np.uint8]:
-    """Picture of a rig from outside, sRGB, shape (HEIGHT_PX, WIDTH_PX, 3); joint values in radians.
+    """Image of a rig from outside, sRGB, shape (HEIGHT_PX, WIDTH_PX, 3); joint values in radians.
 
     The camera looks at the middle between the mirrors from `viewpoint`, in body axes and in units of d1 + d2, so that
-    large rigs fill the picture as small ones do.
+    large rigs fill the image as small ones do.
     """
     layout = Layout.from_rig(rig)
     layout.check_joints(q1, q2)
@@ -63,12 +63,12 @@ def portrait(
     return np.array(picture)
 
 
-def write_portraits(rig: Rig, parts: Sequence[PartMesh], folder: Path, *, q1: float, q2: float) -> list[Path]:
+def write_exterior_views(rig: Rig, parts: Sequence[PartMesh], folder: Path, *, q1: float, q2: float) -> list[Path]:
     """Write a PNG from every one of `VIEWPOINTS` into an existing folder."""
     paths = []
     for name, viewpoint in VIEWPOINTS.items():
         path = folder / f"outside_{name}.png"
-        write_picture(portrait(rig, parts, viewpoint=viewpoint, q1=q1, q2=q2), path)
+        write_image(exterior_view(rig, parts, viewpoint=viewpoint, q1=q1, q2=q2), path)
         paths.append(path)
     return paths
 

@@ -42,7 +42,7 @@ REACH = 3.0
 """Standard deviations of the widest kernel within which open water counts as no farther off than what stands in it."""
 
 COARSE_PX = 2.5
-"""Standard deviation from which a kernel is applied to a picture of half the size, and so on."""
+"""Standard deviation from which a kernel is applied to an image of half the size, and so on."""
 
 BLOCK = 8
 """Regions are worked on in blocks of so many pixels."""
@@ -224,7 +224,7 @@ def gaussian_shares(
 
 @lru_cache(maxsize=8)
 def pixel_angle(rig: Rig) -> float:
-    """Angle in the water between neighbouring pixels of a rig's camera, radians: the median over the picture."""
+    """Angle in the water between neighbouring pixels of a rig's camera, radians: the median over the image."""
     bare = OpticalTrain.bare(rig)
     u, v = np.meshgrid(*(np.linspace(0.05, 0.95, 10) * size for size in (rig.camera.width_px, rig.camera.height_px)))
     middle = np.stack([u, v], axis=-1).reshape(-1, 2)

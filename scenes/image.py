@@ -1,4 +1,4 @@
-"""Pictures of frames: what a camera would show of the radiance, and picture files."""
+"""Images of frames: what a camera would show of the radiance, and image files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WHITE_LEVEL = 0.8
 
 
 def display_image(frame: Frame, stage: Stage) -> NDArray[np.uint8]:
-    """Frame as an sRGB picture, shape (height, width, 3).
+    """Frame as an sRGB image, shape (height, width, 3).
 
     Exposure and white balance are those of a camera set on a white card held level at the robot's depth, as a diver
     sets them; what is brighter than the card by more than the headroom saturates.
@@ -28,10 +28,10 @@ def display_image(frame: Frame, stage: Stage) -> NDArray[np.uint8]:
     return np.round(srgb_encode(linear) * 255).astype(np.uint8)
 
 
-def write_picture(picture: NDArray[np.uint8], path: Path) -> None:
-    """Write an sRGB picture, shape (height, width, 3), as PNG; the file appears whole or not at all."""
+def write_image(image: NDArray[np.uint8], path: Path) -> None:
+    """Write an sRGB image, shape (height, width, 3), as PNG; the file appears whole or not at all."""
     with atomic_file(path) as partial:
-        mi.Bitmap(np.ascontiguousarray(picture)).write(str(partial))
+        mi.Bitmap(np.ascontiguousarray(image)).write(str(partial))
 
 
 def check_image_path(path: Path, *suffixes: str) -> None:

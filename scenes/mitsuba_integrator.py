@@ -181,7 +181,7 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
                 sunlit=mi.Float(1),
                 end_radius=mi.Float(0),
                 leans=mi.Bool(False),
-                veil=[mi.Float(0)] * 3,
+                veiling_light=[mi.Float(0)] * 3,
             ),
         )
         throughput = [dr.select(in_water, after, t) for after, t in zip(dimmed, path.throughput, strict=True)]

@@ -35,9 +35,9 @@ from reports.studies.mount_export import export_checked_mount
 from rigs import Rig
 from rigs.atomic_files import write_text
 from scenes.baking.lit_scene import prepare
-from scenes.exterior import write_portraits
+from scenes.exterior import write_exterior_views
 from scenes.renderer import FastRenderer
-from scenes.requests.views import view_of
+from scenes.requests.render import render_with
 from scenes.stage.stage import stage
 from tracking.log import read_log
 
@@ -173,7 +173,7 @@ def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:
         # Of several ways to look there, the one nearest to rest.
         q1_deg, q2_deg = np.degrees(solutions[np.abs(solutions).max(axis=1).argmin()])
         path = target / f"{name}.png"
-        view = view_of(renderer, q1_deg=float(q1_deg), q2_deg=float(q2_deg), path=path)
+        view = render_with(renderer, q1_deg=float(q1_deg), q2_deg=float(q2_deg), path=path)
         assert view.gaze_deg is not None
         views.append(
             DesignView(
@@ -189,7 +189,7 @@ def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:
             )
         )
         files.append(path)
-    outside = write_portraits(rig, rig_meshes(rig), target, q1=np.radians(EXTERIOR_Q1_DEG), q2=0.0)
+    outside = write_exterior_views(rig, rig_meshes(rig), target, q1=np.radians(EXTERIOR_Q1_DEG), q2=0.0)
     exterior = tuple(f"views/{path.name}" for path in outside)
     return Views(views=tuple(views), exterior=exterior, exterior_caption=EXTERIOR_CAPTION), files + outside
 

@@ -87,9 +87,9 @@ def light_key(
 
     Coarse light cannot be taken for good light.
     """
-    looks = mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, leaves_of(mesh.mirrors)
+    surface = mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, leaves_of(mesh.mirrors)
     lit = light.field_nodes, light.ambient_nodes, leaves_of(light.uniforms(1.0))
-    return result_key(name, LIGHT_VERSION, looks, lit, asdict(quality), places)
+    return result_key(name, LIGHT_VERSION, surface, lit, asdict(quality), places)
 
 
 def ambient_light(mesh: GroupMesh, light: Light, quality: LightQuality) -> FloatArray:

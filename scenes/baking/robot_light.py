@@ -13,7 +13,7 @@ from optics.kernels.backend import Array3f32, Float32, UInt32, dr, mi
 from optics.kernels.packing import vectors
 from scenes.baking.ambient import Surroundings
 from scenes.baking.light_quality import LightQuality
-from scenes.baking.sample_directions import Cone, Looks, scattered_density, scattered_directions
+from scenes.baking.sample_directions import Cone, SampleDirections, scattered_density, scattered_directions
 from scenes.kernels.shading import channels, molecular_phase, phase
 from scenes.kernels.tracing import Primitive
 from scenes.light.field_table import azimuth_from, field_table, looked_up
@@ -92,7 +92,7 @@ class RobotLight:
         share = self._share_scattered_within(np.array(distance))
         for mean, s, a in zip(self._mean, from_sun, from_around, strict=True):
             reaching = mean["scattering"] * float(np.exp(-mean["attenuation"] * distance))
-            gain = float(np.exp(mean["veil"] * float(share) * distance))
+            gain = float(np.exp(mean["scattering_without_peak"] * float(share) * distance))
             total = (dr.select(in_shadow, s, 0) + a * reaching) * gain
             result.append(total.numpy())
         return np.stack(result, axis=-1)
@@ -115,17 +115,18 @@ class RobotLight:
         What the water scatters on the way to a plane comes mostly from the robot's side of it, and is missing as well.
         """
         point = vectors(points)
-        cone, looks = self._cone(point), Looks.of(dr.width(point), self._count)
+        cone, samples = self._cone(point), SampleDirections.of(dr.width(point), self._count)
 
         def weights(owner: Any, looking: Any) -> list[Any]:
             its = cone.of(owner)
             return [dr.dot(looking, its.axis) / (self._count * its.density(looking))] * 3
 
-        missing = self._missing(point, looks, cone.of(looks.place).directions(looks), weights)
+        missing = self._missing(point, samples, cone.of(samples.place).directions(samples), weights)
         distance = np.linalg.norm(points - self._extent.middle, axis=1)
         way = self._share_scattered_within(distance) * distance
         gained = [
-            channel.numpy() * np.exp(mean["veil"] * way) for channel, mean in zip(missing, self._mean, strict=True)
+            channel.numpy() * np.exp(mean["scattering_without_peak"] * way)
+            for channel, mean in zip(missing, self._mean, strict=True)
         ]
         return np.stack(gained, axis=-1)
 
@@ -141,16 +142,16 @@ class RobotLight:
         They look over the cone that holds the robot, and about the way: most of what water sends along a line comes
         from there. A direction that either might have taken counts by both densities (Veach & Guibas 1995, SIGGRAPH).
         """
-        cone, looks = self._cone(point), Looks.of(dr.width(point), self._count)
+        cone, samples = self._cone(point), SampleDirections.of(dr.width(point), self._count)
 
         def weights(owner: Any, looking: Any) -> list[Any]:
             ahead = dr.gather(Array3f32, way, owner)
             density = self._count * (cone.of(owner).density(looking) + scattered_density(dr.dot(looking, ahead)))
             return [p / density for p in self._phases(looking, ahead)]
 
-        over_cone = self._missing(point, looks, cone.of(looks.place).directions(looks), weights)
-        ahead = scattered_directions(dr.gather(Array3f32, way, looks.place), looks)
-        about_way = self._missing(point, looks, ahead, weights)
+        over_cone = self._missing(point, samples, cone.of(samples.place).directions(samples), weights)
+        ahead = scattered_directions(dr.gather(Array3f32, way, samples.place), samples)
+        about_way = self._missing(point, samples, ahead, weights)
         return [a + b for a, b in zip(over_cone, about_way, strict=True)]
 
     def _cone(self, origin: Any) -> Cone:
@@ -160,21 +161,23 @@ class RobotLight:
         narrowest = dr.safe_sqrt(1 - dr.square(self._extent.radius / distance))
         return Cone(axis=towards / distance, lowest=dr.select(distance > self._extent.radius, narrowest, -1))
 
-    def _missing(self, point: Any, looks: Looks, looking: Any, weights: Callable[[Any, Any], list[Any]]) -> list[Any]:
-        """Light that the robot keeps from points, by channel: a weighted sum over their looks.
+    def _missing(
+        self, point: Any, samples: SampleDirections, looking: Any, weights: Callable[[Any, Any], list[Any]]
+    ) -> list[Any]:
+        """Light that the robot keeps from points, by channel: a weighted sum over their samples.
 
-        Weights are told which points the looks belong to that meet the robot, and their directions. What the gaze
-        mirror shows is left out: it hangs on the joints.
+        Weights are told which points the samples belong to that meet the robot, and their directions. What the gaze
+        mirror shows is left out: it depends on the joints.
         """
         count = dr.width(point)
-        origin = dr.gather(Array3f32, point, looks.place)
+        origin = dr.gather(Array3f32, point, samples.place)
         hit = self._scene.ray_intersect_preliminary(mi.Ray3f(origin, looking), coherent=True)
         found = dr.compress(hit.is_valid() & ~self._at_gaze_mirror(origin, looking, hit.t))
         if not dr.width(found):
             return [dr.zeros(Float32, count)] * 3
         o, d = dr.gather(Array3f32, origin, found), dr.gather(Array3f32, looking, found)
         shown, instead = self._with.radiance(o, d), self._without.radiance(o, d)
-        owner = dr.gather(UInt32, looks.place, found)
+        owner = dr.gather(UInt32, samples.place, found)
         result = []
         for each, is_there, was_there in zip(weights(owner, d), shown, instead, strict=True):
             total = dr.zeros(Float32, count)

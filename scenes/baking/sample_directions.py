@@ -14,15 +14,15 @@ FORWARD = 0.9
 
 
 @dataclass(frozen=True)
-class Looks:
-    """So many looks of each point, a lane each.
+class SampleDirections:
+    """Directions in which each of some points samples, a lane each.
 
     Attributes
     ----------
     place, number : UInt32
-        Which point, and which of its looks.
+        Which point, and which of its directions.
     count : int
-        Looks of a point.
+        SampleDirections of a point.
     """
 
     place: Any
@@ -30,14 +30,14 @@ class Looks:
     count: int
 
     @classmethod
-    def of(cls, points: int, count: int) -> Looks:
-        """Looks of so many points."""
+    def of(cls, points: int, count: int) -> SampleDirections:
+        """SampleDirections of so many points."""
         lane = dr.arange(UInt32, points * count)
         return cls(lane // count, lane % count, count)
 
     @property
     def share(self) -> Any:
-        """From 0 to 1, even over the looks of a point."""
+        """From 0 to 1, even over the directions of a point."""
         return (Float32(self.number) + 0.5) / self.count
 
     def around(self, axis: Any, cosine: Any) -> Any:
@@ -64,20 +64,20 @@ class Cone:
         """Cones of some lanes."""
         return Cone(dr.gather(Array3f32, self.axis, lane), dr.gather(Float32, self.lowest, lane))
 
-    def directions(self, looks: Looks) -> Any:
-        """Directions spread evenly over the cones, which are those of the looks."""
-        return looks.around(self.axis, 1 - (1 - self.lowest) * looks.share)
+    def directions(self, samples: SampleDirections) -> Any:
+        """Directions spread evenly over the cones, a cone for each."""
+        return samples.around(self.axis, 1 - (1 - self.lowest) * samples.share)
 
     def density(self, direction: Any) -> Any:
         """Of such directions, 1/sr."""
         return dr.select(dr.dot(direction, self.axis) >= self.lowest, dr.rcp(2 * np.pi * (1 - self.lowest)), 0)
 
 
-def scattered_directions(ahead: Any, looks: Looks) -> Any:
+def scattered_directions(ahead: Any, samples: SampleDirections) -> Any:
     """Directions about those ahead, drawn by the phase function of Henyey and Greenstein (1941, ApJ 93, 70)."""
     g = FORWARD
-    cosine = (1 + g * g - dr.square((1 - g * g) / (1 - g + 2 * g * looks.share))) / (2 * g)
-    return looks.around(ahead, cosine)
+    cosine = (1 + g * g - dr.square((1 - g * g) / (1 - g + 2 * g * samples.share))) / (2 * g)
+    return samples.around(ahead, cosine)
 
 
 def scattered_density(cosine: Any) -> Any:

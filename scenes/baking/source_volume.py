@@ -89,11 +89,11 @@ class _Water:
     def __init__(self, light: Light, points: FloatArray):
         self._light, self._points = light, points
         self._depth = float(-np.median(points[:, 2]))
-        self._directions = looks(light.towards_sun)
+        self._directions = sample_directions(light.towards_sun)
         means = light.channel_means(self._depth)
-        shares = shares_of_looks(light, means["molecular"], self._directions)
+        shares = direction_weights(light, means["molecular"], self._directions)
         self._scattering = (means["scattering"][:, np.newaxis, np.newaxis] * shares).astype(np.float32)
-        # Open water's radiance hangs on the height alone.
+        # Open water's radiance depends on the height alone.
         heights, self._height = np.unique(points[:, 2], return_inverse=True)
         column = np.stack([0 * heights, 0 * heights, heights], axis=-1)
         self._open_water = self._seen(Surroundings(None, light, depth_m=self._depth), column)
@@ -119,14 +119,14 @@ class _Water:
         return np.moveaxis(seen @ self._scattering.swapaxes(1, 2), 0, -1)
 
     def _seen(self, around: Surroundings, points: FloatArray) -> FloatArray:
-        """Radiance in all directions, shape (3, n, looks)."""
+        """Radiance in all directions, shape (3, n, directions)."""
         count = len(self._directions)
         origins, directions = np.repeat(points, count, axis=0), np.tile(self._directions, (len(points), 1))
         seen = around.radiance(vectors(origins), vectors(directions))
         return np.stack([channel.numpy().reshape(len(points), count) for channel in seen])
 
 
-def looks(towards_sun: FloatArray) -> FloatArray:
+def sample_directions(towards_sun: FloatArray) -> FloatArray:
     """Directions, shape (n, 3): those at which the source is known, and rings about the sun.
 
     Most of what water sends along a direction comes from closely about it: looked at beside it, the light would be
@@ -141,11 +141,11 @@ def looks(towards_sun: FloatArray) -> FloatArray:
     return np.concatenate([nodes, rings])
 
 
-def shares_of_looks(light: Light, molecular: FloatArray, directions: FloatArray) -> FloatArray:
-    """Integral of the phase function over the part of the sphere nearest to each look, shape (3, nodes, looks).
+def direction_weights(light: Light, molecular: FloatArray, directions: FloatArray) -> FloatArray:
+    """Integral of the phase function over what of the sphere is nearest to each direction.
 
-    By channel, for the shares that molecules have of the scattering; without what is scattered by so little that it
-    counts as not scattered.
+    Shape (3, nodes, directions): by channel, for the shares that molecules have of the scattering; without what is
+    scattered by so little that it counts as not scattered.
     """
     ring = np.radians(np.geomspace(0.2, 180, RINGS + 1))
     ring[0] = 0

@@ -23,7 +23,7 @@ from scenes.kernels.geometry import Geometry
 from scenes.kernels.paths import Inputs, follow
 from scenes.kernels.surface_shading import shade
 from scenes.kernels.tracing import FAR_M, START_OFFSET_M, FixedHit, GroupScene, Primitive, Rays, nearest, nothing_known
-from scenes.kernels.veiling_light import veil_table
+from scenes.kernels.veiling_light import veiling_light_table
 from scenes.light.field_table import layer
 from scenes.light.uniforms import LightTables
 from scenes.stage.frame import FrameArrays, TruthArrays
@@ -86,17 +86,17 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
         tables = replace(tables, field_layer=layer(light, tables.field, light.reference_depth_m))
         dr.eval(light, tables.field_layer, *([state] if one_instant else []))
         if shape.eyes and not (geometry.source is None and geometry.shadow_in_water is None):
-            veil = veil_table(
+            veiling_light = veiling_light_table(
                 light,
-                # The robot hardly turns while a frame is read out: its veil is that of the middle row.
+                # The robot hardly turns while a frame is read out: its veiling light is that of the middle row.
                 lambda number: shape.state.unpack(state_records, number + shape.rows // 2).world,
                 geometry,
                 tables.field_layer,
                 eyes=shape.eyes,
                 states=shape.states,
             )
-            dr.eval(veil)
-            tables = replace(tables, veil=veil)
+            dr.eval(veiling_light)
+            tables = replace(tables, veiling_light=veiling_light)
         inputs = Inputs(
             rays=rays,
             geometry=geometry,

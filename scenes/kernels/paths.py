@@ -21,7 +21,7 @@ from scenes.kernels.shading import (
 )
 from scenes.kernels.sun_map import sunlit_share
 from scenes.kernels.tracing import BACKS, FRONTS, START_OFFSET_M, Hit, Known, Primitive, Rays, nearest
-from scenes.kernels.veiling_light import ELEVATIONS, drawn_veil, veil
+from scenes.kernels.veiling_light import ELEVATIONS, sampled_veiling_light, veiling_light
 from scenes.light.lamps import lamp_backscatter
 from scenes.light.uniforms import LightTables, LightUniforms
 from scenes.light.waves import surface_normal
@@ -225,10 +225,10 @@ def _through_water(path: Path, inputs: Inputs, hit: Hit, world_direction: Any) -
         active=path.active,
         sunlit=_sunlit_share(inputs, path.origin, world_direction, hit.distance, path.active)
         * (1 - _behind_what_is_seen(inputs, world_direction, hit, radius)),
-        # What the robot keeps from the water is in the veil already, but for what the gaze mirror hides.
+        # What the robot keeps from the water is in the veiling light already, but for what the gaze mirror hides.
         end_radius=dr.select((on_part | at_m1) & (inputs.geometry.shadow_in_water is not None), 0, radius),
         leans=at_m1,
-        veil=_veil(inputs, path, world_direction, hit.distance),
+        veiling_light=_veiling_light(inputs, path, world_direction, hit.distance),
     )
     added, throughput = scattered_in(light, tables, path.throughput, through)
     if light.lamps is not None:
@@ -336,20 +336,20 @@ def _end_radius(inputs: Inputs, hit: Hit) -> tuple[Any, Any]:
     return radius, on_part
 
 
-def _veil(inputs: Inputs, path: Path, world_direction: Any, length: Any) -> list[Any]:
+def _veiling_light(inputs: Inputs, path: Path, world_direction: Any, length: Any) -> list[Any]:
     """Light by channel that robot and world add to a line of sight of open water.
 
     It begins at the camera, or at the mirror that it comes from: those have a table. Of lines that begin anywhere, to
     be averaged, each is given an estimate.
     """
     geometry, tables = inputs.geometry, inputs.tables
-    if tables.veil is not None:
+    if tables.veiling_light is not None:
         eye = dr.maximum(path.region, 1) - 1
         if inputs.rays.state is not None:
             eye = eye + inputs.rays.state * UInt32(inputs.eyes)
-        return veil(tables.veil, eye, path.direction, length)
+        return veiling_light(tables.veiling_light, eye, path.direction, length)
     if geometry.source is not None:
         seed = dr.arange(UInt32, dr.width(path.bounce)) * LARGEST_BOUNCE_COUNT + path.bounce
         point = inputs.state.world.move(path.origin)
-        return drawn_veil(geometry.source, inputs.light, seed, point, world_direction, length)
+        return sampled_veiling_light(geometry.source, inputs.light, seed, point, world_direction, length)
     return [Float32(0)] * 3

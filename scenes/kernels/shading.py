@@ -75,7 +75,7 @@ class Segment:
         Of the thing that it ends at, as a disc across it; zero for the world, which goes on around what is seen of it.
     leans : Bool
         Whether that thing is the fold mirror, which leans over the way.
-    veil : list of Float32
+    veiling_light : list of Float32
         Light by channel that robot and world add to what open water scatters into it; negative when they keep light.
     """
 
@@ -86,7 +86,7 @@ class Segment:
     sunlit: Any
     end_radius: Any
     leans: Any
-    veil: list[Any]
+    veiling_light: list[Any]
 
 
 def scattered_in(
@@ -166,7 +166,7 @@ def _added(
         straight_on = light.scattering_without_peak[k] / (light.beam_attenuation[k] - growth[channel])
         behind = hidden * dr.select(segment.leans, 1, straight_on)
         more = (1 - behind) * dr.fma(-passed[k], far[channel], near[channel])
-        more = share * dr.fma(1 - hidden, segment.veil[channel], more)
+        more = share * dr.fma(1 - hidden, segment.veiling_light[channel], more)
         # What robot and world keep is known between nodes only: it cannot be more than there is.
         new = dr.maximum(dr.fma(light.sun_scattering[k] * p, once[k], more), 0)
         added[channel] = dr.fma(light.weight[k] * t, new, added[channel])

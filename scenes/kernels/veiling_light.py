@@ -1,4 +1,4 @@
-"""Kernels of the veil: light scattered into a line of sight by water that does not see what open water sees.
+"""Kernels of the veiling light: light scattered into a line of sight by water that does not see what open water sees.
 
 Robot and world keep light from the water around them, and send other light. Along a line of sight both are the integral
 of a source (`scenes.baking.source_volume`, `scenes.baking.robot_shadow_in_water`). A frame has it in a table, by the
@@ -46,7 +46,7 @@ def lengths_m() -> FloatArray:
     return np.append(LENGTH_SCALE_M * share / (1 - share), FARTHEST_M)
 
 
-def veil(table: Any, eye: Any, direction: Any, length: Any) -> list[Any]:
+def veiling_light(table: Any, eye: Any, direction: Any, length: Any) -> list[Any]:
     """Kernel: light by channel that is added along a line of sight, between the nodes of the table.
 
     `eye` counts the places where lines begin, state by state; `direction` is in the body frame.
@@ -61,7 +61,7 @@ def veil(table: Any, eye: Any, direction: Any, length: Any) -> list[Any]:
     return total
 
 
-def veil_table(
+def veiling_light_table(
     light: LightUniforms,
     world_of: Callable[[Any], Pose],
     geometry: Geometry,
@@ -70,13 +70,13 @@ def veil_table(
     eyes: int,
     states: int,
 ) -> Any:
-    """Kernel: table of `veil` for some states; `world_of` gives the body's poses in the world by the state's number."""
+    """Kernel: table of `veiling_light` for some states; `world_of` gives the body's poses by the state's number."""
     lane = dr.arange(UInt32, states * eyes * ELEVATIONS * AZIMUTHS * PIECES)
     node, place = lane // PIECES, lane // (PIECES * AZIMUTHS * ELEVATIONS)
     direction = world_of(place // eyes).turn(node_direction(node, AZIMUTHS, ELEVATIONS))
     total = [Float32(0)] * ROW
     if geometry.source is not None:
-        from_world = _veil_of_world(light, world_of, geometry.source, geometry.eyes, eyes=eyes, states=states)
+        from_world = _veiling_light_of_world(light, world_of, geometry.source, geometry.eyes, eyes=eyes, states=states)
         for row, weight in nodes_around(direction, place, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS):
             values = row_of(from_world, row * PIECES + lane % PIECES, ROW)
             total = [dr.fma(v, weight, t) for v, t in zip(values, total, strict=True)]
@@ -89,10 +89,10 @@ def veil_table(
     return _table(total, lane)
 
 
-def _veil_of_world(
+def _veiling_light_of_world(
     light: LightUniforms, world_of: Callable[[Any], Pose], source: GridTable, begins: Any, *, eyes: int, states: int
 ) -> Any:
-    """Kernel: table like `veil_table`'s of what the world adds, by direction in the world frame.
+    """Kernel: table like `veiling_light_table`'s of what the world adds, by direction in the world frame.
 
     Its directions are those at which the source is known: only between the points of the grid it is interpolated.
     """
@@ -122,7 +122,7 @@ def _veil_of_world(
     added = [
         f * decay(c * (begin + beside)) * (1 - decay(c * way)) / c for f, c in zip(found, attenuation, strict=True)
     ]
-    # Evaluated once, and not anew in each of the sums.
+    # Evaluated once, and not again in each of the sums.
     dr.eval(added)
     before = [dr.block_prefix_reduce(dr.ReduceOp.Add, each, PIECES, exclusive=True) for each in added]
     after = [b + a for b, a in zip(before, added, strict=True)]
@@ -136,7 +136,7 @@ def _table(columns: list[Any], lane: Any) -> Any:
     return table
 
 
-def drawn_veil(  # noqa: PLR0917
+def sampled_veiling_light(  # noqa: PLR0917
     source: GridTable, light: LightUniforms, seed: Any, point: Any, direction: Any, length: Any
 ) -> list[Any]:
     """Kernel: estimate of the light that is added along a line, from one point that is drawn on it.

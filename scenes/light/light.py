@@ -193,7 +193,7 @@ class Light:
         values = {
             "attenuation": self.field.beam_attenuation,
             "scattering": self.optics.scattering,
-            "veil": self.optics.scattering * (1 - self.field.forward_fraction),
+            "scattering_without_peak": self.optics.scattering * (1 - self.field.forward_fraction),
             "molecular": self.optics.molecular_fraction,
         }
         return {name: np.asarray(weight @ each) for name, each in values.items()}

@@ -114,7 +114,7 @@ class LightTables:
         Reflectance of the materials by wavelength.
     flicker : optional
         Modes over depth (`scenes.light.flicker`).
-    field_layer, veil : optional
+    field_layer, veiling_light : optional
         Of a frame: `field` at the robot's depth, and the veiling light (`scenes.kernels.veiling_light`).
     """
 
@@ -126,4 +126,4 @@ class LightTables:
     albedo: Any
     flicker: Any = None
     field_layer: Any = None
-    veil: Any = None
+    veiling_light: Any = None

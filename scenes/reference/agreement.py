@@ -79,7 +79,7 @@ def pixel_error(frame: Frame, reference: ReferenceFrame) -> float:
     """Median over pixels and channels of the reference's standard error, relative to the (noiseless) fast frame.
 
     The median, not the mean square: a few pixels with a rare bright path would make the reference look worse than the
-    picture does.
+    image does.
     """
     lit = frame.radiance > 0
     if not lit.any():

@@ -1,4 +1,4 @@
-"""Both renderers on the same stage at the same pose: numbers, times and a picture side by side."""
+"""Both renderers on the same stage at the same pose: numbers, times and an image side by side."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from optics.layout import Layout
 from optics.status import Region
 from rigs import Rig
 from scenes.baking.lit_scene import prepare
-from scenes.image import check_image_path, display_image, write_picture
+from scenes.image import check_image_path, display_image, write_image
 from scenes.reference.agreement import Agreement, agreements, pixel_error, time_to_target_error_s
 from scenes.reference.limits import check_known_to_reference, without_lamps
 from scenes.reference.render import Progress, ReferenceFrame, render_reference
@@ -132,7 +132,7 @@ def compare(
         progress=progress,
     )
     reference_time = time.perf_counter() - start
-    write_picture(side_by_side(frame, reference, stage), path)
+    write_image(side_by_side(frame, reference, stage), path)
     error = pixel_error(frame, reference)
     needed = time_to_target_error_s(reference_time, error)
     state = State(q1=float(q1), q2=float(q2), world_from_body=stage.world_from_body)

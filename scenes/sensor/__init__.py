@@ -1,4 +1,4 @@
-"""The image sensor: from radiance in front of the lens to the picture a robot gets, in the terms of EMVA 1288."""
+"""The image sensor: from radiance in front of the lens to the image a robot gets, in the terms of EMVA 1288."""
 
 from scenes.sensor.automatic import next_settings, settled_settings, start_settings
 from scenes.sensor.capture import Capture, capture

@@ -30,7 +30,7 @@ SATURATED = 0.98
 
 MOST_TRIALS = 60
 SETTLED = 1e-3
-"""A still picture's settings are searched until they change by less than this, as a fraction."""
+"""A still image's settings are searched until they change by less than this, as a fraction."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +119,7 @@ def meter(raw: RawImage, sensor: ImageSensor, weight: FloatImage | None = None) 
 
 
 def level(metered: Metered, white_gains: Rgb) -> float:
-    """Metered level: weighted mean of the white-balanced picture, linear, each channel cut at full scale."""
+    """Metered level: weighted mean of the white-balanced image, linear, each channel cut at full scale."""
     balanced = np.clip(metered.colour * white_gains, 0, 1).mean(axis=1)
     total = metered.weight.sum()
     if not total > 0:

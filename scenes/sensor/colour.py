@@ -1,4 +1,4 @@
-"""Colour: white balance, and the picture that is made of digital numbers."""
+"""Colour: white balance, and the image that is made of digital numbers."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ LOOK_UP_SIZE = 2**16
 """OpenCV looks up 16-bit images in tables of this length."""
 
 CURVE_STEPS = 4096
-"""Steps of the tabulated transfer curve; where it is steepest, one is an eighth of a step of the 8-bit picture."""
+"""Steps of the tabulated transfer curve; where it is steepest, one is an eighth of a step of the 8-bit image."""
 
 
 def develop(raw: RawImage, sensor: ImageSensor) -> NDArray[np.uint8]:
-    """Picture of a raw image: black level off, white balance, bilinear colours between the filters, sRGB curve.
+    """Image of a raw image: black level off, white balance, bilinear colours between the filters, sRGB curve.
 
     Each channel is multiplied by its white-balance gain and cut at full scale; as no gain is below 1, what saturates
     is white.

@@ -1,4 +1,4 @@
-"""A stage: everything around the rig that a picture needs - world, water and sun, where the robot is, a target."""
+"""A stage: everything around the rig that an image needs - world, water and sun, where the robot is, a target."""
 
 from __future__ import annotations
 

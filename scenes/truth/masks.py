@@ -34,7 +34,7 @@ def masks(frame: Frame) -> dict[str, BoolImage]:
 
 
 def mask_images(frame: Frame) -> dict[str, NDArray[np.uint8] | NDArray[np.uint16]]:
-    """Pictures by name: masks as 0 and 255, `label_index` and `region_index` as numbers, `instance_index` one up.
+    """Images by name: masks as 0 and 255, `label_index` and `region_index` as numbers, `instance_index` one up.
 
     Raises
     ------

@@ -181,7 +181,7 @@ def vectors(image: NDArray[np.float32]) -> Any:
 def aligned(values: NDArray[Any], dtype: type[np.generic]) -> NDArray[Any]:
     """Flat copy that begins at a multiple of 64 bytes.
 
-    Dr.Jit takes NumPy's memory as it is, and records a frozen kernel anew for every pattern of aligned and unaligned
+    Dr.Jit takes NumPy's memory as it is, and records a frozen kernel again for every pattern of aligned and unaligned
     inputs that it meets.
     """
     size = values.size * np.dtype(dtype).itemsize

@@ -5,7 +5,7 @@ import pytest
 
 from cad.assembly.meshes import rig_meshes
 from rigs import Rig
-from scenes.exterior import HEIGHT_PX, VIEWPOINTS, WIDTH_PX, portrait
+from scenes.exterior import HEIGHT_PX, VIEWPOINTS, WIDTH_PX, exterior_view
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +17,7 @@ def aqua2():
 def test_the_gimbal_moves_and_the_hull_stays(aqua2):
     rig, parts = aqua2
     view = VIEWPOINTS["left"]
-    rest, same, turned = (portrait(rig, parts, viewpoint=view, q1=q1) for q1 in (0.0, 0.0, 1.0))
+    rest, same, turned = (exterior_view(rig, parts, viewpoint=view, q1=q1) for q1 in (0.0, 0.0, 1.0))
     assert rest.shape == (HEIGHT_PX, WIDTH_PX, 3)
     np.testing.assert_array_equal(rest, same)
     differs = (np.abs(rest.astype(int) - turned) > 8).any(axis=2)
@@ -31,4 +31,4 @@ def test_the_gimbal_moves_and_the_hull_stays(aqua2):
 def test_a_viewpoint_must_be_a_place(aqua2):
     rig, parts = aqua2
     with pytest.raises(ValueError, match="viewpoint to be three finite numbers"):
-        portrait(rig, parts, viewpoint=(1.0, float("nan"), 0.0))
+        exterior_view(rig, parts, viewpoint=(1.0, float("nan"), 0.0))

@@ -12,7 +12,7 @@ from mirrorgaze.output import print_json, print_progress, print_table
 from mirrorgaze.scene_options import SceneOptions
 
 if TYPE_CHECKING:
-    from scenes.requests.views import View
+    from scenes.requests.render import RenderResult
 
 SAMPLES = {"fast": 1, "reference": 64}
 
@@ -63,10 +63,10 @@ def render(
       mirrorgaze render aqua2 --date 2026-03-20T15:00:00-05:00 --latitude-deg 20.5 --longitude-deg -87 -o view.exr
     """
     from mirrorgaze.loading import load_usable_rig
-    from scenes.requests.views import Output, Shot, render_view
+    from scenes.requests.render import Output, RenderRequest, render
 
     loaded = load_usable_rig(rig)
-    shot = Shot(
+    request = RenderRequest(
         q1_deg=q1_deg,
         q2_deg=q2_deg,
         time_s=time_s,
@@ -80,22 +80,20 @@ def render(
     )
     files = Output(path=output, sensor=sensor, truth=ground_truth)
     stage = scene.stage(loaded, flat_sea=renderer == "reference")
-    view = render_view(
-        loaded, stage, shot, files, progress=lambda done, total: print_progress("reference", done, total)
-    )
+    view = render(loaded, stage, request, files, progress=lambda done, total: print_progress("reference", done, total))
     for note in view.notes:
         typer.echo(note, err=True)
     if json:
         print_json(view.as_dict())
         return
-    first = "first frame, with compiling" if renderer == "fast" else f"reference, {shot.samples} samples"
+    first = "first frame, with compiling" if renderer == "fast" else f"reference, {request.samples} samples"
     typer.echo(f"{output}: {view.width_px} x {view.height_px} px in {view.time_s:.2f} s ({first})")
     if ground_truth is not None:
         typer.echo(f"{ground_truth}: {view.truth_files} files of ground truth")
     print_table(_rows(view))
 
 
-def _rows(view: View) -> list[tuple[str, str]]:
+def _rows(view: RenderResult) -> list[tuple[str, str]]:
     rows = [(f"  {name}", f"{count} px") for name, count in view.region_px.items()]
     if view.gaze_deg is not None:
         rows += [(f"  gaze {name}", f"{value:.2f} deg") for name, value in view.gaze_deg.items()]

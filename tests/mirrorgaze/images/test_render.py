@@ -206,7 +206,7 @@ def test_what_of_a_world_file_is_not_used_is_said(here):
         ),
         (("-o", "view.bmp"), "expected an image file that ends in .png or .exr, got 'view.bmp'"),
         (("-o", "nowhere/view.png"), "there is no nowhere"),
-        (("-o", "view.exr", "--sensor"), "expected a picture (.png) of what the sensor takes, got 'view.exr'"),
+        (("-o", "view.exr", "--sensor"), "expected an image (.png) of what the sensor takes, got 'view.exr'"),
         (("--width-px", "0"), "--width-px"),
         (("--renderer", "slow"), "--renderer"),
         (("--renderer", "reference", "--samples", "1"), "expected at least 2 samples per pixel"),

@@ -161,7 +161,7 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
     monkeypatch.setattr(study, "_dive", copied_dive)
     with monkeypatch.context() as patched:
         patched.setattr(study, "_mount", copied_mount)
-        patched.setattr(study, "view_of", _interrupt)
+        patched.setattr(study, "render_with", _interrupt)
         with pytest.raises(KeyboardInterrupt):
             made_design(folder, lambda line: None)
     assert not (folder / "report.html").exists()

@@ -9,9 +9,9 @@ from optics.kernels.backend import Array3f32, Float32, UInt32
 from optics.kernels.packing import halves_of
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
-from scenes.baking.sample_directions import Looks, scattered_density, scattered_directions
+from scenes.baking.sample_directions import SampleDirections, scattered_density, scattered_directions
 from scenes.kernels.direction_grid import node_directions
-from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, veil
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, veiling_light
 from scenes.light.light import without_forward_peak
 from scenes.stage.records import MirrorPlate
 
@@ -166,7 +166,7 @@ def test_folded_lines_begin_where_the_mirror_is_met():
 def test_looks_are_as_dense_as_they_say():
     """The mean of 1 / density over the directions drawn in a cone is its solid angle (3 %, 20 000 looks)."""
     ahead = [0.48, -0.6, 0.64]
-    drawn = np.array(scattered_directions(Array3f32(*ahead), Looks.of(1, 20_000))).T
+    drawn = np.array(scattered_directions(Array3f32(*ahead), SampleDirections.of(1, 20_000))).T
     cosine = drawn @ ahead
     density = scattered_density(Float32(cosine)).numpy()
     for angle in (0.1, 0.5, 1.5):
@@ -187,5 +187,5 @@ def test_kernel_gives_the_nodes_and_closes_the_circle():
         azimuth = 2 * np.pi * turn / AZIMUTHS
         way = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
         direction = Array3f32(*(Float32(float(x)) for x in way))
-        kept = veil(table, UInt32(0), direction, Float32(float(lengths_m()[node])))
+        kept = veiling_light(table, UInt32(0), direction, Float32(float(lengths_m()[node])))
         np.testing.assert_allclose([float(k[0]) for k in kept], expected, atol=1e-3)

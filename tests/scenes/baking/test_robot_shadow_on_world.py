@@ -45,7 +45,7 @@ def test_a_far_black_ball_keeps_its_solid_angle_of_open_water(light, shadow):
     radiance = open_water(light, -direction)
     attenuation = light.channel_means(DEPTH_M)["attenuation"][1]
     share = np.interp(distance / RADIUS_M, lengths_over_radius(), light.hidden_shares)
-    scattered = np.exp(share * light.channel_means(DEPTH_M)["veil"][1] * distance)
+    scattered = np.exp(share * light.channel_means(DEPTH_M)["scattering_without_peak"][1] * distance)
     expected = np.pi * RADIUS_M**2 * radiance * np.exp(-attenuation * (distance - RADIUS_M)) * scattered
     found = values[ELEVATIONS // 2, column, node, 1] * light.ambient_up(DEPTH_M)[1]
     assert distance > 5 * RADIUS_M

@@ -6,7 +6,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from optics.water.pure_water import molecular_phase
 from scenes.baking.light_quality import LightQuality
-from scenes.baking.source_volume import lit_world, looks, shares_of_looks
+from scenes.baking.source_volume import direction_weights, lit_world, sample_directions
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
 from scenes.light.materials import Material
@@ -49,7 +49,7 @@ def source_at(volume, *, height):
 
 def test_looks_share_out_all_that_is_scattered_by_more_than_the_peak(light):
     """Each row of shares sums to the phase function without its forward peak (its rings' own error: 2e-3)."""
-    shares = shares_of_looks(light, np.zeros(3), looks(light.towards_sun))
+    shares = direction_weights(light, np.zeros(3), sample_directions(light.towards_sun))
     angle = np.linspace(0, np.pi, 100_001)
     whole = np.trapezoid(2 * np.pi * np.sin(angle) * light.phase_without_peak(angle, 0.0), angle)
     np.testing.assert_allclose(shares.sum(axis=2), whole, rtol=2e-3)

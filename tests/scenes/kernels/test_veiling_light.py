@@ -1,4 +1,4 @@
-"""The veil's table and its drawn estimate, against sources whose integral along a line is closed form."""
+"""The veiling light's table and its drawn estimate, against sources whose integral along a line is closed form."""
 
 from types import SimpleNamespace
 
@@ -17,10 +17,10 @@ from scenes.kernels.veiling_light import (
     SOURCE_AZIMUTHS,
     SOURCE_ELEVATIONS,
     SOURCE_ROW,
-    drawn_veil,
     lengths_m,
-    veil,
-    veil_table,
+    sampled_veiling_light,
+    veiling_light,
+    veiling_light_table,
 )
 from scenes.stage.records import Pose
 
@@ -51,9 +51,9 @@ def pose(_):
 
 def seen(source, eye, direction, length):
     """Veil of a line of the world frame, from the table in the turned robot's own frame."""
-    table = veil_table(light(), pose, geometry(source), None, eyes=len(EYES_M), states=1)
+    table = veiling_light_table(light(), pose, geometry(source), None, eyes=len(EYES_M), states=1)
     way = TURNED.inv().apply(direction)
-    found = veil(table, UInt32(eye), Array3f32(*(Float32(float(x)) for x in way)), Float32(length))
+    found = veiling_light(table, UInt32(eye), Array3f32(*(Float32(float(x)) for x in way)), Float32(length))
     return np.array([float(channel[0]) for channel in found])
 
 
@@ -89,7 +89,7 @@ def test_what_the_robot_hides_is_a_share_of_open_water():
     )
     layer = Float32(np.ones(65 * 25 * 8, dtype=np.float32))
     only_robot = SimpleNamespace(source=None, shadow_in_water=rows_of(hidden, 8), eyes=vectors(EYES_M[:1]))
-    table = veil_table(level, pose, only_robot, layer, eyes=1, states=1)
+    table = veiling_light_table(level, pose, only_robot, layer, eyes=1, states=1)
     np.testing.assert_allclose(np.array(table), -hidden.ravel(), atol=1e-6)
 
 
@@ -100,7 +100,7 @@ def test_drawn_veil_has_the_integral_for_its_mean():
     volume = geometry(lambda points, ways: 2 + ways[..., 2] + points[..., 0] / 4).source
     origin, way = (Array3f32(*(Float32(float(x)) for x in each)) for each in (begin, direction))
     seed = UInt32(np.arange(count, dtype=np.uint32))
-    drawn = drawn_veil(volume, light(), seed, origin, way, Float32(length))
+    drawn = sampled_veiling_light(volume, light(), seed, origin, way, Float32(length))
     found = [np.array(channel).mean() for channel in drawn]
     s = (np.arange(4000) + 0.5) / 4000 * length
     source = 2 + direction[2] + (begin[0] + s * direction[0]) / 4

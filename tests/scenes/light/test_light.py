@@ -58,7 +58,7 @@ def columns(light):
     )
 
 
-def piece(direction, depth, length, *, end_radius=0.0, veil=0.0):
+def piece(direction, depth, length, *, end_radius=0.0, veiling_light=0.0):
     return Segment(
         direction=Array3f32(*direction),
         depth=Float32(depth),
@@ -67,7 +67,7 @@ def piece(direction, depth, length, *, end_radius=0.0, veil=0.0):
         sunlit=Float32(1),
         end_radius=Float32(end_radius),
         leans=Bool(False),
-        veil=[Float32(veil)] * 3,
+        veiling_light=[Float32(veiling_light)] * 3,
     )
 
 
@@ -133,11 +133,12 @@ def test_two_segments_are_one(kernel):
 
 @pytest.mark.parametrize("length", [0.3, 2.0])
 def test_a_veil_is_added_and_dimmed_no_more(kernel, length):
-    """The veil of a segment is what arrives at its near end: it is added as it is, weight by weight of the channel."""
+    """A segment's veiling light is what arrives at its near end: it is added as it is, by the channel's weights."""
     uniforms, tables = kernel
     ones = [Float32(1) for _ in uniforms.beam_attenuation]
     without, with_veil = (
-        scattered_in(uniforms, tables, ones, piece((0.6, 0.0, -0.8), DEPTH, length, veil=each)) for each in (0.0, 0.01)
+        scattered_in(uniforms, tables, ones, piece((0.6, 0.0, -0.8), DEPTH, length, veiling_light=each))
+        for each in (0.0, 0.01)
     )
     more = [b[0] - a[0] for a, b in zip(without[0], with_veil[0], strict=True)]
     np.testing.assert_allclose(more, 0.01, rtol=1e-3)

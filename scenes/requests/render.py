@@ -19,7 +19,7 @@ from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.baking.lit_scene import prepare
 from scenes.forward_scatter import blurred
-from scenes.image import check_image_path, display_image, write_picture
+from scenes.image import check_image_path, display_image, write_image
 from scenes.reference.limits import check_known_to_reference, without_lamps
 from scenes.reference.render import Progress, render_reference
 from scenes.renderer import FastRenderer
@@ -41,7 +41,7 @@ MOST_FAST_SAMPLES = 1024
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot:
+class RenderRequest:
     """One pose, and how it is rendered.
 
     Attributes
@@ -99,9 +99,9 @@ class Output:
     Attributes
     ----------
     path : Path
-        PNG: a picture. EXR: radiance and all that is known about each pixel (`scenes.truth.layers`).
+        PNG: an image. EXR: radiance and all that is known about each pixel (`scenes.truth.layers`).
     sensor : bool
-        The picture is what the rig's image sensor takes of it, not what a diver's white card would show.
+        The image is what the rig's image sensor takes of it, not what a diver's white card would show.
     truth : Path, optional
         Folder for layers, masks and boxes.
     """
@@ -113,13 +113,13 @@ class Output:
     def __post_init__(self) -> None:
         check_image_path(self.path, ".png", ".exr")
         if self.sensor and self.layered:
-            raise ValueError(f"expected a picture (.png) of what the sensor takes, got {self.path.name!r}")
+            raise ValueError(f"expected an image (.png) of what the sensor takes, got {self.path.name!r}")
         if self.truth is not None and self.truth.exists() and not self.truth.is_dir():
             raise NotADirectoryError(f"{self.truth}: expected a folder, found a file")
 
     @property
     def layered(self) -> bool:
-        """Whether the file holds layers, not a picture."""
+        """Whether the file holds layers, not an image."""
         return self.path.suffix.lower() == ".exr"
 
     @property
@@ -129,7 +129,7 @@ class Output:
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class RenderResult:
     """Facts of a rendered pose.
 
     Attributes
@@ -174,7 +174,9 @@ class View:
         return asdict(self)
 
 
-def render_view(rig: Rig, stage: Stage, shot: Shot, output: Output, *, progress: Progress | None = None) -> View:
+def render(
+    rig: Rig, stage: Stage, request: RenderRequest, output: Output, *, progress: Progress | None = None
+) -> RenderResult:
     """Render one pose and write it, with its ground truth where that is wanted.
 
     Geometry is known for one ray through each pixel's centre: with more samples, and beside the reference's light, a
@@ -191,22 +193,22 @@ def render_view(rig: Rig, stage: Stage, shot: Shot, output: Output, *, progress:
         For a bad argument, before anything is computed.
     """
     notes = stage.world.notes
-    if shot.renderer == "reference":
+    if request.renderer == "reference":
         check_known_to_reference(stage)
         rig, dark = without_lamps(rig)
         notes += dark
-    rig, parts = _in_pose(rig, shot)
+    rig, parts = _in_pose(rig, request)
 
     lit = prepare(stage, rig, parts)
 
     def fast(samples: int) -> FastRenderer:
-        return FastRenderer(lit, width_px=shot.width_px, height_px=shot.height_px, samples=samples)
+        return FastRenderer(lit, width_px=request.width_px, height_px=request.height_px, samples=samples)
 
-    state = _state(stage, shot)
-    renderer = fast(1 if shot.renderer == "reference" else shot.samples)
+    state = _state(stage, request)
+    renderer = fast(1 if request.renderer == "reference" else request.samples)
     frame, elapsed = _timed(lambda: renderer.render_states([state])[0])
     exact = frame
-    if shot.renderer == "reference":
+    if request.renderer == "reference":
         light, elapsed = _timed(
             lambda: render_reference(
                 rig,
@@ -214,17 +216,17 @@ def render_view(rig: Rig, stage: Stage, shot: Shot, output: Output, *, progress:
                 stage,
                 q1=state.q1,
                 q2=state.q2,
-                width_px=shot.width_px,
-                height_px=shot.height_px,
-                samples=shot.samples,
-                seed=shot.seed,
+                width_px=request.width_px,
+                height_px=request.height_px,
+                samples=request.samples,
+                seed=request.seed,
                 progress=progress,
             )
         )
         frame = replace(exact, radiance=light.radiance.astype(np.float32))
-    elif shot.samples > 1 and output.has_truth:
+    elif request.samples > 1 and output.has_truth:
         exact = fast(1).render_states([state])[0]
-    if shot.blur:
+    if request.blur:
         frame = replace(frame, radiance=blurred(replace(exact, radiance=frame.radiance), stage.light, rig))
     files: list[Path] = []
     if output.has_truth:
@@ -233,46 +235,46 @@ def render_view(rig: Rig, stage: Stage, shot: Shot, output: Output, *, progress:
         files = _write_truth(truth, output)
     exposure = None
     if output.sensor:
-        picture, exposure = _sensor_picture(frame, rig, stage, seed=shot.seed)
-        write_picture(picture, output.path)
+        image, exposure = _sensor_image(frame, rig, stage, seed=request.seed)
+        write_image(image, output.path)
     elif not output.layered:
-        write_picture(display_image(frame, stage), output.path)
-    facts = _facts(frame, rig, stage, shot, path=output.path, time_s=elapsed)
+        write_image(display_image(frame, stage), output.path)
+    facts = _facts(frame, rig, stage, request, path=output.path, time_s=elapsed)
     return replace(facts, exposure=exposure, truth_files=len(files), notes=notes)
 
 
-def view_of(renderer: FastRenderer, *, q1_deg: float, q2_deg: float, path: Path) -> View:
-    """Render one pose with a renderer that is there already, and write it as a picture."""
-    shot = Shot(q1_deg=q1_deg, q2_deg=q2_deg, samples=renderer.samples)
-    frame, elapsed = _timed(lambda: renderer.render_states([_state(renderer.stage, shot)])[0])
-    write_picture(display_image(frame, renderer.stage), path)
-    return _facts(frame, renderer.rig, renderer.stage, shot, path=path, time_s=elapsed)
+def render_with(renderer: FastRenderer, *, q1_deg: float, q2_deg: float, path: Path) -> RenderResult:
+    """Render one pose with a renderer that is there already, and write it as an image."""
+    request = RenderRequest(q1_deg=q1_deg, q2_deg=q2_deg, samples=renderer.samples)
+    frame, elapsed = _timed(lambda: renderer.render_states([_state(renderer.stage, request)])[0])
+    write_image(display_image(frame, renderer.stage), path)
+    return _facts(frame, renderer.rig, renderer.stage, request, path=path, time_s=elapsed)
 
 
-def _in_pose(rig: Rig, shot: Shot) -> tuple[Rig, Sequence[PartMesh]]:
+def _in_pose(rig: Rig, request: RenderRequest) -> tuple[Rig, Sequence[PartMesh]]:
     """Rig as it is rendered, and the parts around its camera; `ValueError` for a pose that it cannot take."""
-    if shot.stowed:
+    if request.stowed:
         check_stows(rig)
     if rig.gaze is None:
         return rig, []
     layout = Layout.from_rig(rig)
-    q1, q2 = np.radians([shot.q1_deg, shot.q2_deg])
+    q1, q2 = np.radians([request.q1_deg, request.q2_deg])
     layout.check_joints(q1, q2)
-    parts = rig_meshes(rig, stowed=shot.stowed)
-    if not shot.stowed:
+    parts = rig_meshes(rig, stowed=request.stowed)
+    if not request.stowed:
         return rig, parts
     # What is left of the train is the camera alone, and the gaze mirror is a part like any other.
     return rig.without_mirrors(), parts_in_body(layout, parts, q1, q2)
 
 
-def _state(stage: Stage, shot: Shot) -> State:
+def _state(stage: Stage, request: RenderRequest) -> State:
     """State with all poses said, as ground truth needs it."""
     return State(
-        q1=float(np.radians(shot.q1_deg)),
-        q2=float(np.radians(shot.q2_deg)),
+        q1=float(np.radians(request.q1_deg)),
+        q2=float(np.radians(request.q2_deg)),
         world_from_body=stage.world_from_body,
         world_from_target=None if stage.target is None else stage.target.world_from_target,
-        time_s=shot.time_s,
+        time_s=request.time_s,
     )
 
 
@@ -296,7 +298,7 @@ def _write_truth(truth: GroundTruth, output: Output) -> list[Path]:
     return [] if output.truth is None else write_truth(output.truth, truth)
 
 
-def _sensor_picture(frame: Frame, rig: Rig, stage: Stage, *, seed: int) -> tuple[NDArray[np.uint8], dict[str, float]]:
+def _sensor_image(frame: Frame, rig: Rig, stage: Stage, *, seed: int) -> tuple[NDArray[np.uint8], dict[str, float]]:
     """What the rig's image sensor takes once exposure and white balance have settled, and with which exposure."""
     height, width = frame.label.shape
     sensor = ImageSensor.from_rig(rig, width_px=width, height_px=height)
@@ -306,16 +308,16 @@ def _sensor_picture(frame: Frame, rig: Rig, stage: Stage, *, seed: int) -> tuple
     return taken.picture, {"time_ms": 1000 * settings.exposure_s, "gain_db": settings.gain_db}
 
 
-def _facts(frame: Frame, rig: Rig, stage: Stage, shot: Shot, *, path: Path, time_s: float) -> View:
+def _facts(frame: Frame, rig: Rig, stage: Stage, request: RenderRequest, *, path: Path, time_s: float) -> RenderResult:
     gaze = None
     if rig.gaze is not None:
-        gaze = forward_gaze(Layout.from_rig(rig), *np.radians([shot.q1_deg, shot.q2_deg]))
+        gaze = forward_gaze(Layout.from_rig(rig), *np.radians([request.q1_deg, request.q2_deg]))
     sun = stage.light.daylight.sun
     height, width = frame.label.shape
-    return View(
+    return RenderResult(
         file=path.name,
-        q1_deg=shot.q1_deg,
-        q2_deg=shot.q2_deg,
+        q1_deg=request.q1_deg,
+        q2_deg=request.q2_deg,
         width_px=width,
         height_px=height,
         region_px=frame.region_counts(),

@@ -20,7 +20,7 @@ from scenes.reference.compare import BESIDE_SUN, compare, looks_within
 from scenes.reference.limits import check_known_to_reference, without_lamps
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.requests.views import Output, Shot, render_view
+from scenes.requests.render import Output, RenderRequest, render
 from scenes.stage.frame import Label
 from scenes.stage.stage import on_gaze, stage
 from scenes.stage.state import State
@@ -101,11 +101,11 @@ def test_everything_wrong_with_a_stage_is_said_at_once(aqua2):
 )
 def test_impossible_shots_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
-        Shot(**arguments)
+        RenderRequest(**arguments)
 
 
 def test_impossible_outputs_are_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"expected a picture \(.png\) of what the sensor takes, got 'view.exr'"):
+    with pytest.raises(ValueError, match=r"expected an image \(.png\) of what the sensor takes, got 'view.exr'"):
         Output(path=tmp_path / "view.exr", sensor=True)
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(IsADirectoryError, match="expected a file, found a folder"):
@@ -120,7 +120,7 @@ def test_geometry_is_that_of_the_pixel_s_centre_whatever_the_samples(aqua2, open
     found = []
     for samples in (1, 4):
         path = tmp_path / f"{samples}.exr"
-        render_view(aqua2, open_water, Shot(**POSE_DEG, **SIZE, samples=samples), Output(path=path))
+        render(aqua2, open_water, RenderRequest(**POSE_DEG, **SIZE, samples=samples), Output(path=path))
         found.append(layers_of(path))
     one, four = found
     assert one.keys() == four.keys()
@@ -131,10 +131,10 @@ def test_geometry_is_that_of_the_pixel_s_centre_whatever_the_samples(aqua2, open
     assert four["target.Y"].sum() == pytest.approx(one["target.Y"].sum(), abs=15)
 
 
-def test_truth_beside_a_picture_is_the_layers_of_an_exr(aqua2, open_water, tmp_path):
-    shot = Shot(**POSE_DEG, **SIZE)
-    view = render_view(aqua2, open_water, shot, Output(path=tmp_path / "view.png", truth=tmp_path / "truth"))
-    render_view(aqua2, open_water, shot, Output(path=tmp_path / "view.exr"))
+def test_truth_beside_a_image_is_the_layers_of_an_exr(aqua2, open_water, tmp_path):
+    request = RenderRequest(**POSE_DEG, **SIZE)
+    view = render(aqua2, open_water, request, Output(path=tmp_path / "view.png", truth=tmp_path / "truth"))
+    render(aqua2, open_water, request, Output(path=tmp_path / "view.exr"))
     assert (tmp_path / "truth/layers.exr").read_bytes() == (tmp_path / "view.exr").read_bytes()
     assert view.truth_files == len([path for path in (tmp_path / "truth").rglob("*") if path.is_file()])
     seen = {
@@ -149,16 +149,16 @@ def test_truth_beside_a_picture_is_the_layers_of_an_exr(aqua2, open_water, tmp_p
 
 def test_the_reference_s_light_is_written_with_the_geometry_of_the_fast_one(aqua2, open_water, tmp_path):
     size = {"width_px": 12, "height_px": 9}
-    shot = Shot(**POSE_DEG, **size, samples=2, seed=5)
+    request = RenderRequest(**POSE_DEG, **size, samples=2, seed=5)
     told = []
-    render_view(
+    render(
         aqua2,
         open_water,
-        replace(shot, renderer="reference"),
+        replace(request, renderer="reference"),
         Output(path=tmp_path / "true.exr"),
         progress=lambda *numbers: told.append(numbers),
     )
-    render_view(aqua2, open_water, replace(shot, samples=1), Output(path=tmp_path / "fast.exr"))
+    render(aqua2, open_water, replace(request, samples=1), Output(path=tmp_path / "fast.exr"))
     true, fast = layers_of(tmp_path / "true.exr"), layers_of(tmp_path / "fast.exr")
     assert told[-1] == (3, 3)
     assert all(np.array_equal(true[name], fast[name], equal_nan=True) for name in true.keys() - set(LIGHT))
@@ -169,14 +169,14 @@ def test_the_reference_s_light_is_written_with_the_geometry_of_the_fast_one(aqua
         np.testing.assert_array_equal(true[name], channel.astype(np.float32))
 
 
-def test_a_sensor_s_picture_is_seeded_and_its_exposure_told(bench, tmp_path):
+def test_an_image_of_the_sensor_is_seeded_and_its_exposure_told(bench, tmp_path):
     scene = stage(bench, world="blue", wind=Wind(speed_m_per_s=0.0))
-    pictures = []
+    images = []
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         output = Output(path=tmp_path / f"{name}.png", sensor=True)
-        view = render_view(bench, scene, Shot(**SIZE, seed=seed), output)
-        pictures.append(output.path.read_bytes())
-    assert pictures[0] == pictures[1] != pictures[2]
+        view = render(bench, scene, RenderRequest(**SIZE, seed=seed), output)
+        images.append(output.path.read_bytes())
+    assert images[0] == images[1] != images[2]
     sensor = bench.image_sensor
     assert sensor.exposure.shortest_us <= 1000 * view.exposure["time_ms"] <= sensor.longest_exposure_us
     assert 0 <= view.exposure["gain_db"] <= sensor.largest_gain_db
@@ -237,7 +237,7 @@ def test_blur_softens_and_loses_no_light(bench, tmp_path):
     turbid = stage(bench, world="blue", jerlov_type="III", wind=Wind(speed_m_per_s=0.0))
     size = {"width_px": 640, "height_px": 480}
     for name, blur in (("sharp", False), ("soft", True)):
-        render_view(bench, turbid, Shot(**size, blur=blur), Output(path=tmp_path / f"{name}.exr"))
+        render(bench, turbid, RenderRequest(**size, blur=blur), Output(path=tmp_path / f"{name}.exr"))
     sharp, soft = (layers_of(tmp_path / f"{name}.exr")["G"] for name in ("sharp", "soft"))
     assert soft.sum() == pytest.approx(sharp.sum(), rel=1e-3)
     assert np.abs(np.diff(soft, axis=1)).max() < np.abs(np.diff(sharp, axis=1)).max()
