@@ -33,7 +33,7 @@ from scenes.light.waves import Wind
 from scenes.reference.agreement import TARGET_ERROR, pixel_error
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage.stage import Stage, stage
+from scenes.stage.stage import Stage, make_stage
 from scenes.stage.state import State
 from scenes.stage.targets import Ball
 
@@ -64,7 +64,7 @@ def run() -> list[dict[str, Any]]:
     memory = _peak_memory_mb()
     rig = Rig.load("aqua2")
     parts = rig_meshes(rig)
-    stages = {world: stage(rig, world=world) for world in WORLDS}
+    stages = {world: make_stage(rig, world=world) for world in WORLDS}
     rows = []
     for (world, size), (bare, full) in zip(CASES, fast, strict=True):
         stock = _stock(rig, parts, stages[world], size)
@@ -88,7 +88,7 @@ def fast_frames() -> list[tuple[float, float]]:
     """Milliseconds of the fast renderer's frames without and with ground truth, in the order of `CASES`."""
     rig = Rig.load("aqua2")
     parts = rig_meshes(rig)
-    return [_fast(rig, parts, stage(rig, world=world), size) for world, size in CASES]
+    return [_fast(rig, parts, make_stage(rig, world=world), size) for world, size in CASES]
 
 
 def _card_rows(on_card: list[tuple[float, float]]) -> list[dict[str, Any]]:
@@ -178,7 +178,7 @@ def _equal_error_row(rig: Rig, parts: list[PartMesh]) -> dict[str, Any]:
     """Fast frame beside the time that `volpathmis` needs to know a pixel to what the fast one may be off."""
     width, height = SIZES[0]
     # The reference knows no waves.
-    scene = stage(rig, wind=Wind(speed_m_per_s=0))
+    scene = make_stage(rig, wind=Wind(speed_m_per_s=0))
     bare, _ = _fast(rig, parts, scene, (width, height))
     small = {"width_px": REFERENCE_SIZE[0], "height_px": REFERENCE_SIZE[1]}
     frame = FastRenderer(prepare(scene, rig, parts), **small).render()

@@ -8,5 +8,7 @@ from .checks.assembly_checks import MountChecks as MountChecks
 from .checks.assembly_checks import assembly_checks as assembly_checks
 from .export.drawings.bill_of_materials import bill_of_materials as bill_of_materials
 from .export.mount import export_mount as export_mount
+from .loads.plate import largest_flow_moment as largest_flow_moment
+from .loads.servo_torque import SAFETY_FACTOR as SAFETY_FACTOR
 from .loads.study import LoadStudy as LoadStudy
 from .loads.study import load_study as load_study

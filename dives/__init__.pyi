@@ -1,4 +1,9 @@
 from .bags import write_bag as write_bag
+from .calibration.simulation import remaining as remaining
+from .calibration.simulation import simulated_edges as simulated_edges
+from .calibration.simulation import simulated_target as simulated_target
+from .calibration.simulation import tank_points as tank_points
+from .calibration.simulation import useful_poses as useful_poses
 from .dive import Dive as Dive
 from .dive import DiveError as DiveError
 from .dive import preset_names as preset_names

@@ -29,7 +29,7 @@ from scenes.light.waves import Wind
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings, ImageSensor, capture, frame_generator, sweep_count, sweep_times
 from scenes.sensor import start_settings as settings_at_start
-from scenes.stage.stage import Stage, stage
+from scenes.stage.stage import Stage, make_stage
 from scenes.stage.state import State
 from tracking.protocols import CameraFrame
 
@@ -208,7 +208,7 @@ class RenderedCamera:
 def dive_stage(dive: Dive, rig: Rig) -> Stage:
     """World, water, light and target of a dive; robot and target where they are at its beginning."""
     start = target_places(dive, np.zeros(1))[0][0]
-    return stage(
+    return make_stage(
         rig,
         world=dive.world,
         depth_m=dive.depth_m,

@@ -102,7 +102,7 @@ class SceneOptions:
             Without wind where none was asked for.
         """
         from scenes.stage.problems import Problems
-        from scenes.stage.stage import TARGET_M, stage
+        from scenes.stage.stage import TARGET_M, make_stage
 
         problems = Problems()
         rest: dict[str, Any] = {
@@ -122,9 +122,9 @@ class SceneOptions:
         if problems.sentences:
             # What else is wrong is reported together with it.
             with problems.collecting():
-                stage(rig, **rest)
+                make_stage(rig, **rest)
             problems.raise_any()
-        return stage(rig, sun=sun, wind=wind, **rest)
+        return make_stage(rig, sun=sun, wind=wind, **rest)
 
     def _wind(self, *, flat_sea: bool) -> Wind | None:
         from scenes.light.waves import Wind

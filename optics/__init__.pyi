@@ -1,7 +1,10 @@
 from .camera import FisheyeCamera as FisheyeCamera
 from .camera import PinholeCamera as PinholeCamera
+from .camera import camera_from_spec as camera_from_spec
 from .coverage.coverage import Coverage as Coverage
 from .coverage.coverage import compute_coverage as compute_coverage
+from .coverage.field import pixel_solid_angles as pixel_solid_angles
+from .coverage.sphere import cells_of as cells_of
 from .coverage.usable_fov import UsableFov as UsableFov
 from .coverage.usable_fov import usable_fov as usable_fov
 from .gaze.kinematics import forward_gaze as forward_gaze
@@ -9,7 +12,12 @@ from .gaze.kinematics import inverse_gaze as inverse_gaze
 from .gaze.kinematics import virtual_camera as virtual_camera
 from .gaze.virtual_pinhole import fit_virtual_pinhole as fit_virtual_pinhole
 from .layout import Layout as Layout
+from .layout import camera_pose as camera_pose
+from .mesh import Role as Role
 from .mirror import PlaneMirror as PlaneMirror
+from .perturbation.parameters import shown_per_si as shown_per_si
+from .perturbation.parameters import shown_unit as shown_unit
+from .perturbation.train import PerturbedTrain as PerturbedTrain
 from .port_analysis.colour import lateral_colour as lateral_colour
 from .port_analysis.focus import apparent_distance as apparent_distance
 from .port_analysis.focus import focus_behind as focus_behind
@@ -19,6 +27,7 @@ from .port_analysis.properties import traced_magnification as traced_magnificati
 from .ports.port import DomePort as DomePort
 from .ports.port import FlatPort as FlatPort
 from .ports.port import NoPort as NoPort
+from .ports.port import port_from_spec as port_from_spec
 from .search.search import search_designs as search_designs
 from .sizing.gaze_range import GazeRange as GazeRange
 from .sizing.limits import Request as Request
@@ -37,6 +46,8 @@ from .train import OpticalTrain as OpticalTrain
 from .train import Rays as Rays
 from .water.inherent_optics import InherentOptics as InherentOptics
 from .water.inherent_optics import inherent_optics as inherent_optics
+from .water.radiative_transfer.pend_oreille import compared_layers as compared_layers
+from .water.radiative_transfer.pend_oreille import compared_radiance as compared_radiance
 from .water.scattering import fournier_forand_phase as fournier_forand_phase
 from .water.scattering import henyey_greenstein_phase as henyey_greenstein_phase
 from .water.scattering import petzold_phase as petzold_phase

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-LAZY = ("cad", "dives", "optics", "scenes", "tracking")
+LAZY = ("cad", "dives", "optics", "reports", "scenes", "tracking")
 
 HEAVY = {"build123d", "cv2", "drjit", "matplotlib", "mitsuba", "scipy", "trimesh"}
 
@@ -17,7 +17,7 @@ def public_names() -> list[tuple[str, str]]:
     return [(package, name) for package in LAZY for name in importlib.import_module(package).__all__]
 
 
-@pytest.mark.parametrize(("package", "name"), public_names(), ids=".".join)
+@pytest.mark.parametrize(("package", "name"), public_names(), ids=lambda text: text)
 def test_public_names_are_there(package, name):
     found = getattr(importlib.import_module(package), name)
     assert getattr(found, "__name__", name) == name

@@ -1,6 +1,8 @@
 from .calibration.calibrated_rig import CalibratedRig as CalibratedRig
 from .calibration.estimate import Estimate as Estimate
 from .calibration.estimate import calibrate as calibrate
+from .calibration.prior import PRINT_TOLERANCES as PRINT_TOLERANCES
+from .calibration.prior import draw_perturbations as draw_perturbations
 from .cameras import open_camera as open_camera
 from .log import read_log as read_log
 from .loop.loop import TrackingLoop as TrackingLoop

@@ -91,7 +91,7 @@ def on_gaze(rig: Rig, *, q1: float, q2: float, distance_m: float) -> FloatArray:
     return np.asarray(pose.apply(ray.origin_m[0]) + distance_m * pose.rotation.apply(ray.direction[0]))
 
 
-def stage(
+def make_stage(
     rig: Rig,
     *,
     world: str | Path = "tank",

@@ -23,7 +23,7 @@ from scenes.mitsuba_integrator import WaterIntegrator, light_of, register
 from scenes.reference.bodies import surface_shapes
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Label
-from scenes.stage.stage import Target, stage
+from scenes.stage.stage import Target, make_stage
 from scenes.stage.targets import MeshShape
 from scenes.surfaces.surface import surface
 from scenes.worlds.tank import tank
@@ -105,7 +105,7 @@ def test_tank_looks_as_in_the_fast_renderer(grey_tank, monkeypatch):
     """
     monkeypatch.setattr(paths, "PART_RADIUS_M", 0.0)
     rig = Rig.load("bench").model_copy(update={"port": NoPortSpec(shape="none")})
-    scene = stage(rig, world="blue", depth_m=DEPTH, jerlov_type="II", wind=Wind(speed_m_per_s=0.0))
+    scene = make_stage(rig, world="blue", depth_m=DEPTH, jerlov_type="II", wind=Wind(speed_m_per_s=0.0))
     tank_shape = Target(shape=MeshShape(name="tank", surface=grey_tank), world_from_target=RigidTransform.identity())
     frame = FastRenderer(prepare(replace(scene, target=tank_shape), rig, []), width_px=96, height_px=72).render()
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import RigidTransform
 from dives.calibration.simulation import remaining
 from optics.perturbation.train import PerturbedTrain
 from rigs import Rig
-from scenes.stage.stage import stage
+from scenes.stage.stage import make_stage
 from scenes.worlds.tank import BOARD_COLUMNS, BOARD_ROWS, tank_boards
 from tracking.calibration.board_corners import board_corners
 from tracking.calibration.calibrated_rig import with_joints
@@ -42,7 +42,7 @@ def test_rig_built_wrong_is_found_from_rendered_boards():
     nominal = Rig.load("aqua2")
     built = built_wrong(nominal)
     train = PerturbedTrain(built)
-    scene = stage(nominal, depth_m=DEPTH_M)
+    scene = make_stage(nominal, depth_m=DEPTH_M)
     q, places, pixels = [], [], []
     renderer = renderer_of(built, scene)
     for board in tank_boards(DEPTH_M):

@@ -25,12 +25,12 @@ from rigs import Rig, Water
 from scenes.image import WHITE_LEVEL, display_image
 from scenes.reference.agreement import Agreement
 from scenes.stage.frame import Frame
-from scenes.stage.stage import stage
+from scenes.stage.stage import make_stage
 
 
 @pytest.fixture(scope="module")
 def open_water():
-    return stage(Rig.load("aqua2"), world="blue", depth_m=10.0)
+    return make_stage(Rig.load("aqua2"), world="blue", depth_m=10.0)
 
 
 def frame_of(radiance):

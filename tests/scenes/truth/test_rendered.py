@@ -14,7 +14,7 @@ from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Label
-from scenes.stage.stage import stage
+from scenes.stage.stage import make_stage
 from scenes.stage.state import State
 from scenes.truth import ground_truth
 from scenes.truth.boxes import things
@@ -35,7 +35,7 @@ def rendered(request):
     """Rig, its parts, names of instances, and a frame with its state for every pose."""
     rig = Rig.load(request.param)
     parts = rig_meshes(rig)
-    lit = prepare(stage(rig, depth_m=DEPTH_M), rig, parts, quality=LightQuality.coarse())
+    lit = prepare(make_stage(rig, depth_m=DEPTH_M), rig, parts, quality=LightQuality.coarse())
     renderer = FastRenderer(lit, width_px=SHAPE[1], height_px=SHAPE[0])
     target = renderer.stage.target.world_from_target
     states = [

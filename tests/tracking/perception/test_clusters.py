@@ -16,7 +16,7 @@ from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
 from scenes.stage.frame import Label
-from scenes.stage.stage import on_gaze, stage
+from scenes.stage.stage import make_stage, on_gaze
 from tracking.perception import RED_BALL, Crop, DetectorSettings, ExactCorners, detect, find_blobs, weighted_centroid
 from tracking.records import Blob
 
@@ -148,7 +148,7 @@ def test_anything_but_a_image_is_refused(crop):
 def tank():
     """Mirrors alone: what is looked at is known exactly."""
     rig = Rig.load("aqua2")
-    return FastRenderer(prepare(stage(rig), rig, [], quality=LightQuality.coarse()))
+    return FastRenderer(prepare(make_stage(rig), rig, [], quality=LightQuality.coarse()))
 
 
 @pytest.mark.parametrize(("q_deg", "distance_m"), [((0.0, -10.0), 2.0), ((-60.0, -5.0), 3.0), ((20.0, 100.0), 2.5)])
