@@ -1,1 +1,1 @@
-"""Speed side by side with other codes, in one run: ratios, never thresholds in a test. Run `python -m benchmarks`."""
+"""Speed and numbers side by side with other codes: ratios, never thresholds in a test. Run `python -m benchmarks`."""

@@ -1,7 +1,8 @@
 """`python -m benchmarks [NAME ...] [--json]`: measure, and print a table (or JSON for machines).
 
-Each module of this package has ``run() -> list of rows``; a row's `ratio` says how many times better `ours` is than
-`peer`, whichever way the unit counts.
+Each module that measures speed has ``run() -> list of rows``; a row's `ratio` says how many times better `ours` is than
+`peer`, whichever way the unit counts. A module that judges numbers, one of `CHECKS`, is run alone with options of its
+own: ``main(arguments)`` prints the differences, and returns 1 when one is beyond its tolerance.
 """
 
 from __future__ import annotations
@@ -17,18 +18,27 @@ from rich.console import Console
 from rich.table import Table
 
 NAMES = ("train", "projection", "coverage", "render", "search", "loop")
+CHECKS = ("healpix", "distances", "bias")
 COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the benchmarks named, all by default; 2 for a name that does not exist."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Speed side by side with other codes.")
+    """Run the benchmarks named, all by default, or one check; 2 for a name that does not exist."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments and arguments[0] in CHECKS:
+        return int(importlib.import_module(f"benchmarks.{arguments[0]}").main(arguments[1:]))
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks",
+        description="Speed side by side with other codes.",
+        epilog=f"Numbers side by side with other codes: {', '.join(CHECKS)}; one at a time, each with its own --help.",
+    )
     parser.add_argument("names", nargs="*", metavar="name", help=f"{', '.join(NAMES)}; all by default")
     parser.add_argument("--json", action="store_true", help="print rows for machines")
     options = parser.parse_args(arguments)
     unknown = [name for name in options.names if name not in NAMES]
     if unknown:
-        print(f"expected benchmarks among {', '.join(NAMES)}, got {', '.join(unknown)}", file=sys.stderr)
+        expected = f"expected benchmarks among {', '.join(NAMES)}, or first one of {', '.join(CHECKS)}"
+        print(f"{expected}, got {', '.join(unknown)}", file=sys.stderr)
         return 2
     rows = []
     for name in options.names or NAMES:

@@ -42,5 +42,14 @@ def test_named_benchmarks_are_run_in_the_order_given(benchmarks, capsys):
 def test_an_unknown_name_is_bad_input(benchmarks, capsys):
     assert main_module.main(["train", "speed"]) == 2
     assert benchmarks == []
-    names = "train, projection, coverage, render, search, loop"
+    names = "train, projection, coverage, render, search, loop, or first one of healpix, distances, bias"
     assert capsys.readouterr().err == f"expected benchmarks among {names}, got speed\n"
+
+
+@pytest.mark.parametrize("name", main_module.CHECKS)
+def test_a_check_gets_its_own_arguments_and_tells_by_its_exit_code(name, monkeypatch):
+    stand_in = types.ModuleType(f"benchmarks.{name}")
+    stand_in.main = lambda arguments: 1 if arguments == ["--rows", "3"] else 0
+    monkeypatch.setitem(sys.modules, f"benchmarks.{name}", stand_in)
+    assert main_module.main([name, "--rows", "3"]) == 1
+    assert main_module.main([name]) == 0
