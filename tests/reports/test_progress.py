@@ -16,6 +16,7 @@ from optics.water.radiative_transfer.field import RADIANCE_VERSION
 from reports.progress import work_key
 from rigs import FileHull, Rig
 from scenes.baking.ambient import LIGHT_VERSION, light_key
+from scenes.baking.light_quality import LightQuality
 from scenes.light.light import underwater_light
 from scenes.light.materials import Material
 from scenes.stage.frame import Label
@@ -65,7 +66,8 @@ def test_a_comment_makes_nothing_again(rig, monkeypatch):
         return open_file(file, *arguments, **settings)
 
     monkeypatch.setattr(io, "open", noted)
-    for key in (mesh_key(rig), hull_mesh_key(rig.gaze.hull), light_key("light", TRIANGLE, light), work_key(rig)):
+    of_light = light_key("light", TRIANGLE, light, LightQuality.full())
+    for key in (mesh_key(rig), hull_mesh_key(rig.gaze.hull), of_light, work_key(rig)):
         assert len(key) == 64
     assert str(rig.gaze.hull.file) in opened
     assert [file for file in opened if file.endswith(".py")] == []

@@ -114,7 +114,7 @@ def test_radiance_in_the_air_is_that_of_the_water_by_t_over_n_squared():
     """T / n^2 on the axis: Fresnel at normal incidence (Born & Wolf 1.5.3) and conservation of basic radiance."""
     rig = Rig.load("bench")
     renderer = FastRenderer(lit(make_stage(rig, depth_m=DEPTH), rig, []), width_px=4, height_px=3)
-    gain = np.array(renderer._rays["gain"])
+    gain = np.array(renderer._rays.gain)
     train = OpticalTrain.from_rig(rig)
     n_port, n_water = train.port.n_port, train.port.n_water
     middle = train.transmittance([[rig.camera.cx_px, rig.camera.cy_px]])[0]

@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from optics.mesh import Group
-from scenes.baking import ambient, robot_light, source_volume
 from scenes.baking.ambient import cached, gathered, with_ambient
 from scenes.baking.irradiance_volume import irradiance_volume
 from scenes.baking.light_quality import LightQuality
@@ -149,12 +148,3 @@ def test_what_is_kept_on_disk_is_of_the_places_too(light, tmp_path, monkeypatch,
     ]
     assert made == [0, 0, 2]
     assert [record.getMessage() for record in caplog.records] == ["finding the light; it is kept for the next time"] * 2
-
-
-def test_kept_light_is_of_the_recorded_quality(check_recorded):
-    """What is recorded of light itself is rough: its quality is a case of its own."""
-    quality = [
-        *(ambient.RAYS, ambient.LEAST_DIRECTIONS, ambient.MOST_DIRECTIONS, robot_light.LOOKS),
-        *(source_volume.MOST_POINTS, source_volume.MOST_TURNS),
-    ]
-    check_recorded("quality of light", ambient.LIGHT_VERSION, rel=1e-9, quality=np.array(quality))
