@@ -20,7 +20,8 @@ from optics.kernels.packing import Packing
 from optics.kernels.refraction import reflect
 from optics.mesh import Group
 from scenes.kernels.geometry import Geometry
-from scenes.kernels.paths import Inputs, follow
+from scenes.kernels.path_state import Inputs
+from scenes.kernels.paths import follow
 from scenes.kernels.surface_shading import shade
 from scenes.kernels.tracing import FAR_M, START_OFFSET_M, FixedHit, GroupScene, Primitive, Rays, nearest, nothing_known
 from scenes.kernels.veiling_light import veiling_light_table

@@ -9,7 +9,7 @@ from optics.kernels.packing import row_of
 from optics.status import Region
 from scenes.kernels.ambient_cube import changed_irradiance
 from scenes.kernels.geometry import ROW, FaceColumn, VertexColumn, face_code, from_octahedron
-from scenes.kernels.paths import Inputs, Path
+from scenes.kernels.path_state import Inputs, Path
 from scenes.kernels.shading import Illumination, Spectrum, ambient_irradiance, reflected_radiance
 from scenes.kernels.shadow_table import FARTHEST_M, ShadowTable, hidden_from_surface
 from scenes.kernels.sun_map import reached_by_sun

@@ -13,6 +13,9 @@ import pytest
 
 from dives.ensembles.processes import Failure, run_in_processes
 
+LONGEST_S = 600.0
+"""What is at work after that was left behind: no machine is so slow that it only has not seen it yet."""
+
 WORK = '''
 """What the processes do: each writes its number beside it, but for some."""
 
@@ -131,7 +134,9 @@ def test_killed_it_leaves_nothing_at_work(tmp_path):
     parent, began = parent_at_work(tmp_path)
     parent.kill()
     # Not for the end of its output, which its processes hold open as long as they live.
-    parent.wait()
-    while any(is_running(int(file.read_text())) for file in began):
+    assert parent.wait() == -signal.SIGKILL
+    ended = time.monotonic() + LONGEST_S
+    while any(is_running(int(file.read_text())) for file in began) and time.monotonic() < ended:
         time.sleep(0.05)
+    assert not [file.name for file in began if is_running(int(file.read_text()))]
     parent.communicate()
