@@ -61,7 +61,10 @@ class Rig(Section):
     def require_gaze(self) -> Gaze:
         """Mirrors and what goes with them; raises `ValueError` for a bare camera behind a port."""
         if self.gaze is None:
-            raise ValueError(f"expected a rig with mirrors, got {self.name!r}, which has none")
+            raise ValueError(
+                f"expected a rig with mirrors, got {self.name!r}, which has none: "
+                f"its file would need the tables {', '.join(GAZE_TABLES[:-1])} and {GAZE_TABLES[-1]}"
+            )
         return self.gaze
 
     @property
