@@ -20,7 +20,7 @@ from scenes.light.waves import Wind
 from scenes.reference.agreement import Agreement
 from scenes.reference.compare import Comparison, compare
 from scenes.reference.render import Progress
-from scenes.stage.stage import stage
+from scenes.stage.scene import make_scene
 
 RIG = "aqua2"
 Q1_DEG, Q2_DEG = 30.0, -10.0
@@ -37,7 +37,7 @@ STANDARD_ERRORS = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One picture of the table: `tank-IB-sun` is type IB in the tank, under the sun."""
+    """One image of the table: `tank-IB-sun` is type IB in the tank, under the sun."""
 
     world: str
     water: str
@@ -89,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="random seed of the reference")
     parser.add_argument("--parts", action="store_true", help="print regions and what is seen there as well")
     parser.add_argument(
-        "-o", "--output", type=Path, default=Path("out/bias"), metavar="FOLDER", help="for pictures side by side"
+        "-o", "--output", type=Path, default=Path("out/bias"), metavar="FOLDER", help="for images side by side"
     )
     return parser
 
@@ -97,7 +97,7 @@ def _parser() -> argparse.ArgumentParser:
 def _compared(row: Row, path: Path, *, samples: int, seed: int, progress: Progress) -> Comparison:
     rig = Rig.load(RIG)
     cloud = 1.0 if row.sky == "overcast" else 0.0
-    scene = stage(rig, world=row.world, jerlov_type=row.water, cloud=cloud, wind=Wind(speed_m_per_s=0.0))
+    scene = make_scene(rig, world=row.world, jerlov_type=row.water, cloud=cloud, wind=Wind(speed_m_per_s=0.0))
     return compare(
         rig,
         scene,

@@ -33,7 +33,7 @@ from scenes.light.waves import Wind
 from scenes.reference.agreement import TARGET_ERROR, pixel_error
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage.stage import Stage, make_stage
+from scenes.stage.scene import Scene, make_scene
 from scenes.stage.state import State
 from scenes.stage.targets import Ball
 
@@ -64,7 +64,7 @@ def run() -> list[dict[str, Any]]:
     memory = _peak_memory_mb()
     rig = Rig.load("aqua2")
     parts = rig_meshes(rig)
-    stages = {world: make_stage(rig, world=world) for world in WORLDS}
+    stages = {world: make_scene(rig, world=world) for world in WORLDS}
     rows = []
     for (world, size), (bare, full) in zip(CASES, fast, strict=True):
         stock = _stock(rig, parts, stages[world], size)
@@ -88,7 +88,7 @@ def fast_frames() -> list[tuple[float, float]]:
     """Milliseconds of the fast renderer's frames without and with ground truth, in the order of `CASES`."""
     rig = Rig.load("aqua2")
     parts = rig_meshes(rig)
-    return [_fast(rig, parts, make_stage(rig, world=world), size) for world, size in CASES]
+    return [_fast(rig, parts, make_scene(rig, world=world), size) for world, size in CASES]
 
 
 def _card_rows(on_card: list[tuple[float, float]]) -> list[dict[str, Any]]:
@@ -112,7 +112,7 @@ def _row(name: str, ours: float, peer: float, unit: str, note: str) -> dict[str,
     return {"name": name, "ours": ours, "peer": peer, "unit": unit, "ratio": peer / ours, "note": note}
 
 
-def _states(scene: Stage, count: int) -> list[State]:
+def _states(scene: Scene, count: int) -> list[State]:
     """A new pose, place of the target and time for every frame."""
     assert scene.target is not None
     poses = np.radians(np.linspace([-60.0, -20.0], [60.0, 20.0], count))
@@ -129,7 +129,7 @@ def _states(scene: Stage, count: int) -> list[State]:
     ]
 
 
-def _fast(rig: Rig, parts: list[PartMesh], scene: Stage, size: tuple[int, int]) -> tuple[float, float]:
+def _fast(rig: Rig, parts: list[PartMesh], scene: Scene, size: tuple[int, int]) -> tuple[float, float]:
     """Milliseconds of a frame without and with ground truth."""
     renderer = FastRenderer(prepare(scene, rig, parts), width_px=size[0], height_px=size[1])
     states = [[state] for state in _states(scene, WARM_UP + FRAMES)]
@@ -156,7 +156,7 @@ def _median_ms(frame: Callable[[Any], None], arguments: list[Any], warm_up: int)
     return 1000 * statistics.median(times[warm_up:])
 
 
-def _batch_row(rig: Rig, parts: list[PartMesh], scene: Stage) -> dict[str, Any]:
+def _batch_row(rig: Rig, parts: list[PartMesh], scene: Scene) -> dict[str, Any]:
     """Several states in one call, beside as many calls."""
     width, height = SIZES[-1]
     renderer = FastRenderer(prepare(scene, rig, parts), width_px=width, height_px=height)
@@ -178,7 +178,7 @@ def _equal_error_row(rig: Rig, parts: list[PartMesh]) -> dict[str, Any]:
     """Fast frame beside the time that `volpathmis` needs to know a pixel to what the fast one may be off."""
     width, height = SIZES[0]
     # The reference knows no waves.
-    scene = make_stage(rig, wind=Wind(speed_m_per_s=0))
+    scene = make_scene(rig, wind=Wind(speed_m_per_s=0))
     bare, _ = _fast(rig, parts, scene, (width, height))
     small = {"width_px": REFERENCE_SIZE[0], "height_px": REFERENCE_SIZE[1]}
     frame = FastRenderer(prepare(scene, rig, parts), **small).render()
@@ -199,13 +199,13 @@ def _equal_error_row(rig: Rig, parts: list[PartMesh]) -> dict[str, Any]:
     return _row(f"tank, {width} x {height}, equal error", bare / 1000, of_a_sample * needed * width * height, "s", note)
 
 
-def _stock(rig: Rig, parts: list[PartMesh], scene: Stage, size: tuple[int, int]) -> float:
+def _stock(rig: Rig, parts: list[PartMesh], scene: Scene, size: tuple[int, int]) -> float:
     """Milliseconds of a frame of stock Mitsuba `path`, one sample per pixel."""
     frame = _stock_path(rig, parts, scene, *size)
     return _median_ms(frame, _states(scene, STOCK_WARM_UP + STOCK_FRAMES), STOCK_WARM_UP)
 
 
-def _stock_path(rig: Rig, parts: list[PartMesh], scene: Stage, width: int, height: int) -> Callable[[State], None]:
+def _stock_path(rig: Rig, parts: list[PartMesh], scene: Scene, width: int, height: int) -> Callable[[State], None]:
     """Function that puts gimbal and target into their places and renders one frame with stock Mitsuba."""
     layout = Layout.from_rig(rig)
     body = scene.world_from_body
@@ -286,7 +286,7 @@ def _port(rig: Rig, world_from_camera: np.ndarray) -> dict[str, Any]:
     return described
 
 
-def _ball(scene: Stage, world_from_target: RigidTransform) -> dict[str, Any]:
+def _ball(scene: Scene, world_from_target: RigidTransform) -> dict[str, Any]:
     assert scene.target is not None and isinstance(scene.target.shape, Ball)
     scale = np.diag([*[scene.target.shape.radius_m] * 3, 1.0])
     return {"type": "sphere", "to_world": mi.ScalarTransform4f(world_from_target.as_matrix() @ scale)}

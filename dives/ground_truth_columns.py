@@ -271,9 +271,9 @@ def _in_crop(target: NDArray[np.uint8], step: Step) -> NDArray[np.bool_]:
     return np.asarray(cv2.warpPerspective(target, crop.image_from_crop, step.crop.shape[1::-1], flags=flags) > 127)
 
 
-def _clipped_share(picture: NDArray[np.uint8]) -> float:
+def _clipped_share(image: NDArray[np.uint8]) -> float:
     """Share of pixels with a channel at its end."""
-    red, green, blue = cv2.split(picture)
+    red, green, blue = cv2.split(image)
     brightest = cv2.max(cv2.max(red, green), blue)
     return float(np.count_nonzero(np.asarray(brightest) == CLIPPED) / brightest.size)
 

@@ -29,7 +29,7 @@ from scenes.light.waves import Wind
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings, ImageSensor, capture, frame_generator, sweep_count, sweep_times
 from scenes.sensor import start_settings as settings_at_start
-from scenes.stage.stage import Stage, make_stage
+from scenes.stage.scene import Scene, make_scene
 from scenes.stage.state import State
 from tracking.protocols import CameraFrame
 
@@ -97,15 +97,15 @@ class RenderedCamera:
 
     def __init__(self, dive: Dive, rig: Rig, parts: Sequence[PartMesh], mirrors: TimedMirrors):
         self.dive, self.rig, self.mirrors = dive, rig, mirrors
-        self.renderer = FastRenderer(prepare(dive_stage(dive, rig), rig, parts))
+        self.renderer = FastRenderer(prepare(dive_scene(dive, rig), rig, parts))
         self.exposure: Exposure | None = None
         self._sensor = ImageSensor.from_rig(rig)
-        card = self.renderer.stage.light.white_radiance(dive.depth_m)
+        card = self.renderer.scene.light.white_radiance(dive.depth_m)
         self._settings = settings_at_start(self._sensor, card)
         self._next = 0
         self._layout = Layout.from_rig(rig)
         # On the axis, a flat port turns an angle in the water into one larger by the index in the air.
-        self._px_per_rad = rig.camera.fx_px * self.renderer.stage.light.n_water
+        self._px_per_rad = rig.camera.fx_px * self.renderer.scene.light.n_water
 
     @property
     def next_time_s(self) -> float | None:
@@ -141,7 +141,7 @@ class RenderedCamera:
         )
         self._settings = taken.next_settings
         self._next += 1
-        return CameraFrame(image=taken.picture, time_s=time_s)
+        return CameraFrame(image=taken.image, time_s=time_s)
 
     def snapshot(self) -> dict[str, Any]:
         """State, as JSON holds it."""
@@ -205,10 +205,10 @@ class RenderedCamera:
         return float((swept + turned + _angle(seen)) * self._px_per_rad)
 
 
-def dive_stage(dive: Dive, rig: Rig) -> Stage:
+def dive_scene(dive: Dive, rig: Rig) -> Scene:
     """World, water, light and target of a dive; robot and target where they are at its beginning."""
     start = target_places(dive, np.zeros(1))[0][0]
-    return make_stage(
+    return make_scene(
         rig,
         world=dive.world,
         depth_m=dive.depth_m,

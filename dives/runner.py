@@ -75,8 +75,8 @@ class ClosedLoop:
         self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed))
         self.camera = RenderedCamera(dive, rig, parts, self.mirrors)
         self.loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
-        target = self.camera.renderer.stage.target
-        assert target is not None  # a dive's stage has one
+        target = self.camera.renderer.scene.target
+        assert target is not None  # a dive's scene has one
         self.truth = GroundTruthColumns(rig, target.shape, settings)
         self.seconds = dict.fromkeys(("camera", "loop", "truth"), 0.0)
 

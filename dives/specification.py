@@ -13,7 +13,7 @@ from rigs import ImageSensorSpec, JerlovType, Rig
 from rigs.display import facts_table
 from rigs.section import NotNegative, Number, Section, Whole
 from scenes.light.waves import STRONGEST_WIND_M_PER_S
-from scenes.stage.stage import DEPTHS_M, WIND_M_PER_S
+from scenes.stage.scene import DEPTHS_M, WIND_M_PER_S
 from tracking.perception import RED_BALL, DetectorSettings
 
 LONGEST_DIVE_S = 3600.0

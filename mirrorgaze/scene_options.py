@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rigs import Rig
     from scenes.light.sun import Sun
     from scenes.light.waves import Wind
-    from scenes.stage.stage import Stage
+    from scenes.stage.scene import Scene
 
 SCENE = "Scene options"
 LIGHT = "Light options"
@@ -90,8 +90,8 @@ class SceneOptions:
         float, typer.Option(help="Cloud cover, from 0 (clear) to 1 (overcast).", rich_help_panel=LIGHT)
     ] = 0.0
 
-    def stage(self, rig: Rig, *, target_m: ArrayLike | None = None, flat_sea: bool = False) -> Stage:
-        """Stage of a rig; `ValueError` with all that is wrong.
+    def scene(self, rig: Rig, *, target_m: ArrayLike | None = None, flat_sea: bool = False) -> Scene:
+        """Scene of a rig; `ValueError` with all that is wrong.
 
         Parameters
         ----------
@@ -102,7 +102,7 @@ class SceneOptions:
             Without wind where none was asked for.
         """
         from scenes.stage.problems import Problems
-        from scenes.stage.stage import TARGET_M, make_stage
+        from scenes.stage.scene import TARGET_M, make_scene
 
         problems = Problems()
         rest: dict[str, Any] = {
@@ -122,9 +122,9 @@ class SceneOptions:
         if problems.sentences:
             # What else is wrong is reported together with it.
             with problems.collecting():
-                make_stage(rig, **rest)
+                make_scene(rig, **rest)
             problems.raise_any()
-        return make_stage(rig, sun=sun, wind=wind, **rest)
+        return make_scene(rig, sun=sun, wind=wind, **rest)
 
     def _wind(self, *, flat_sea: bool) -> Wind | None:
         from scenes.light.waves import Wind

@@ -4,10 +4,10 @@ from .figures.light import attenuation_figure as attenuation_figure
 from .figures.light import bias_figure as bias_figure
 from .figures.light import coefficients_figure as coefficients_figure
 from .figures.light import flicker_figure as flicker_figure
+from .figures.light import image_balanced_at_surface as image_balanced_at_surface
+from .figures.light import images_figure as images_figure
 from .figures.light import lake_figure as lake_figure
 from .figures.light import phase_figure as phase_figure
-from .figures.light import picture_balanced_at_surface as picture_balanced_at_surface
-from .figures.light import pictures_figure as pictures_figure
 from .figures.load import load_lines as load_lines
 from .figures.sizing import outlines_figure as outlines_figure
 from .figures.sizing import trade_off_figure as trade_off_figure

@@ -41,7 +41,7 @@ class ExposureSpec(Section):
 class WhiteBalanceSpec(Section):
     """How the colours are balanced.
 
-    `grey-world` makes the picture's mean grey, with a lag of `lag_s`; `grey-card` is set once on a card; `manual` uses
+    `grey-world` makes the image's mean grey, with a lag of `lag_s`; `grey-card` is set once on a card; `manual` uses
     `gains` for red, green and blue. No channel is raised by more than `largest_gain`.
     """
 

@@ -11,9 +11,9 @@ from .reference.compare import compare as compare
 from .renderer import FastRenderer as FastRenderer
 from .stage.frame import Frame as Frame
 from .stage.frame import Label as Label
-from .stage.stage import Stage as Stage
-from .stage.stage import make_stage as make_stage
-from .stage.stage import on_gaze as on_gaze
+from .stage.scene import Scene as Scene
+from .stage.scene import make_scene as make_scene
+from .stage.scene import on_gaze as on_gaze
 from .stage.state import State as State
 from .surfaces.shapes import unit_sphere as unit_sphere
 from .surfaces.surface import surface as surface

@@ -11,19 +11,19 @@ from optics.kernels.backend import mi
 from rigs.atomic_files import atomic_file
 from scenes.light.srgb import srgb_encode
 from scenes.stage.frame import Frame
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 
 WHITE_LEVEL = 0.8
 """Fraction of full scale at which the white card that sets exposure and white balance is shown."""
 
 
-def display_image(frame: Frame, stage: Stage) -> NDArray[np.uint8]:
+def display_image(frame: Frame, scene: Scene) -> NDArray[np.uint8]:
     """Frame as an sRGB image, shape (height, width, 3).
 
     Exposure and white balance are those of a camera set on a white card held level at the robot's depth, as a diver
     sets them; what is brighter than the card by more than the headroom saturates.
     """
-    card = stage.light.white_radiance(stage.depth_m) / stage.light.n_water**2
+    card = scene.light.white_radiance(scene.depth_m) / scene.light.n_water**2
     linear = np.clip(frame.radiance / card * WHITE_LEVEL, 0, 1)
     return np.round(srgb_encode(linear) * 255).astype(np.uint8)
 

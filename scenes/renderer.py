@@ -36,7 +36,7 @@ class FastRenderer:
     Attributes
     ----------
     rig : Rig
-    stage : Stage
+    scene : Scene
     instance_names : tuple of str
         Of the lit scene.
     """
@@ -47,7 +47,7 @@ class FastRenderer:
         self.samples = samples
         if min(*self.shape, samples) < 1:
             raise ValueError(f"expected a positive size and sample count, got {self.shape[::-1]} and {samples}")
-        self.rig, self.stage, self.instance_names = lit.rig, lit.stage, lit.instance_names
+        self.rig, self.scene, self.instance_names = lit.rig, lit.scene, lit.instance_names
         self._lit = lit
         self._packing = Packing.of(lit.records.of([State()]), batched=True)
         rays = port_rays(lit.rig, *self.shape, samples)
@@ -56,7 +56,7 @@ class FastRenderer:
         self._geometry, self._tables = Flat(lit.geometry), Flat(lit.tables)
         self._flat_rays = Flat(self._rays)
         self._light: tuple[float, Any] | None = None
-        self._light_packing = Packing.of(lit.uniforms(lit.stage.depth_m))
+        self._light_packing = Packing.of(lit.uniforms(lit.scene.depth_m))
         self._kernels: dict[tuple[int, bool, int, int], Callable[..., FrameArrays]] = {}
 
     def render(
@@ -70,7 +70,7 @@ class FastRenderer:
     ) -> Frame:
         """Render one frame at joint values in radians; `ValueError` outside the joint limits.
 
-        Poses of robot and target are the stage's unless given.
+        Poses of robot and target are the scene's unless given.
         """
         return self.render_states(
             [
@@ -139,7 +139,7 @@ class FastRenderer:
                 Shape(
                     light=self._light_packing,
                     state=self._packing,
-                    wavelengths=len(self.stage.light.bands.wavelength_nm),
+                    wavelengths=len(self.scene.light.bands.wavelength_nm),
                     lanes=self.samples * self.shape[0] * self.shape[1] * frames,
                     states=frames,
                     eyes=dr.width(self._lit.geometry.eyes),

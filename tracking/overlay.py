@@ -116,14 +116,14 @@ def _fixed_point(points: FloatArray) -> NDArray[np.int32]:
     return np.rint(points * (1 << SUBPIXEL_BITS)).astype(np.int32)
 
 
-def _draw_outline(picture: Image, corners_px: FloatArray) -> None:
+def _draw_outline(image: Image, corners_px: FloatArray) -> None:
     """Outline of M2; a thick line on the side that is the crop's upper edge."""
     if not np.isfinite(corners_px).all():
         return
     # A corner far outside the image would overflow OpenCV's fixed-point coordinates.
     corners = _fixed_point(np.clip(corners_px, -1e4, 1e4))
-    cv2.polylines(picture, [corners], isClosed=True, color=OUTLINE, lineType=cv2.LINE_AA, shift=SUBPIXEL_BITS)
-    cv2.polylines(picture, [corners[:2]], False, OUTLINE, thickness=3, lineType=cv2.LINE_AA, shift=SUBPIXEL_BITS)
+    cv2.polylines(image, [corners], isClosed=True, color=OUTLINE, lineType=cv2.LINE_AA, shift=SUBPIXEL_BITS)
+    cv2.polylines(image, [corners[:2]], False, OUTLINE, thickness=3, lineType=cv2.LINE_AA, shift=SUBPIXEL_BITS)
 
 
 def _draw_findings(panel: Image, step: Step, *, scale: float) -> None:
@@ -153,14 +153,14 @@ def _font() -> cv2.FontFace:
     return cv2.FontFace("sans")
 
 
-def _write(picture: Image, text: str, at: tuple[int, int], colour: Colour) -> None:
-    cv2.putText(picture, text, at, colour, _font(), TEXT_SIZE_PX, TEXT_WEIGHT)
+def _write(image: Image, text: str, at: tuple[int, int], colour: Colour) -> None:
+    cv2.putText(image, text, at, colour, _font(), TEXT_SIZE_PX, TEXT_WEIGHT)
 
 
-def _letter(picture: Image, letter: str, corner: tuple[int, int]) -> None:
+def _letter(image: Image, letter: str, corner: tuple[int, int]) -> None:
     x, y = corner
-    picture[y : y + 20, x : x + 20] = INK
-    _write(picture, letter, (x + 5, y + 15), PAPER_WHITE)
+    image[y : y + 20, x : x + 20] = INK
+    _write(image, letter, (x + 5, y + 15), PAPER_WHITE)
 
 
 def _draw_numbers(strip: Image, step: Step) -> None:

@@ -1,4 +1,4 @@
-"""Collecting the samples of eq. 6 from pictures: the mirror is driven over a grid and its outline found in each.
+"""Collecting the samples of eq. 6 from images: the mirror is driven over a grid and its outline found in each.
 
 The outline's sides are fitted with parabolas, for refraction bends them, and meet in corners finer than a pixel. A
 corner that something hides is found where the visible parts of its sides lead to.
@@ -31,7 +31,7 @@ The first forgives that much of the nominal corners; the last is what rounding t
 """
 
 ROUNDED_PX = 0.5
-"""What a point may be off because the picture is made of pixels."""
+"""What a point may be off because the image is made of pixels."""
 
 ENDS = 0.03
 """Part of a side next to each corner that is left out: the neighbouring side's points are there too."""
@@ -47,16 +47,16 @@ CROSSING_STEPS = 4
 
 
 def collect_samples(renderer: FastRenderer, q: ArrayLike) -> CornerSamples:
-    """Samples from rendered pictures, by the ground truth of which pixels look through both mirrors.
+    """Samples from rendered images, by the ground truth of which pixels look through both mirrors.
 
     Poses in which a side of the mirror is hidden are left out. The rig's own numbers say which corner is which, and
-    where to look for it within a dozen pixels; where it is comes from the picture. What is seen is what counts: a
+    where to look for it within a dozen pixels; where it is comes from the image. What is seen is what counts: a
     holder that grips over the mirror's edges makes the outline smaller.
 
     Parameters
     ----------
     renderer : FastRenderer
-        Of a rig with mirrors, in any world. Pictures larger than the camera's make the corners finer.
+        Of a rig with mirrors, in any world. Images larger than the camera's make the corners finer.
     q : array_like, shape (n, 2)
         Joint values to drive to, radians (`tracking.perception.corner_error.pose_grid`).
 
@@ -82,7 +82,7 @@ def collect_samples(renderer: FastRenderer, q: ArrayLike) -> CornerSamples:
 
 
 def outline_corners(mirror: NDArray[np.bool_], guess_px: FloatArray) -> FloatArray:
-    """Corners of the mirror in a picture, shape (4, 2), in the order of the guess; nan for those that are not found.
+    """Corners of the mirror in an image, shape (4, 2), in the order of the guess; nan for those that are not found.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def outline_corners(mirror: NDArray[np.bool_], guess_px: FloatArray) -> FloatArr
 def _border(mirror: NDArray[np.bool_]) -> FloatArray:
     """Middles of the edges between pixels that show the mirror and pixels that do not, shape (n, 2).
 
-    What the picture's own border cuts off is no edge of the mirror.
+    What the image's own border cuts off is no edge of the mirror.
     """
     shown = mirror.astype(np.int8)
     v, u = np.nonzero(np.diff(shown, axis=1))

@@ -17,7 +17,7 @@ from optics.status import Region
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
 from scenes.stage.frame import Label
-from scenes.stage.stage import on_gaze
+from scenes.stage.scene import on_gaze
 from tracking.perception.clusters import detect
 from tracking.perception.colour import DEG_PER_STEP, DetectorSettings
 from tracking.perception.crop import Crop
@@ -120,14 +120,14 @@ def evaluation_images(
     Parameters
     ----------
     renderer : FastRenderer
-        Of a rig with mirrors, with a target on its stage.
+        Of a rig with mirrors, with a target in its scene.
     count, seed : int
     progress : callable
         Told how many images are made, and of how many.
     """
     rng = np.random.default_rng(seed)
     sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)
-    card = renderer.stage.light.white_radiance(renderer.stage.depth_m)
+    card = renderer.scene.light.white_radiance(renderer.scene.depth_m)
     images = []
     layout = Layout.from_rig(renderer.rig)
     for number in range(count):
@@ -142,7 +142,7 @@ def evaluation_images(
             time_s=drawn.time_s,
         )
         exposure = settled_settings(frame.radiance, sensor, card_radiance=card)
-        image = capture(frame.radiance, sensor, exposure, frame_generator(seed, number)).picture
+        image = capture(frame.radiance, sensor, exposure, frame_generator(seed, number)).image
         corners = model.corners(drawn.q)
         crop = Crop.of(corners)
         target = (frame.label == Label.TARGET) & (frame.region == Region.GAZE)
@@ -174,7 +174,7 @@ class _Drawn:
 
 def _drawn(renderer: FastRenderer, rng: np.random.Generator, *, empty: bool) -> _Drawn:
     """One state, drawn at random; places of the target above the surface are drawn again."""
-    at = renderer.stage.world_from_body.translation
+    at = renderer.scene.world_from_body.translation
     while True:
         q1, q2 = np.radians([rng.uniform(*PAN_DEG), rng.uniform(*TILT_DEG)]).tolist()
         distance = float(rng.uniform(*DISTANCES_M))

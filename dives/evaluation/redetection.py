@@ -24,7 +24,7 @@ from dives.metrics import dive_metrics
 from dives.metrics.detector import DETECTOR_DEFINITIONS
 from dives.paths import body_pose, target_pose
 from dives.recorder import FRAMES
-from dives.rendered_camera import Exposure, dive_stage
+from dives.rendered_camera import Exposure, dive_scene
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
@@ -180,9 +180,9 @@ def detect_again(
         Gets the images done and to do.
     """
     dive, rig = recording.dive, recording.rig
-    renderer = FastRenderer(prepare(dive_stage(dive, rig), rig))
-    target = renderer.stage.target
-    assert target is not None  # a dive's stage has one
+    renderer = FastRenderer(prepare(dive_scene(dive, rig), rig))
+    target = renderer.scene.target
+    assert target is not None  # a dive's scene has one
     truth = GroundTruthColumns(rig, target.shape, settings)
     gimbal = Gimbal(Layout.from_rig(rig))
     loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)

@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
         shutil.rmtree(folder, ignore_errors=True)
     stage(ROOT, source)
     _generate(source, python=not chosen.no_python)
-    make = gallery.stand_ins if chosen.no_notebooks else gallery.make_pictures
+    make = gallery.stand_ins if chosen.no_notebooks else gallery.make_images
     make(source / "gallery.md")
     status = _sphinx(source, site, notebooks=not chosen.no_notebooks)
     sys.stdout.write(f"{site / 'index.html'} ({time.monotonic() - began:.0f} s)\n")

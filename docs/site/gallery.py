@@ -1,4 +1,4 @@
-"""The gallery's pictures, made by the command lines that stand above them."""
+"""The gallery's images, made by the command lines that stand above them."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def command_lines(page: str) -> list[list[str]]:
     return [shlex.split(line)[1:] for line in lines if line.startswith("./run ")]
 
 
-def pictures(page: str) -> list[str]:
-    """The pictures that the page shows."""
+def images(page: str) -> list[str]:
+    """The images that the page shows."""
     return re.findall(r"!\[[^\]]*\]\(([^)]+)\)", page)
 
 
-def make_pictures(page: Path) -> None:
+def make_images(page: Path) -> None:
     """Run the page's command lines in its folder."""
     for arguments in command_lines(page.read_text(encoding="utf-8")):
         sys.stdout.write(f"gallery: {shlex.join(arguments)}\n")
@@ -34,8 +34,8 @@ def make_pictures(page: Path) -> None:
 
 
 def stand_ins(page: Path) -> None:
-    """Put an even grey where the page's pictures would be, for a site that is built without running anything."""
-    for picture in pictures(page.read_text(encoding="utf-8")):
-        target = page.parent / picture
+    """Put an even grey where the page's images would be, for a site that is built without running anything."""
+    for image in images(page.read_text(encoding="utf-8")):
+        target = page.parent / image
         target.parent.mkdir(parents=True, exist_ok=True)
         matplotlib.image.imsave(target, np.full((120, 160, 3), 0.5))

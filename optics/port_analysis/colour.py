@@ -27,7 +27,7 @@ def lateral_colour(
     object_distance_m: float,
     wavelengths_nm: Sequence[float] = tuple(FRAUNHOFER_NM.values()),
 ) -> FloatArray:
-    """Shift of a point's picture with wavelength, by the dispersion of port and water.
+    """Shift of a point's image with wavelength, by the dispersion of port and water.
 
     Parameters
     ----------

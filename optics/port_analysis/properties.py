@@ -55,7 +55,7 @@ class PortProperties:
         None when the nearest focus of the lens is not known.
     field_in_air, field_in_water : FieldOfView
     lateral_colour_px : float
-        The largest distance in the image between the red (656 nm) and the blue (486 nm) picture of one point.
+        The largest distance in the image between the red (656 nm) and the blue (486 nm) image of one point.
     """
 
     n_water: float

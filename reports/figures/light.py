@@ -22,9 +22,9 @@ from scenes.image import display_image
 from scenes.light.spectrum import CHANNELS, DATA
 from scenes.reference.agreement import Agreement
 from scenes.stage.frame import Frame
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 
-Picture = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 
 CHANNEL_COLOURS = ("#d1495b", "#2a9d8f", "#30638e")
 DEPTH_COLOUR_MAP = "viridis_r"
@@ -34,15 +34,15 @@ WAVELENGTH_COLOURS = {443.0: "#30638e", 532.0: "#2a9d8f", 670.0: "#d1495b"}
 """Of the measured flicker."""
 
 
-def picture_balanced_at_surface(frame: Frame, stage: Stage) -> Picture:
+def image_balanced_at_surface(frame: Frame, scene: Scene) -> Image:
     """Frame as a camera shows it that took its white balance at the surface, shape (height, width, 3).
 
     `scenes.image.display_image` takes it at depth, as a careful diver does, and so hides how red fades. Exposure is
     the same: a white card at the robot's depth keeps its green.
     """
-    here, above = stage.light.white_radiance(stage.depth_m), stage.light.white_radiance(0.0)
+    here, above = scene.light.white_radiance(scene.depth_m), scene.light.white_radiance(0.0)
     kept = here / above / (here[GREEN] / above[GREEN])
-    return display_image(replace(frame, radiance=(frame.radiance * kept).astype(np.float32)), stage)
+    return display_image(replace(frame, radiance=(frame.radiance * kept).astype(np.float32)), scene)
 
 
 def coefficients_figure(waters: Mapping[str, InherentOptics]) -> Figure:
@@ -143,19 +143,19 @@ def _sun_plane(axes: Axes, radiance: ComparedRadiance) -> None:
     axes.legend(loc="upper left", frameon=False, fontsize=7)
 
 
-def pictures_figure(pictures: Sequence[Sequence[Picture]], rows: Sequence[str], columns: Sequence[str]) -> Figure:
-    """Pictures side by side, named by row and column."""
+def images_figure(images: Sequence[Sequence[Image]], rows: Sequence[str], columns: Sequence[str]) -> Figure:
+    """Images side by side, named by row and column."""
     shape = len(rows), len(columns)
-    if any(len(row) != shape[1] for row in pictures) or len(pictures) != shape[0]:
-        raise ValueError(f"expected {shape[0]} x {shape[1]} pictures, got rows of {[len(row) for row in pictures]}")
-    height, width = pictures[0][0].shape[:2]
+    if any(len(row) != shape[1] for row in images) or len(images) != shape[0]:
+        raise ValueError(f"expected {shape[0]} x {shape[1]} images, got rows of {[len(row) for row in images]}")
+    height, width = images[0][0].shape[:2]
     inches = 10.5 / shape[1]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10.5, shape[0] * inches * height / width + 0.4), layout="constrained")
         grid = figure.subplots(*shape, squeeze=False)
-        for axes_of_row, row in zip(grid, pictures, strict=True):
-            for axes, picture in zip(axes_of_row, row, strict=True):
-                axes.imshow(picture, interpolation="nearest")
+        for axes_of_row, row in zip(grid, images, strict=True):
+            for axes, image in zip(axes_of_row, row, strict=True):
+                axes.imshow(image, interpolation="nearest")
                 axes.set(xticks=[], yticks=[])
         for axes, name in zip(grid[0], columns, strict=True):
             axes.set_title(name)

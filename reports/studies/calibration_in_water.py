@@ -63,7 +63,7 @@ PAPER_TABLE_1 = {
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """Corners of the board in one pose, and their picture.
+    """Corners of the board in one pose, and their image.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ def port_in(rig: Rig, medium: Medium) -> Port:
 def checkerboard_views(
     train: OpticalTrain, board: Board, *, radius_px: float, noise_px: float, rng: np.random.Generator
 ) -> list[View]:
-    """Exact pictures of the board's corners in all its poses, as far as they lie in the disc; noise is added last."""
+    """Exact images of the board's corners in all its poses, as far as they lie in the disc; noise is added last."""
     on_board = board.corners_m()
     principal = [train.camera.cx_px, train.camera.cy_px]
     views = []

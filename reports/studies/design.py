@@ -38,7 +38,7 @@ from scenes.baking.lit_scene import prepare
 from scenes.exterior import write_exterior_views
 from scenes.renderer import FastRenderer
 from scenes.requests.render import render_with
-from scenes.stage.stage import make_stage
+from scenes.stage.scene import make_scene
 from tracking.log import read_log
 
 GAZES_DEG = {
@@ -163,7 +163,7 @@ def _part_results(part: Part) -> PartResults:
 def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:
     target = folder / "views"
     target.mkdir(parents=True, exist_ok=True)
-    renderer = FastRenderer(prepare(make_stage(rig), rig), samples=VIEW_SAMPLES)
+    renderer = FastRenderer(prepare(make_scene(rig), rig), samples=VIEW_SAMPLES)
     layout = Layout.from_rig(rig)
     views, files = [], []
     for name, (azimuth, elevation) in GAZES_DEG.items():

@@ -37,7 +37,7 @@ from scenes.stage.group_mesh import (
     world_mesh,
 )
 from scenes.stage.records import SNOW, TARGET, WORLD, MirrorPlate
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 from scenes.stage.state import State
 from scenes.stage.targets import MeshShape
 
@@ -49,7 +49,7 @@ class LitScene:
     Attributes
     ----------
     rig : Rig
-    stage : Stage
+    scene : Scene
     instance_names : tuple of str
         Names of the parts, of what is in the world, and of the target, by their number in `Frame.instance`.
     records : StateRecords
@@ -60,7 +60,7 @@ class LitScene:
     """
 
     rig: Rig
-    stage: Stage
+    scene: Scene
     instance_names: tuple[str, ...]
     records: StateRecords
     geometry: Geometry
@@ -69,17 +69,17 @@ class LitScene:
 
     def uniforms(self, depth_m: float) -> LightUniforms:
         """Light for a robot at a depth."""
-        return replace(self.stage.sea.uniforms(depth_m), lamps=self.lamps)
+        return replace(self.scene.sea.uniforms(depth_m), lamps=self.lamps)
 
 
 def prepare(
-    stage: Stage, rig: Rig, parts: Sequence[PartMesh] | None = None, *, quality: LightQuality | None = None
+    scene: Scene, rig: Rig, parts: Sequence[PartMesh] | None = None, *, quality: LightQuality | None = None
 ) -> LitScene:
     """Light a scene: from the cache, or in seconds to minutes.
 
     Parameters
     ----------
-    stage : Stage
+    scene : Scene
         World, light, and where robot and target are unless a state says otherwise.
     rig : Rig
     parts : sequence of PartMesh, optional
@@ -92,16 +92,16 @@ def prepare(
     if parts is None:
         parts = rig_meshes(rig) if rig.gaze is not None else []
     meshes, names = rig_meshes_by_group(parts)
-    instance_names = (*names, *stage.world.instance_names, TARGET)
-    records = StateRecords(rig, stage, target_instance=len(instance_names))
+    instance_names = (*names, *scene.world.instance_names, TARGET)
+    records = StateRecords(rig, scene, target_instance=len(instance_names))
     in_water = on_world = irradiance = source = None
     if meshes:
-        meshes, in_water, on_world = _robot(parts, stage, records, meshes, quality)
-    if len(stage.world.faces):
-        meshes[WORLD], source = lit_world(world_mesh(stage.world, len(names)), stage.light, quality)
-        irradiance = irradiance_volume(meshes[WORLD], stage.light, quality, source)
+        meshes, in_water, on_world = _robot(parts, scene, records, meshes, quality)
+    if len(scene.world.faces):
+        meshes[WORLD], source = lit_world(world_mesh(scene.world, len(names)), scene.light, quality)
+        irradiance = irradiance_volume(meshes[WORLD], scene.light, quality, source)
     geometry = replace(
-        geometry_of(meshes | _unlit(stage, instance_names), stage.light.towards_sun),
+        geometry_of(meshes | _unlit(scene, instance_names), scene.light.towards_sun),
         irradiance=irradiance,
         source=source,
         shadow_in_water=in_water,
@@ -110,36 +110,36 @@ def prepare(
     )
     return LitScene(
         rig=rig,
-        stage=stage,
+        scene=scene,
         instance_names=instance_names,
         records=records,
         geometry=geometry,
-        tables=stage.sea.tables(),
-        lamps=LampUniforms.of(rig.lamps, stage.light.bands.wavelength_nm) if rig.lamps else None,
+        tables=scene.sea.tables(),
+        lamps=LampUniforms.of(rig.lamps, scene.light.bands.wavelength_nm) if rig.lamps else None,
     )
 
 
 def _robot(
-    parts: Sequence[PartMesh], stage: Stage, records: StateRecords, meshes: dict[str, GroupMesh], quality: LightQuality
+    parts: Sequence[PartMesh], scene: Scene, records: StateRecords, meshes: dict[str, GroupMesh], quality: LightQuality
 ) -> tuple[dict[str, GroupMesh], Any, ShadowTable]:
     """The robot's groups with the light that reaches them, and its shadows in the water and on the world."""
-    placed = at_rest(stage.world_from_body)
+    placed = at_rest(scene.world_from_body)
     body_from = records.body_from([State()])
     poses = {group: RigidTransform.from_matrix(matrix) for group, (matrix,) in body_from.items()}
     mirrors = {name: batch[0] for name, batch in records.mirrors(body_from).items()}
     plates = mirror_plates(parts, poses, mirrors)
-    meshes, robot = with_occlusion(meshes, poses, plates, stage.light, quality, world_from_body=placed)
-    in_water = shadow_in_water(robot, placed, _line_begins(records.rig, mirrors), stage.light, quality)
-    return meshes, in_water, shadow_on_world(robot, placed, stage.light, quality)
+    meshes, robot = with_occlusion(meshes, poses, plates, scene.light, quality, world_from_body=placed)
+    in_water = shadow_in_water(robot, placed, _line_begins(records.rig, mirrors), scene.light, quality)
+    return meshes, in_water, shadow_on_world(robot, placed, scene.light, quality)
 
 
-def _unlit(stage: Stage, instance_names: tuple[str, ...]) -> dict[str, GroupMesh]:
+def _unlit(scene: Scene, instance_names: tuple[str, ...]) -> dict[str, GroupMesh]:
     """What moves in the scene: it is lit in every frame."""
     meshes = {}
-    if stage.target is not None and isinstance(stage.target.shape, MeshShape):
-        meshes[TARGET] = target_mesh(stage.target.shape, len(instance_names) - 1)
-    if stage.snow is not None:
-        meshes[SNOW] = snow_mesh(stage.snow)
+    if scene.target is not None and isinstance(scene.target.shape, MeshShape):
+        meshes[TARGET] = target_mesh(scene.target.shape, len(instance_names) - 1)
+    if scene.snow is not None:
+        meshes[SNOW] = snow_mesh(scene.snow)
     return meshes
 
 

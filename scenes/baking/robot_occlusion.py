@@ -1,6 +1,6 @@
 """How hull and mount keep light from each other: which share of the light around reaches each place of the robot.
 
-The shares are found once, for the robot in open water as a stage hangs it, its joints at zero, by the gathering of
+The shares are found once, for the robot in open water as a scene hangs it, its joints at zero, by the gathering of
 `scenes.baking.ambient`. They hold for the light from above that a hull keeps from what is below it; that they turn
 with the robot, and move with the joints, is an approximation.
 """

@@ -19,30 +19,30 @@ from scenes.light.sea import SeaState
 from scenes.stage.clearance import Clearance
 from scenes.stage.frame import FARTHEST_M
 from scenes.stage.records import SNOW, TARGET, WORLD, BallRecord, MirrorPlate, Pose, StateRecord
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 from scenes.stage.state import State
 from scenes.stage.targets import MeshShape
 from scenes.worlds.snow import snow_offset_m
 
 
 class StateRecords:
-    """Makes records of the states of a rig on a stage, for the kernels.
+    """Makes records of the states of a rig on a scene, for the kernels.
 
     All states are worked out together, as arrays, in double precision.
 
     Parameters
     ----------
     rig : Rig
-    stage : Stage
+    scene : Scene
         Where robot and target are unless a state says otherwise.
     target_instance : int
         Number of the target among the instances.
     """
 
-    def __init__(self, rig: Rig, stage: Stage, *, target_instance: int):
-        self.rig, self._stage, self._target_instance = rig, stage, target_instance
+    def __init__(self, rig: Rig, scene: Scene, *, target_instance: int):
+        self.rig, self._stage, self._target_instance = rig, scene, target_instance
         self._layout = Layout.from_rig(rig) if rig.gaze is not None else None
-        self._clearance = Clearance(stage.world)
+        self._clearance = Clearance(scene.world)
 
     def of(self, states: Sequence[State]) -> StateRecord:
         """Batch of the records of states; `ValueError` for joints outside their limits."""

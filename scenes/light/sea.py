@@ -1,4 +1,4 @@
-"""The sea surface over a stage: waves, the sun through them, and the flicker they throw on what lies below."""
+"""The sea surface over a scene: waves, the sun through them, and the flicker they throw on what lies below."""
 
 from __future__ import annotations
 

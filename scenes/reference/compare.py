@@ -1,4 +1,4 @@
-"""Both renderers on the same stage at the same pose: numbers, times and an image side by side."""
+"""Both renderers on the same scene at the same pose: numbers, times and an image side by side."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scenes.reference.limits import check_known_to_reference, without_lamps
 from scenes.reference.render import Progress, ReferenceFrame, render_reference
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Frame
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 from scenes.stage.state import State
 from scenes.truth import ground_truth
 from scenes.truth.virtual_view import exit_rays
@@ -87,7 +87,7 @@ class Comparison:
 
 def compare(
     rig: Rig,
-    stage: Stage,
+    scene: Scene,
     *,
     q1_deg: float,
     q2_deg: float,
@@ -103,16 +103,16 @@ def compare(
     Raises
     ------
     ValueError
-        For a bad argument, or a stage with waves or snow, before anything is computed.
+        For a bad argument, or a scene with waves or snow, before anything is computed.
     """
     check_image_path(path, ".png")
-    check_known_to_reference(stage)
+    check_known_to_reference(scene)
     q1, q2 = np.radians([q1_deg, q2_deg])
     if rig.gaze is not None:
         Layout.from_rig(rig).check_joints(q1, q2)
     rig, notes = without_lamps(rig)
     parts = rig_meshes(rig) if rig.gaze is not None else []
-    lit = prepare(stage, rig, parts)
+    lit = prepare(scene, rig, parts)
     smooth, quick = (
         FastRenderer(lit, width_px=width_px, height_px=height_px, samples=count) for count in (FAST_SAMPLES, 1)
     )
@@ -122,7 +122,7 @@ def compare(
     reference = render_reference(
         rig,
         parts,
-        stage,
+        scene,
         q1=q1,
         q2=q2,
         width_px=width_px,
@@ -132,11 +132,11 @@ def compare(
         progress=progress,
     )
     reference_time = time.perf_counter() - start
-    write_image(side_by_side(frame, reference, stage), path)
+    write_image(side_by_side(frame, reference, scene), path)
     error = pixel_error(frame, reference)
     needed = time_to_target_error_s(reference_time, error)
-    state = State(q1=float(q1), q2=float(q2), world_from_body=stage.world_from_body)
-    near = looks_within(frame, rig, state, direction=stage.light.towards_sun, angle_deg=NEAR_SUN_DEG)
+    state = State(q1=float(q1), q2=float(q2), world_from_body=scene.world_from_body)
+    near = looks_within(frame, rig, state, direction=scene.light.towards_sun, angle_deg=NEAR_SUN_DEG)
     return Comparison(
         agreements=_with_and_without(near, frame, reference),
         fast_time_s=fast_time,
@@ -145,7 +145,7 @@ def compare(
         reference_pixel_error=error,
         reference_time_to_3_percent_s=needed,
         speed_ratio=needed / fast_time,
-        notes=stage.world.notes + notes,
+        notes=scene.world.notes + notes,
     )
 
 
@@ -171,13 +171,13 @@ def _with_and_without(near_sun: NDArray[np.bool_], frame: Frame, reference: Refe
     return [whole, *others]
 
 
-def side_by_side(frame: Frame, reference: ReferenceFrame, stage: Stage) -> NDArray[np.uint8]:
+def side_by_side(frame: Frame, reference: ReferenceFrame, scene: Scene) -> NDArray[np.uint8]:
     """Fast frame, reference, and their difference (red: fast too bright, blue: too dark), shape (h, 3 w, 3).
 
     Small frames are enlarged by a whole number.
     """
     shown = [frame, replace(frame, radiance=reference.radiance.astype(np.float32))]
-    panels = [*(display_image(each, stage) for each in shown), difference_map(frame, reference)]
+    panels = [*(display_image(each, scene) for each in shown), difference_map(frame, reference)]
     scale = max(1, -(-NARROWEST_PANEL_PX // frame.radiance.shape[1]))
     return np.concatenate([panel.repeat(scale, axis=0).repeat(scale, axis=1) for panel in panels], axis=1)
 

@@ -1,17 +1,17 @@
-"""What the reference renderer does not know of a stage and a rig: waves, snow and lamps."""
+"""What the reference renderer does not know of a scene and a rig: waves, snow and lamps."""
 
 from __future__ import annotations
 
 from rigs import Rig
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 
 
-def check_known_to_reference(stage: Stage) -> None:
-    """Raise `ValueError` for a stage with waves or snow."""
+def check_known_to_reference(scene: Scene) -> None:
+    """Raise `ValueError` for a scene with waves or snow."""
     problems = []
-    if stage.sea.wind.speed_m_per_s:
-        problems.append(f"a flat sea (wind of 0 m/s), got {stage.sea.wind.speed_m_per_s:g} m/s")
-    if stage.snow is not None:
+    if scene.sea.wind.speed_m_per_s:
+        problems.append(f"a flat sea (wind of 0 m/s), got {scene.sea.wind.speed_m_per_s:g} m/s")
+    if scene.snow is not None:
         problems.append("no marine snow, got some")
     if problems:
         raise ValueError(f"expected for the reference renderer {'; '.join(problems)}")

@@ -16,7 +16,7 @@ from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.reference.estimate import RayMaker, estimate, launches
 from scenes.reference.scene import reference_scene
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 
 Progress = Callable[[int, int], None]
 """Called with the launches done and to do."""
@@ -44,7 +44,7 @@ class ReferenceFrame:
 def render_reference(
     rig: Rig,
     parts: Sequence[PartMesh],
-    stage: Stage,
+    scene: Scene,
     *,
     q1: float = 0.0,
     q2: float = 0.0,
@@ -75,7 +75,7 @@ def render_reference(
     camera = camera_from_spec(rig.camera)
     rows, columns = height_px or camera.height_px, width_px or camera.width_px
     pixels = rows * columns
-    bands = stage.light.bands
+    bands = scene.light.bands
     groups = [slice(first, first + NODES) for first in range(0, len(bands.wavelength_nm), NODES)]
     done = _Counter(len(groups) * len(launches(pixels, samples)), progress)
     radiance, variance = np.zeros((2, pixels, 3))
@@ -83,11 +83,11 @@ def render_reference(
         staged = reference_scene(
             rig,
             parts,
-            stage,
+            scene,
             q1=q1,
             q2=q2,
             columns=group,
-            world_from_body=stage.world_from_body if world_from_body is None else world_from_body,
+            world_from_body=scene.world_from_body if world_from_body is None else world_from_body,
             world_from_target=world_from_target,
         )
         part = estimate(

@@ -1,6 +1,6 @@
-"""A stage as Mitsuba scenes: one for every three wavelengths.
+"""The description of a scene as Mitsuba scenes: one for every three wavelengths.
 
-The scene's frame has the world's axes and its origin in the robot's body: Mitsuba starts a ray off a surface by a
+A Mitsuba scene's frame has the world's axes and its origin in the robot's body: Mitsuba starts a ray off a surface by a
 distance that grows with the coordinates, and at 50 m below the world's origin that would be a window's thickness.
 """
 
@@ -25,7 +25,7 @@ from scenes.reference.medium import water_medium
 from scenes.reference.opening import with_opening
 from scenes.reference.sea import sea_of
 from scenes.reference.surface import SeaSurface, lamps
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 
 HALF_WIDTH_M, SEA_DEPTH_M = 250.0, 250.0
 """Of the basin with black walls and floor that holds the sea: in the clearest type, light that starts there has
@@ -44,7 +44,7 @@ class ReferenceScene:
 def reference_scene(
     rig: Rig,
     parts: Sequence[PartMesh],
-    stage: Stage,
+    described: Scene,
     *,
     q1: float,
     q2: float,
@@ -52,10 +52,10 @@ def reference_scene(
     world_from_body: RigidTransform,
     world_from_target: RigidTransform | None,
 ) -> ReferenceScene:
-    """Scene of a rig on a stage at three of the bands' wavelengths (`columns`); joint values in radians."""
-    bands = stage.light.bands
+    """Mitsuba scene of a rig at three of the bands' wavelengths (`columns`); joint values in radians."""
+    bands = described.light.bands
     wavelength, albedo = bands.wavelength_nm[columns], albedo_table(bands)[:, columns]
-    sea = sea_of(stage.light).at(columns)
+    sea = sea_of(described.light).at(columns)
     water = water_medium(sea)
     scene_from_world = RigidTransform.from_translation(-world_from_body.translation)
     body = RigidTransform.from_rotation(world_from_body.rotation)
@@ -83,14 +83,14 @@ def reference_scene(
         **basin(float(scene_from_world.translation[2]), SeaSurface(n_water), water),
         **housing(port, scene_from_camera.as_matrix(), water),
         **part_shapes(opened, scene_from, albedo),
-        **surface_shapes("world", stage.world, scene_from_world, albedo, wavelength),
+        **surface_shapes("world", described.world, scene_from_world, albedo, wavelength),
         **mirrors,
     }
-    if stage.target is not None:
+    if described.target is not None:
         placed = scene_from_world * (
-            world_from_target if world_from_target is not None else stage.target.world_from_target
+            world_from_target if world_from_target is not None else described.target.world_from_target
         )
-        description |= target_shapes(stage.target.shape, placed, albedo, wavelength)
+        description |= target_shapes(described.target.shape, placed, albedo, wavelength)
     return ReferenceScene(
         # Merged shapes would lose their materials.
         scene=mi.load_dict(description, optimize=False),

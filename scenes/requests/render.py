@@ -25,7 +25,7 @@ from scenes.reference.render import Progress, render_reference
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
 from scenes.stage.frame import Frame
-from scenes.stage.stage import Stage
+from scenes.stage.scene import Scene
 from scenes.stage.state import State
 from scenes.stage.targets import Ball
 from scenes.truth import GroundTruth, ground_truth, write_truth
@@ -175,7 +175,7 @@ class RenderResult:
 
 
 def render(
-    rig: Rig, stage: Stage, request: RenderRequest, output: Output, *, progress: Progress | None = None
+    rig: Rig, scene: Scene, request: RenderRequest, output: Output, *, progress: Progress | None = None
 ) -> RenderResult:
     """Render one pose and write it, with its ground truth where that is wanted.
 
@@ -192,19 +192,19 @@ def render(
     ValueError
         For a bad argument, before anything is computed.
     """
-    notes = stage.world.notes
+    notes = scene.world.notes
     if request.renderer == "reference":
-        check_known_to_reference(stage)
+        check_known_to_reference(scene)
         rig, dark = without_lamps(rig)
         notes += dark
     rig, parts = _in_pose(rig, request)
 
-    lit = prepare(stage, rig, parts)
+    lit = prepare(scene, rig, parts)
 
     def fast(samples: int) -> FastRenderer:
         return FastRenderer(lit, width_px=request.width_px, height_px=request.height_px, samples=samples)
 
-    state = _state(stage, request)
+    state = _state(scene, request)
     renderer = fast(1 if request.renderer == "reference" else request.samples)
     frame, elapsed = _timed(lambda: renderer.render_states([state])[0])
     exact = frame
@@ -213,7 +213,7 @@ def render(
             lambda: render_reference(
                 rig,
                 parts,
-                stage,
+                scene,
                 q1=state.q1,
                 q2=state.q2,
                 width_px=request.width_px,
@@ -227,28 +227,28 @@ def render(
     elif request.samples > 1 and output.has_truth:
         exact = fast(1).render_states([state])[0]
     if request.blur:
-        frame = replace(frame, radiance=blurred(replace(exact, radiance=frame.radiance), stage.light, rig))
+        frame = replace(frame, radiance=blurred(replace(exact, radiance=frame.radiance), scene.light, rig))
     files: list[Path] = []
     if output.has_truth:
         seen = replace(exact, radiance=frame.radiance, target_fraction=frame.target_fraction)
-        truth = _truth_of(seen, rig, stage, state, parts=parts, instance_names=renderer.instance_names)
+        truth = _truth_of(seen, rig, scene, state, parts=parts, instance_names=renderer.instance_names)
         files = _write_truth(truth, output)
     exposure = None
     if output.sensor:
-        image, exposure = _sensor_image(frame, rig, stage, seed=request.seed)
+        image, exposure = _sensor_image(frame, rig, scene, seed=request.seed)
         write_image(image, output.path)
     elif not output.layered:
-        write_image(display_image(frame, stage), output.path)
-    facts = _facts(frame, rig, stage, request, path=output.path, time_s=elapsed)
+        write_image(display_image(frame, scene), output.path)
+    facts = _facts(frame, rig, scene, request, path=output.path, time_s=elapsed)
     return replace(facts, exposure=exposure, truth_files=len(files), notes=notes)
 
 
 def render_with(renderer: FastRenderer, *, q1_deg: float, q2_deg: float, path: Path) -> RenderResult:
     """Render one pose with a renderer that is there already, and write it as an image."""
     request = RenderRequest(q1_deg=q1_deg, q2_deg=q2_deg, samples=renderer.samples)
-    frame, elapsed = _timed(lambda: renderer.render_states([_state(renderer.stage, request)])[0])
-    write_image(display_image(frame, renderer.stage), path)
-    return _facts(frame, renderer.rig, renderer.stage, request, path=path, time_s=elapsed)
+    frame, elapsed = _timed(lambda: renderer.render_states([_state(renderer.scene, request)])[0])
+    write_image(display_image(frame, renderer.scene), path)
+    return _facts(frame, renderer.rig, renderer.scene, request, path=path, time_s=elapsed)
 
 
 def _in_pose(rig: Rig, request: RenderRequest) -> tuple[Rig, Sequence[PartMesh]]:
@@ -267,21 +267,21 @@ def _in_pose(rig: Rig, request: RenderRequest) -> tuple[Rig, Sequence[PartMesh]]
     return rig.without_mirrors(), parts_in_body(layout, parts, q1, q2)
 
 
-def _state(stage: Stage, request: RenderRequest) -> State:
+def _state(scene: Scene, request: RenderRequest) -> State:
     """State with all poses said, as ground truth needs it."""
     return State(
         q1=float(np.radians(request.q1_deg)),
         q2=float(np.radians(request.q2_deg)),
-        world_from_body=stage.world_from_body,
-        world_from_target=None if stage.target is None else stage.target.world_from_target,
+        world_from_body=scene.world_from_body,
+        world_from_target=None if scene.target is None else scene.target.world_from_target,
         time_s=request.time_s,
     )
 
 
 def _truth_of(
-    frame: Frame, rig: Rig, stage: Stage, state: State, *, parts: Sequence[PartMesh], instance_names: tuple[str, ...]
+    frame: Frame, rig: Rig, scene: Scene, state: State, *, parts: Sequence[PartMesh], instance_names: tuple[str, ...]
 ) -> GroundTruth:
-    ball = stage.target.shape if stage.target is not None and isinstance(stage.target.shape, Ball) else None
+    ball = scene.target.shape if scene.target is not None and isinstance(scene.target.shape, Ball) else None
     return ground_truth(
         frame,
         rig,
@@ -298,21 +298,21 @@ def _write_truth(truth: GroundTruth, output: Output) -> list[Path]:
     return [] if output.truth is None else write_truth(output.truth, truth)
 
 
-def _sensor_image(frame: Frame, rig: Rig, stage: Stage, *, seed: int) -> tuple[NDArray[np.uint8], dict[str, float]]:
+def _sensor_image(frame: Frame, rig: Rig, scene: Scene, *, seed: int) -> tuple[NDArray[np.uint8], dict[str, float]]:
     """What the rig's image sensor takes once exposure and white balance have settled, and with which exposure."""
     height, width = frame.label.shape
     sensor = ImageSensor.from_rig(rig, width_px=width, height_px=height)
-    card = stage.light.white_radiance(stage.depth_m)
+    card = scene.light.white_radiance(scene.depth_m)
     settings = settled_settings(frame.radiance, sensor, card_radiance=card)
     taken = capture(frame.radiance, sensor, settings, frame_generator(seed, 0))
-    return taken.picture, {"time_ms": 1000 * settings.exposure_s, "gain_db": settings.gain_db}
+    return taken.image, {"time_ms": 1000 * settings.exposure_s, "gain_db": settings.gain_db}
 
 
-def _facts(frame: Frame, rig: Rig, stage: Stage, request: RenderRequest, *, path: Path, time_s: float) -> RenderResult:
+def _facts(frame: Frame, rig: Rig, scene: Scene, request: RenderRequest, *, path: Path, time_s: float) -> RenderResult:
     gaze = None
     if rig.gaze is not None:
         gaze = forward_gaze(Layout.from_rig(rig), *np.radians([request.q1_deg, request.q2_deg]))
-    sun = stage.light.daylight.sun
+    sun = scene.light.daylight.sun
     height, width = frame.label.shape
     return RenderResult(
         file=path.name,
@@ -328,7 +328,7 @@ def _facts(frame: Frame, rig: Rig, stage: Stage, request: RenderRequest, *, path
         sun_deg={"elevation": sun.elevation_deg, "azimuth": sun.azimuth_deg},
         exposure=None,
         truth_files=0,
-        notes=stage.world.notes,
+        notes=scene.world.notes,
         time_s=time_s,
     )
 

@@ -1,4 +1,4 @@
-"""One frame of a camera: exposure, picture, and the settings of the next frame."""
+"""One frame of a camera: exposure, image, and the settings of the next frame."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from scenes.sensor.readout import CameraSettings, FloatImage, RawImage, expose
 
 @dataclass(frozen=True, kw_only=True)
 class Capture:
-    """A picture (uint8 sRGB, shape (height, width, 3)), the raw image behind it, and the settings for the next."""
+    """An image (uint8 sRGB, shape (height, width, 3)), the raw image behind it, and the settings for the next."""
 
-    picture: NDArray[np.uint8]
+    image: NDArray[np.uint8]
     raw: RawImage
     next_settings: CameraSettings
 
@@ -32,4 +32,4 @@ def capture(
 ) -> Capture:
     """Take one frame: `expose`, `develop` and `next_settings` in a row; arguments as there."""
     raw = expose(radiance, sensor, settings, rng)
-    return Capture(picture=develop(raw, sensor), raw=raw, next_settings=next_settings(raw, sensor, weight))
+    return Capture(image=develop(raw, sensor), raw=raw, next_settings=next_settings(raw, sensor, weight))

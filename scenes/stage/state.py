@@ -16,9 +16,9 @@ class State:
     q1, q2 : float
         Pan and tilt, radians.
     world_from_body : RigidTransform, optional
-        The robot's pose; the stage's when None.
+        The robot's pose; the scene's when None.
     world_from_target : RigidTransform, optional
-        The target's pose; the stage's when None.
+        The target's pose; the scene's when None.
     time_s : float
         Clock of everything that moves by itself: waves, flicker, snow.
     """

@@ -20,7 +20,7 @@ from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings
 from scenes.stage.frame import Label
-from scenes.stage.stage import make_stage, on_gaze
+from scenes.stage.scene import make_scene, on_gaze
 from scenes.stage.state import State
 from scenes.stage.targets import Ball, target_named
 from scenes.truth.silhouette import ball_silhouette
@@ -41,7 +41,7 @@ def rig():
 
 @pytest.fixture(scope="module")
 def renderer(rig):
-    return FastRenderer(prepare(make_stage(rig, world="blue", depth_m=DEPTH_M), rig, quality=LightQuality.coarse()))
+    return FastRenderer(prepare(make_scene(rig, world="blue", depth_m=DEPTH_M), rig, quality=LightQuality.coarse()))
 
 
 def state(q_deg, place):

@@ -9,7 +9,7 @@ from cad.assembly.meshes import rig_meshes
 from dives import rendered_camera
 from dives.motions import Hover
 from dives.paths import body_pose, target_pose
-from dives.rendered_camera import MOST_SWEEPS, RenderedCamera, dive_stage
+from dives.rendered_camera import MOST_SWEEPS, RenderedCamera, dive_scene
 from dives.timed_mirrors import STEP_S, TimedMirrors
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
@@ -110,18 +110,18 @@ def test_image_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_di
     still = small_dive.model_copy(update={"robot": Hover(motion="hover")})
     taken = camera(still, rig, parts)
     camera_frame = taken.read()
-    stage = dive_stage(still, rig)
+    scene = dive_scene(still, rig)
     sensor = ImageSensor.from_rig(rig)
-    settings = start_settings(sensor, stage.light.white_radiance(still.depth_m))
+    settings = start_settings(sensor, scene.light.white_radiance(still.depth_m))
     exposure = taken.exposure
     assert exposure.sweeps == 1
     # The middle row is rendered at the middle of its exposure.
     times = sweep_times(sensor, exposure_s=settings.exposure_s, start_s=exposure.start_s, sweeps=1)
     assert times.mean() == pytest.approx(0.0, abs=1e-12)
-    frame = FastRenderer(prepare(stage, rig, parts)).render(
+    frame = FastRenderer(prepare(scene, rig, parts)).render(
         world_from_body=body_pose(still, 0.0), world_from_target=target_pose(still, 0.0), time_s=float(times.mean())
     )
-    image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).picture
+    image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).image
     assert np.array_equal(camera_frame.image, image)
     assert np.array_equal(exposure.label, frame.label)
 

@@ -72,7 +72,7 @@ def test_every_key_of_the_rig_file_has_its_place(source):
 
 def test_every_picture_of_the_gallery_is_made_by_a_line_above_it():
     page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
-    for picture in gallery.pictures(page):
+    for picture in gallery.images(page):
         above = gallery.command_lines(page.partition(f"]({picture})")[0])
         made = Path(above[-1][above[-1].index("-o") + 1])
         assert made in {Path(picture), *Path(picture).parents}

@@ -4,7 +4,7 @@ from mirrorgaze.output import print_progress
 
 
 def test_a_file_gets_a_line_for_every_tenth(capsys):
-    """Under pytest stderr is no terminal; 1800 pictures are ten lines, three pictures three."""
+    """Under pytest stderr is no terminal; 1800 images are ten lines, three images three."""
     for done in range(1, 1801):
         print_progress("bag", done, 1800)
     lines = capsys.readouterr().err.splitlines()

@@ -39,7 +39,7 @@ def light():
 
 @pytest.fixture(scope="module")
 def rig():
-    """The camera's own picture is as small as the frames of these tests."""
+    """The camera's own image is as small as the frames of these tests."""
     rig = Rig.load("aqua2")
     camera = rig.camera.model_copy(update={"width_px": SHAPE[1], "height_px": SHAPE[0], "cx_px": 79.5, "cy_px": 59.5})
     return rig.model_copy(update={"camera": camera})
@@ -113,7 +113,7 @@ def test_light_is_spread_by_the_variance_of_small_angle_theory(light, rig, peak)
 
 @pytest.mark.parametrize("depth", [0.1, 0.5, 2.0])
 def test_gaussians_have_the_transform_of_the_water(light, depth):
-    """exp(-tau (1 - G)), of light scattered any number of times, at all frequencies of a picture."""
+    """exp(-tau (1 - G)), of light scattered any number of times, at all frequencies of an image."""
     edge, finest = peak_edge(light), np.pi / 1.3e-3
     sigma = edge / 2 / 2.0 ** np.arange(4)
     shares = gaussian_shares(light.optics.phase, edge, sigma, np.array([depth]), finest)[0]
@@ -155,7 +155,7 @@ def test_no_light_is_lost_or_made(light, rig):
         np.testing.assert_allclose(after, before, rtol=2e-4)  # the two halves of a coarse blur are not quite adjoint
 
 
-def test_an_even_picture_stays_even(light, rig):
+def test_an_even_image_stays_even(light, rig):
     """At any distances: a plane-parallel light field has no edge that could be blurred."""
     distance = np.random.default_rng(1).uniform(0.3, 20, SHAPE)
     frame = frame_of((0.2, 0.5, 0.7), distance=np.where(distance > 15, np.inf, distance))

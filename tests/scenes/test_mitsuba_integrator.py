@@ -23,7 +23,7 @@ from scenes.mitsuba_integrator import WaterIntegrator, light_of, register
 from scenes.reference.bodies import surface_shapes
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Label
-from scenes.stage.stage import Target, make_stage
+from scenes.stage.scene import Target, make_scene
 from scenes.stage.targets import MeshShape
 from scenes.surfaces.surface import surface
 from scenes.worlds.tank import tank
@@ -105,7 +105,7 @@ def test_tank_looks_as_in_the_fast_renderer(grey_tank, monkeypatch):
     """
     monkeypatch.setattr(paths, "PART_RADIUS_M", 0.0)
     rig = Rig.load("bench").model_copy(update={"port": NoPortSpec(shape="none")})
-    scene = make_stage(rig, world="blue", depth_m=DEPTH, jerlov_type="II", wind=Wind(speed_m_per_s=0.0))
+    scene = make_scene(rig, world="blue", depth_m=DEPTH, jerlov_type="II", wind=Wind(speed_m_per_s=0.0))
     tank_shape = Target(shape=MeshShape(name="tank", surface=grey_tank), world_from_target=RigidTransform.identity())
     frame = FastRenderer(prepare(replace(scene, target=tank_shape), rig, []), width_px=96, height_px=72).render()
 
@@ -198,7 +198,7 @@ def test_emitter_behind_a_port_is_dimmed_by_fresnel_index_and_water():
         "inner": square([0.01, 0, -5], [-1, 0, 0], 0.3, {"type": "dielectric", "int_ior": glass, "ext_ior": 1.0}),
         "outer": square([0.02, 0, -5], [1, 0, 0], 0.3, {"type": "dielectric", "int_ior": glass, "ext_ior": water}),
     }
-    pictures = []
+    images = []
     for radiance in (0.0, 10.0):
         lamp = {"type": "area", "radiance": {"type": "rgb", "value": [radiance] * 3}}
         scene = mi.load_dict(
@@ -210,13 +210,13 @@ def test_emitter_behind_a_port_is_dimmed_by_fresnel_index_and_water():
                 **shapes,
             }
         )
-        pictures.append(seen_along(scene, [0, 0, -5], [1, 0, 0]))
+        images.append(seen_along(scene, [0, 0, -5], [1, 0, 0]))
     light = light_of(properties(jerlov_type="II"))
     fresnel = 4 * glass / (1 + glass) ** 2 * 4 * glass * water / (glass + water) ** 2
     passed = light.bands.weight @ np.exp(-light.field.beam_attenuation * distance)
-    found = pictures[1] - pictures[0]
+    found = images[1] - images[0]
     np.testing.assert_allclose(found, 10 * fresnel / water**2 * passed, rtol=START_OFFSET)
-    assert (pictures[0] > 0).all()  # the water between shines
+    assert (images[0] > 0).all()  # the water between shines
 
 
 def test_in_the_air_of_a_housing_nothing_is_lit():
@@ -274,7 +274,7 @@ def test_glass_lets_the_sun_through_and_a_plate_does_not():
     sun = field.sun_irradiance * np.exp(-field.beam_attenuation / field.sun_cosine * 6.0) * towards_sun[2]
     to_eye = np.exp(-field.beam_attenuation * 0.1)
     expected = 0.5 / np.pi * light.bands.weight @ (sun * to_eye)
-    np.testing.assert_allclose(seen["none"] - seen["grey"], expected, rtol=1e-3)  # a difference of two pictures
+    np.testing.assert_allclose(seen["none"] - seen["grey"], expected, rtol=1e-3)  # a difference of two images
 
 
 def test_looking_up_the_surface_is_a_window_and_a_mirror():
@@ -310,7 +310,7 @@ def test_a_user_scene_renders_without_noise():
     assert (first > 0).all()
     many = np.array(mi.render(scene, spp=256, seed=3))
     two = np.array(mi.render(scene, spp=2, seed=5))
-    # A sample may be anywhere in its pixel: as far off as the next pixel's middle, where the picture is smooth.
+    # A sample may be anywhere in its pixel: as far off as the next pixel's middle, where the image is smooth.
     step = np.maximum(*(np.abs(np.gradient(many, axis=axis)) for axis in (0, 1)))
     near = np.abs(two - many) <= 1.5 * step + 1e-3 * many
     assert near.mean() > 0.97

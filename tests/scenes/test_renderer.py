@@ -18,7 +18,7 @@ from scenes.baking.lit_scene import prepare
 from scenes.image import WHITE_LEVEL, display_image
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Label
-from scenes.stage.stage import ball, make_stage
+from scenes.stage.scene import ball, make_scene
 from scenes.stage.state import State
 
 DEPTH = 4.0
@@ -45,7 +45,7 @@ def aqua2():
 @pytest.fixture(scope="module")
 def bare(aqua2):
     """Mirrors alone, no hull and no mount: the train knows everything there is."""
-    return FastRenderer(lit(make_stage(aqua2, depth_m=DEPTH), aqua2, []))
+    return FastRenderer(lit(make_scene(aqua2, depth_m=DEPTH), aqua2, []))
 
 
 def world_from_virtual(rig, q1, q2, world_from_body):
@@ -71,7 +71,7 @@ def test_ball_is_where_the_train_projects_it(preset, pose):
     Expected: the centroid of a small ball's image within 0.1 px of its projected centre, off the axis as well.
     """
     rig = Rig.load(preset)
-    scene = make_stage(rig, depth_m=DEPTH)
+    scene = make_scene(rig, depth_m=DEPTH)
     scale = rig.camera.width_px // 320
     q1, q2 = np.radians(pose)
     centre = world_from_virtual(rig, q1, q2, scene.world_from_body).apply([0.06, -0.04, 1.2])
@@ -99,7 +99,7 @@ def test_distance_is_the_length_of_the_path(aqua2, bare):
     stations = [replace(train, mirrors=train.mirrors[:k]).trace(pixels) for k in range(3)]
     for before, after in pairwise(stations):
         path += np.linalg.norm(after.origin_m - before.origin_m, axis=1)
-    world_from_camera = bare.stage.world_from_body * Layout.from_rig(aqua2).body_from_camera
+    world_from_camera = bare.scene.world_from_body * Layout.from_rig(aqua2).body_from_camera
     origin = world_from_camera.apply(stations[2].origin_m)
     direction = world_from_camera.rotation.apply(stations[2].direction)
     floor = (-(DEPTH + 1.5) - origin[:, 2]) / direction[:, 2]
@@ -113,7 +113,7 @@ def test_distance_is_the_length_of_the_path(aqua2, bare):
 def test_radiance_in_the_air_is_that_of_the_water_by_t_over_n_squared():
     """T / n^2 on the axis: Fresnel at normal incidence (Born & Wolf 1.5.3) and conservation of basic radiance."""
     rig = Rig.load("bench")
-    renderer = FastRenderer(lit(make_stage(rig, depth_m=DEPTH), rig, []), width_px=4, height_px=3)
+    renderer = FastRenderer(lit(make_scene(rig, depth_m=DEPTH), rig, []), width_px=4, height_px=3)
     gain = np.array(renderer._rays.gain)
     train = OpticalTrain.from_rig(rig)
     n_port, n_water = train.port.n_port, train.port.n_water
@@ -126,7 +126,7 @@ def test_radiance_in_the_air_is_that_of_the_water_by_t_over_n_squared():
 
 def test_white_card_is_shown_at_the_white_level(aqua2):
     """A white horizontal card in the sun, seen at arm's length: exposure and white balance are set by it."""
-    scene = make_stage(aqua2, depth_m=DEPTH)
+    scene = make_scene(aqua2, depth_m=DEPTH)
     radiance = scene.light.white_radiance(DEPTH) / scene.light.n_water**2
     renderer = FastRenderer(lit(scene, aqua2, []), width_px=2, height_px=2)
     frame = renderer.render()
@@ -145,7 +145,7 @@ def test_a_plate_in_the_view_is_seen_where_it_is(aqua2):
         vertices_m=corners,
         faces=np.array([[0, 1, 2], [2, 1, 3]], dtype=np.int32),
     )
-    scene = make_stage(aqua2, depth_m=DEPTH)
+    scene = make_scene(aqua2, depth_m=DEPTH)
     with_plate = FastRenderer(lit(scene, aqua2, [plate])).render()
     without = FastRenderer(lit(scene, aqua2, [])).render()
     hull = with_plate.label == Label.HULL
@@ -155,8 +155,8 @@ def test_a_plate_in_the_view_is_seen_where_it_is(aqua2):
 
 
 def test_a_plate_above_casts_its_shadow(aqua2):
-    """A large plate towards the sun darkens the floor below; the rest of the picture keeps its light."""
-    scene = make_stage(aqua2, depth_m=DEPTH)
+    """A large plate towards the sun darkens the floor below; the rest of the image keeps its light."""
+    scene = make_scene(aqua2, depth_m=DEPTH)
     towards_sun = scene.light.towards_sun
     floor = -1.5  # below the robot, body frame
     above = towards_sun * (2.0 - floor) / towards_sun[2] + [0.4, 0.06, floor]
@@ -214,7 +214,7 @@ def test_same_input_gives_the_same_bytes(bare):
 
 def test_up_is_bright_and_down_is_dark(aqua2):
     """Open water far from the tank's walls: radiance grows towards the surface."""
-    scene = make_stage(aqua2, depth_m=15.0)
+    scene = make_scene(aqua2, depth_m=15.0)
     far_away = RigidTransform.from_translation([500.0, 0.0, -15.0])
     renderer = FastRenderer(lit(scene, aqua2, []), width_px=64, height_px=48)
     means = []
@@ -240,4 +240,4 @@ def test_joint_values_outside_the_limits_are_refused(bare):
 )
 def test_impossible_stages_are_refused(aqua2, arguments, message):
     with pytest.raises(ValueError, match=message):
-        make_stage(aqua2, **arguments)
+        make_scene(aqua2, **arguments)

@@ -1,1 +1,1 @@
-"""Calibration: what is off in a built rig, found from pictures of a board or of the gaze mirror's own corners."""
+"""Calibration: what is off in a built rig, found from images of a board or of the gaze mirror's own corners."""

@@ -1,4 +1,4 @@
-"""A checkerboard's corners in a picture, looked for where the gaze mirror is."""
+"""A checkerboard's corners in an image, looked for where the gaze mirror is."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from optics.kernels.arrays import FloatArray
 from tracking.perception.crop import check_image
 
 ENLARGED = 3
-"""The finder's own templates are some pixels wide: on three times larger a picture its error falls by half."""
+"""The finder's own templates are some pixels wide: on three times larger an image its error falls by half."""
 
 FLAGS = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE
 
@@ -23,7 +23,7 @@ def board_corners(image: NDArray[np.uint8], outline_px: ArrayLike, *, columns: i
     image : array, shape (height, width, 3)
         uint8, sRGB.
     outline_px : array, shape (4, 2)
-        Of the gaze mirror in the picture; only its surrounding rectangle is looked at.
+        Of the gaze mirror in the image; only its surrounding rectangle is looked at.
     columns, rows : int
         Squares of the board, one even and one odd (`scenes.worlds.checkerboard.Checkerboard`).
 
@@ -51,5 +51,5 @@ def board_corners(image: NDArray[np.uint8], outline_px: ArrayLike, *, columns: i
     found, corners = cv2.findChessboardCornersSB(larger, (columns - 1, rows - 1), flags=FLAGS)
     if not found:
         return None
-    # The centre of the first pixel is at zero in both pictures.
+    # The centre of the first pixel is at zero in both images.
     return np.asarray((corners.reshape(-1, 2) + 0.5) / ENLARGED - 0.5 + [left, top], dtype=np.float64)

@@ -1,11 +1,11 @@
 """Where a board is, roughly: the pose from which its unknown six numbers are refined.
 
-One picture tells it, the one that shows most of the board. Each of its points is a ray (o, d) behind the mirrors. With
+One image tells it, the one that shows most of the board. Each of its points is a ray (o, d) behind the mirrors. With
 R = (r1, r2, r3) and t the board's pose, a point (x, y, 0) of the board is on the ray when
-d x (r1 x + r2 y + t - o) = 0. The rays of one picture come nearly from one point c; with t counted from there this is
+d x (r1 x + r2 y + t - o) = 0. The rays of one image come nearly from one point c; with t counted from there this is
 linear and homogeneous in r1, r2 and t, and |r1| = |r2| = 1 fixes its scale: the direct linear transform (Hartley &
 Zisserman, Multiple View Geometry, 2004, section 4.1). t follows once more with R known and each ray from its own o.
-Several pictures at once would be better determined, if the rig were nominal; degrees off, they contradict each other.
+Several images at once would be better determined, if the rig were nominal; degrees off, they contradict each other.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ def board_poses(train: PerturbedTrain, observations: TargetObservations) -> list
     # Whether the mirrors are large enough is not asked: a wrong guess of the joints' signs has rays, too.
     origins, directions = train.trace(observations.q, pixels=observations.pixels)
     on_board = observations.points_m[:, :2]
-    # The direct view is a picture, too: inf is equal to itself, as nan is not.
+    # The direct view is an image, too: inf is equal to itself, as nan is not.
     named = np.nan_to_num(observations.q, nan=np.inf)
-    picture = np.unique(named, axis=0, return_inverse=True)[1].ravel()
+    image = np.unique(named, axis=0, return_inverse=True)[1].ravel()
     poses = []
     for index, name in enumerate(observations.boards):
         on = (observations.board == index) & np.isfinite(directions).all(axis=1)
         if not on.any():
             raise ValueError(f"board {name}: expected pixels that look through the port")
-        areas = [_area(on_board[on & (picture == each)]) for each in range(picture.max() + 1)]
-        seen = on & (picture == int(np.argmax(areas)))
+        areas = [_area(on_board[on & (image == each)]) for each in range(image.max() + 1)]
+        seen = on & (image == int(np.argmax(areas)))
         poses.append(_pose(on_board[seen], origins[seen], directions[seen]))
     return poses
 

@@ -1,4 +1,4 @@
-"""CSV files of a target's observations: one row a point and picture."""
+"""CSV files of a target's observations: one row a point and image."""
 
 from __future__ import annotations
 

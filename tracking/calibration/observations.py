@@ -28,7 +28,7 @@ FLATTEST = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class TargetObservations:
-    """Points of a known target in pictures.
+    """Points of a known target in images.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ def observation_problems(rig: Rig, observations: TargetObservations, places: Seq
     problems += [f"{told[row]}: expected finite numbers" for row in np.flatnonzero(~numbers).tolist()]
     outside = numbers & ~((observations.pixels >= -0.5) & (observations.pixels <= high)).all(axis=1)
     problems += [
-        f"{told[row]}: expected a pixel inside the {camera.width_px} x {camera.height_px} picture, "
+        f"{told[row]}: expected a pixel inside the {camera.width_px} x {camera.height_px} image, "
         f"got {observations.pixels[row].tolist()}"
         for row in np.flatnonzero(outside).tolist()
     ]

@@ -79,7 +79,7 @@ def draw_assembly(assembly: Assembly, items: Sequence[Item], *, rig_hash: str) -
     front_place = _Place(scale=scale, shift=shifts[FRONT])
     _axes_and_distances(sheet, assembly.layout, front_place, right=right, bottom=front[1])
     below = _list(sheet, items)
-    _picture(sheet, assembly, items, ceiling=below)
+    _image(sheet, assembly, items, ceiling=below)
     return sheet
 
 
@@ -146,8 +146,8 @@ def _list(sheet: Sheet, items: Sequence[Item]) -> float:
     return sheet.table(corner, LIST_WIDTHS_MM, rows, numbers=(0, 2))
 
 
-def _picture(sheet: Sheet, assembly: Assembly, items: Sequence[Item], *, ceiling: float) -> None:
-    """Isometric picture below the list, its parts numbered as there."""
+def _image(sheet: Sheet, assembly: Assembly, items: Sequence[Item], *, ceiling: float) -> None:
+    """Isometric image below the list, its parts numbered as there."""
     mount, _ = _placed(assembly)
     lines = outline(mount, ISOMETRIC)
     points = np.vstack(lines.visible)

@@ -1,4 +1,4 @@
-"""Pictures of the assembly's steps: what is there in grey lines, what is added tinted and drawn out of its place."""
+"""Images of the assembly's steps: what is there in grey lines, what is added tinted and drawn out of its place."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ SIZE_INCHES = (11.0, 8.0)
 DOTS_PER_INCH = 120
 TINT = "#ffd9a0"
 MARGIN = 0.06
-"""Of the picture, around what is shown."""
+"""Of the image, around what is shown."""
 
 
 def write_steps(assembly: Assembly, folder: Path) -> list[Path]:
-    """Write `steps.md` and a picture of each step."""
+    """Write `steps.md` and an image of each step."""
     steps = assembly_steps(assembly)
     written = []
     text = [f"# How to put {assembly.rig.name} together", ""]

@@ -1,4 +1,4 @@
-"""A sheet for one part: three views in first-angle projection, a picture, overall size, and a table of its holes."""
+"""A sheet for one part: three views in first-angle projection, an image, overall size, and a table of its holes."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def draw_part(solid: Solid, *, rig: str, name: str, material: str, rig_hash: str
         _mark_holes(sheet, found, view, scale, shift)
         _mark_datum(sheet, view.project(datum) * scale + shift)
     _overall(sheet, size, scale, corners)
-    _picture(sheet, solid, left + scale * size[0] + GAP_MM / 2, front[1] - GAP_MM / 2)
+    _image(sheet, solid, left + scale * size[0] + GAP_MM / 2, front[1] - GAP_MM / 2)
     _hole_table(sheet, found, datum)
     return sheet
 
@@ -125,8 +125,8 @@ def _overall(sheet: Sheet, size: FloatArray, scale: float, corners: dict[View, F
     sheet.distance(front, front + at(0, height), f"z {size[2]:.1f}", line=front[0] - 0.4 * GAP_MM, along="y")
 
 
-def _picture(sheet: Sheet, solid: Solid, left: float, ceiling: float) -> None:
-    """Isometric picture, not to scale, in the corner that the three views leave free."""
+def _image(sheet: Sheet, solid: Solid, left: float, ceiling: float) -> None:
+    """Isometric image, not to scale, in the corner that the three views leave free."""
     lines = outline([solid], ISOMETRIC)
     points = np.vstack(lines.visible)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -58,7 +58,7 @@ def evaluate_detector(
     loaded.require_gaze()
     if output is not None:
         check_image_path(output, ".png")
-    renderer = FastRenderer(prepare(scene.stage(loaded), loaded))
+    renderer = FastRenderer(prepare(scene.scene(loaded), loaded))
     taken = evaluation_images(renderer, images, scene.seed, partial(print_progress, "evaluate-detector: image"))
     settings = DETECTORS[detector]
     if output is not None:

@@ -53,7 +53,7 @@ def compare(
     from mirrorgaze.loading import load_usable_rig
     from scenes.image import check_image_path
     from scenes.reference.compare import compare as compare_renderers
-    from scenes.stage.stage import on_gaze
+    from scenes.stage.scene import on_gaze
 
     loaded = load_usable_rig(rig)
     check_image_path(output, ".png")
@@ -62,7 +62,7 @@ def compare(
         target = on_gaze(loaded, q1=radians(q1_deg), q2=radians(q2_deg), distance_m=target_distance_m)
     found = compare_renderers(
         loaded,
-        scene.stage(loaded, target_m=target, flat_sea=True),
+        scene.scene(loaded, target_m=target, flat_sea=True),
         q1_deg=q1_deg,
         q2_deg=q2_deg,
         path=output,

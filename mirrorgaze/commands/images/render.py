@@ -79,8 +79,10 @@ def render(
         blur=blur,
     )
     files = Output(path=output, sensor=sensor, truth=ground_truth)
-    stage = scene.stage(loaded, flat_sea=renderer == "reference")
-    view = render(loaded, stage, request, files, progress=lambda done, total: print_progress("reference", done, total))
+    described = scene.scene(loaded, flat_sea=renderer == "reference")
+    view = render(
+        loaded, described, request, files, progress=lambda done, total: print_progress("reference", done, total)
+    )
     for note in view.notes:
         typer.echo(note, err=True)
     if json:

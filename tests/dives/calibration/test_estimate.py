@@ -123,7 +123,7 @@ def test_covariance_is_honest(rig, prior):
 
     Rationale: with a prior, both perturbations and noise are drawn again, and the maximum a posteriori must miss by
     what its covariance says. Without one the rig stays the same, and of several that would look alike it is the one
-    that pictures without noise give.
+    that images without noise give.
     Expected: the sum of (found - true)' C^-1 (found - true) has as many degrees of freedom as numbers were found.
     """
     q, corner_poses = useful_poses(rig, 8), Layout.from_rig(rig).joint_grid(3)
@@ -274,7 +274,7 @@ def test_without_a_place_to_hold_on_to_the_fold_mirror_is_unknown(rig, poses, wh
     """M1 turned or shifted, and all behind it moved along: neither corners nor boards of unknown pose show it.
 
     Expected: none of M1's three freedoms is known from the data; neither is where the rig looks in the body frame.
-    The corners' place in the picture is.
+    The corners' place in the image is.
     """
     perturbations = draw_perturbations(rig, PRINT_TOLERANCES, seed=1)
     evidence = observed(rig, perturbations, poses, seed=1, known=False, edges=what == "edges")
@@ -304,7 +304,7 @@ def test_without_a_place_to_hold_on_to_the_fold_mirror_is_unknown(rig, poses, wh
         assert remaining(rig, perturbations, estimated.calibrated).corners_px < WELL_ENOUGH_PX
 
 
-def test_moving_all_behind_the_fold_mirror_along_changes_no_picture(rig, poses):
+def test_moving_all_behind_the_fold_mirror_along_changes_no_image(rig, poses):
     """The same by hand: M1 nearer by s along its normal takes its image of the gimbal 2 s along; the gimbal follows.
 
     Source: a reflection at n . x = d is x - 2 (n . x - d) n.
@@ -332,7 +332,7 @@ def test_boards_seen_directly_give_it_back(rig, poses):
 
 @pytest.mark.parametrize("seed", [5, 8])
 def test_boards_start_near_where_they_are(seed):
-    """Boards that one or two pictures show, through mirrors that look degrees beside where they should.
+    """Boards that one or two images show, through mirrors that look degrees beside where they should.
 
     Rationale: these two rigs once sent a board behind the camera, and the calibration to the wrong signs.
     Expected: within 0.4 m and 10 degrees of the truth, 3 m away. The rays are off by up to 5 degrees, 0.3 m there.
@@ -456,7 +456,7 @@ def test_observations_that_cannot_be_used_are_told_at_once(rig):
     for sentence in (
         "expected backlash_deg >= 0",
         "expected at least 12 observations, got 3",
-        "expected a pixel inside the 640 x 480 picture",
+        "expected a pixel inside the 640 x 480 image",
         "expected q1 between -77.5 and 77.5 deg, got 171.887",
         "expected at least 3 pairs of joint values, got 1",
     ):

@@ -1,4 +1,4 @@
-"""From pictures to a calibrated rig: boards of the tank, rendered through the mirrors and found by OpenCV."""
+"""From images to a calibrated rig: boards of the tank, rendered through the mirrors and found by OpenCV."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.spatial.transform import RigidTransform
 from dives.calibration.simulation import remaining
 from optics.perturbation.train import PerturbedTrain
 from rigs import Rig
-from scenes.stage.stage import make_stage
+from scenes.stage.scene import make_scene
 from scenes.worlds.tank import BOARD_COLUMNS, BOARD_ROWS, tank_boards
 from tracking.calibration.board_corners import board_corners
 from tracking.calibration.calibrated_rig import with_joints
@@ -28,21 +28,21 @@ VIEWS = 3
 """Poses for each board."""
 
 FINDER_PX = 0.1
-"""Standard deviation of the finder on these pictures: 0.03 to 0.1 px against the exact projection."""
+"""Standard deviation of the finder on these images: 0.03 to 0.1 px against the exact projection."""
 
 
 @pytest.mark.slow
 def test_rig_built_wrong_is_found_from_rendered_boards():
-    """Rationale: all steps that a user takes, on pictures that know nothing of the calibration's mathematics.
+    """Rationale: all steps that a user takes, on images that know nothing of the calibration's mathematics.
 
     The built rig has its joints off by 1.2 and -0.9 degrees, both mirrors by 1 mm, the port by 1 mm and 1.2 degrees:
-    what a rig file can say and the renderer follows. Nine pictures of three boards in known places.
+    what a rig file can say and the renderer follows. Nine images of three boards in known places.
     Expected: the gaze comes from about 2 degrees to 0.1, points from 20 px to 1 px; measured 0.01 degrees, 0.2 px.
     """
     nominal = Rig.load("aqua2")
     built = built_wrong(nominal)
     train = PerturbedTrain(built)
-    scene = make_stage(nominal, depth_m=DEPTH_M)
+    scene = make_scene(nominal, depth_m=DEPTH_M)
     q, places, pixels = [], [], []
     renderer = renderer_of(built, scene)
     for board in tank_boards(DEPTH_M):
@@ -52,7 +52,7 @@ def test_rig_built_wrong_is_found_from_rendered_boards():
         for pose in whole_views(train, train.layout.body_from_camera.inv().apply(corners)):
             frame = renderer.render(q1=pose[0], q2=pose[1], world_from_body=hung)
             outline = train.project_face(crop_outline_m(built), pose[np.newaxis])[0]
-            found = board_corners(as_picture(frame.radiance), outline, columns=BOARD_COLUMNS, rows=BOARD_ROWS)
+            found = board_corners(as_image(frame.radiance), outline, columns=BOARD_COLUMNS, rows=BOARD_ROWS)
             assert found is not None, f"{board.name} at {np.degrees(pose)} degrees"
             q.append(np.tile(pose, (len(found), 1)))
             places.append(corners)
@@ -79,10 +79,10 @@ def test_no_board_is_found_where_there_is_none():
 def test_corners_of_a_drawn_board_are_found_where_they_are():
     """Squares of 16 px whose edges lie on pixel edges: the corners are half a pixel beside pixel centres."""
     squares = (np.add.outer(np.arange(7), np.arange(10)) % 2 == 0).astype(np.uint8) * 230 + 10
-    picture = np.full((160, 220), 240, dtype=np.uint8)
-    picture[24:136, 30:190] = np.kron(squares, np.ones((16, 16), dtype=np.uint8))
+    image = np.full((160, 220), 240, dtype=np.uint8)
+    image[24:136, 30:190] = np.kron(squares, np.ones((16, 16), dtype=np.uint8))
     outline = np.array([[5.3, 4], [215, 4], [215, 156], [5.3, 156]])
-    found = board_corners(np.repeat(picture[..., np.newaxis], 3, axis=2), outline, columns=10, rows=7)
+    found = board_corners(np.repeat(image[..., np.newaxis], 3, axis=2), outline, columns=10, rows=7)
     x, y = np.meshgrid(30 + 16 * np.arange(1, 10) - 0.5, 24 + 16 * np.arange(1, 7) - 0.5)
     expected = np.stack([x.ravel(), y.ravel()], axis=1)
     assert np.abs(found - expected).max() < FINDER_PX
@@ -110,7 +110,7 @@ def renderer_of(rig: Rig, scene):
     return FastRenderer(prepare(scene, rig, []), samples=4)
 
 
-def as_picture(radiance: np.ndarray) -> np.ndarray:
+def as_image(radiance: np.ndarray) -> np.ndarray:
     bright = np.percentile(radiance, 99.5)
     return (255 * np.clip(radiance / bright, 0, 1) ** (1 / 2.2)).astype(np.uint8)
 

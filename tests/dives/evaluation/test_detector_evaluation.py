@@ -11,7 +11,7 @@ from dives.evaluation.detector_evaluation import EvaluationImage, evaluation_ima
 from rigs import Rig
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
-from scenes.stage.stage import make_stage
+from scenes.stage.scene import make_scene
 from tracking.perception import ColourWindow, DetectorSettings
 
 RED = DetectorSettings(
@@ -82,7 +82,7 @@ def test_hues_are_counted_over_red():
 @pytest.fixture(scope="module")
 def renderer():
     rig = Rig.load("aqua2")
-    return FastRenderer(prepare(make_stage(rig, world="blue"), rig, []))
+    return FastRenderer(prepare(make_scene(rig, world="blue"), rig, []))
 
 
 def test_images_are_those_of_their_seed(renderer):

@@ -30,9 +30,9 @@ def test_machines_are_told_bias_error_and_speed(here):
     for fast, true, bias in zip(whole["fast"], whole["reference"], whole["bias"], strict=True):
         assert bias == pytest.approx(fast / true - 1)
     assert found["speed_ratio"] == pytest.approx(found["reference_time_to_3_percent_s"] / found["fast_time_s"])
-    picture = np.array(mi.Bitmap(str(here / "both.png")))
+    image = np.array(mi.Bitmap(str(here / "both.png")))
     # Three panels, enlarged to at least 320 pixels each.
-    assert picture.shape == (240, 3 * 320, 3)
+    assert image.shape == (240, 3 * 320, 3)
     assert "reference: 3 of 3" in result.stderr
 
 

@@ -30,12 +30,12 @@ def test_machines_are_told_regions_gaze_and_time(here):
     assert sum(view["region_px"].values()) == 640 * 480
     assert all(view["region_px"][region] > 10_000 for region in ("direct", "fold", "gaze"))
     assert view["time_s"] > 0
-    picture = np.array(mi.Bitmap(str(here / "view.png")))
-    assert picture.shape == (480, 640, 3)
+    image = np.array(mi.Bitmap(str(here / "view.png")))
+    assert image.shape == (480, 640, 3)
     # The ball hangs on the gaze axis: it is where the JSON says, and redder than the wall around it, grey or yellow:
     # against green, since what a yellow tile lacks in blue says nothing about red.
     u, v = np.round(view["target_px"]).astype(int)
-    ball, wall = picture[v, u].astype(float), picture[v - 60, u].astype(float)
+    ball, wall = image[v, u].astype(float), image[v - 60, u].astype(float)
     assert ball[0] / ball[1] > 1.3 * wall[0] / wall[1]
 
 
@@ -63,7 +63,7 @@ def test_exr_holds_radiance_and_ground_truth(here):
     assert 0.05 < layers["distance.Z"].min() < layers["distance.Z"].max() < 12  # the tank is 8 m wide
 
 
-def test_truth_is_a_folder_beside_the_picture(here):
+def test_truth_is_a_folder_beside_the_image(here):
     result = mirrorgaze("render", "aqua2", *SMALL, *POSE, "--ground-truth", "truth")
     assert result.exit_code == 0, result.stderr
     there = [path for path in (here / "truth").rglob("*") if path.is_file()]
@@ -88,15 +88,15 @@ def test_water_changes_what_is_seen(here):
 def test_waves_go_on_with_time_and_stand_with_it(here):
     """Up through both mirrors, 60 degrees high: waves show, and move; the same time gives the same bytes."""
     pose = ("--world", "blue", "--q2-deg", "30", "--wind-m-per-s", "8")
-    pictures = []
+    images = []
     for name, time in (("a", "0"), ("b", "0"), ("c", "0.7")):
         result = mirrorgaze("render", "aqua2", *SMALL, *pose, "--time-s", time, "-o", f"{name}.png")
         assert result.exit_code == 0, result.stderr
-        pictures.append((here / f"{name}.png").read_bytes())
-    assert pictures[0] == pictures[1] != pictures[2]
+        images.append((here / f"{name}.png").read_bytes())
+    assert images[0] == images[1] != images[2]
 
 
-def test_scenery_reaches_the_picture(here):
+def test_scenery_reaches_the_image(here):
     """Target, sun and cloud: what the layers and the facts say of each."""
     scenery = ("--world", "blue", "--target", "diver", "--depth-m", "2")
     light = ("--sun-elevation-deg", "30", "--sun-azimuth-deg", "200", "--cloud", "1")
@@ -111,7 +111,7 @@ def test_scenery_reaches_the_picture(here):
     assert overcast["G"].mean() < 0.5 * layers_of(here / "clear.exr")["G"].mean()
 
 
-def test_snow_is_in_the_picture(here):
+def test_snow_is_in_the_image(here):
     """Flakes are thinner than a pixel: some of 300 000 samples meet one, few do (100 in a cubic metre)."""
     layers = []
     for option in ("--snow", "--json"):
@@ -145,14 +145,14 @@ def test_without_pvlib_a_sentence_says_what_to_install(here, monkeypatch):
     assert not list(here.iterdir())
 
 
-def test_the_sensor_s_picture_is_seeded_and_its_exposure_printed(here):
-    pictures = []
+def test_the_sensor_s_image_is_seeded_and_its_exposure_printed(here):
+    images = []
     for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
         arguments = ("--world", "blue", "--wind-m-per-s", "0", "--sensor", "--seed", seed, "-o", f"{name}.png")
         result = mirrorgaze("render", "aqua2", *SMALL, *arguments)
         assert result.exit_code == 0, result.stderr
-        pictures.append((here / f"{name}.png").read_bytes())
-    assert pictures[0] == pictures[1] != pictures[2]
+        images.append((here / f"{name}.png").read_bytes())
+    assert images[0] == images[1] != images[2]
     assert re.search(r"exposure time +\d+\.\d{3} ms\n  gain +\d+\.\d dB", result.stdout)
 
 

@@ -16,21 +16,21 @@ from reports.figures.light import (
     bias_figure,
     coefficients_figure,
     flicker_figure,
+    image_balanced_at_surface,
+    images_figure,
     lake_figure,
     phase_figure,
-    picture_balanced_at_surface,
-    pictures_figure,
 )
 from rigs import Rig, Water
 from scenes.image import WHITE_LEVEL, display_image
 from scenes.reference.agreement import Agreement
 from scenes.stage.frame import Frame
-from scenes.stage.stage import make_stage
+from scenes.stage.scene import make_scene
 
 
 @pytest.fixture(scope="module")
 def open_water():
-    return make_stage(Rig.load("aqua2"), world="blue", depth_m=10.0)
+    return make_scene(Rig.load("aqua2"), world="blue", depth_m=10.0)
 
 
 def frame_of(radiance):
@@ -65,7 +65,7 @@ ROUNDING = 0.51
 
 def test_a_white_card_loses_its_red_with_depth_and_keeps_its_green(open_water):
     """Closed form: the card's colour is the ratio of its channels here and at the surface."""
-    red, green, blue = picture_balanced_at_surface(frame_of(card(open_water)), open_water)[0, 0].astype(float)
+    red, green, blue = image_balanced_at_surface(frame_of(card(open_water)), open_water)[0, 0].astype(float)
     kept = open_water.light.white_radiance(10.0) / open_water.light.white_radiance(0.0)
     assert green == pytest.approx(encoded(WHITE_LEVEL), abs=ROUNDING)
     assert red == pytest.approx(encoded(WHITE_LEVEL * kept[0] / kept[1]), abs=ROUNDING)
@@ -77,7 +77,7 @@ def test_a_white_card_loses_its_red_with_depth_and_keeps_its_green(open_water):
 def test_a_card_at_the_surface_is_white(open_water):
     """There is nothing to balance where the balance was taken."""
     lifted = replace(open_water, world_from_body=RigidTransform.from_translation([0.0, 0.0, 0.0]))
-    shown = picture_balanced_at_surface(frame_of(card(lifted)), lifted)
+    shown = image_balanced_at_surface(frame_of(card(lifted)), lifted)
     assert shown == pytest.approx(encoded(WHITE_LEVEL), abs=ROUNDING)
 
 
@@ -113,14 +113,14 @@ def test_the_lake_is_drawn_with_all_its_readings():
     assert ratio.lines[1].get_xdata() == pytest.approx(layers.irradiance_ratio[1])
 
 
-def test_pictures_stand_in_rows_and_columns():
-    pictures = [[np.full((4, 6, 3), 10 * row + column, dtype=np.uint8) for column in range(3)] for row in range(2)]
-    figure = pictures_figure(pictures, ["a", "b"], ["1", "2", "3"])
+def test_images_stand_in_rows_and_columns():
+    images = [[np.full((4, 6, 3), 10 * row + column, dtype=np.uint8) for column in range(3)] for row in range(2)]
+    figure = images_figure(images, ["a", "b"], ["1", "2", "3"])
     assert [axes.images[0].get_array()[0, 0, 0] for axes in figure.axes] == [0, 1, 2, 10, 11, 12]
     assert [axes.get_title() for axes in figure.axes[:3]] == ["1", "2", "3"]
     assert [figure.axes[k].get_ylabel() for k in (0, 3)] == ["a", "b"]
-    with pytest.raises(ValueError, match=r"expected 2 x 2 pictures, got rows of \[3, 3\]"):
-        pictures_figure(pictures, ["a", "b"], ["1", "2"])
+    with pytest.raises(ValueError, match=r"expected 2 x 2 images, got rows of \[3, 3\]"):
+        images_figure(images, ["a", "b"], ["1", "2"])
 
 
 def test_flicker_is_drawn_beside_all_that_was_measured():

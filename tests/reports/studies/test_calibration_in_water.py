@@ -106,7 +106,7 @@ def test_the_paper_s_ratio_is_that_of_a_disc_of_870_px():
 def test_the_ratio_on_a_disc_is_what_exact_rays_give():
     """Distant points that fill the disc evenly, through the whole train, fitted with known places.
 
-    The board's picture is replaced by 4000 evenly spread pixels traced 1 km far: the viewpoint's shift is 1e-5 of it.
+    The board's image is replaced by 4000 evenly spread pixels traced 1 km far: the viewpoint's shift is 1e-5 of it.
     A sunflower's points weigh the disc evenly to 1 / count.
     """
     index = np.arange(4000) + 0.5

@@ -10,7 +10,7 @@ from scenes.baking.lit_scene import prepare
 from scenes.light.waves import Wind
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage.stage import ball, make_stage
+from scenes.stage.scene import ball, make_scene
 
 DEPTH_M, DISTANCE_M, RADIUS_M, PITCH_DEG = 5.0, 2.0, 0.3, -20.0
 SIZE = {"width_px": 6, "height_px": 6}
@@ -34,7 +34,7 @@ def test_a_ball_hides_as_much_light_as_paths_say():
     camera = whole.model_copy(update={"pitch_deg": PITCH_DEG, "position_mm": (0.0, 0.0, 0.0), **narrow})
     rig = rig.model_copy(update={"camera": camera})
     way = DISTANCE_M * np.array([np.cos(np.radians(PITCH_DEG)), 0.0, np.sin(np.radians(PITCH_DEG))])
-    scene = make_stage(rig, world="blue", depth_m=DEPTH_M, jerlov_type="III", cloud=1.0, wind=Wind(speed_m_per_s=0.0))
+    scene = make_scene(rig, world="blue", depth_m=DEPTH_M, jerlov_type="III", cloud=1.0, wind=Wind(speed_m_per_s=0.0))
     scene = replace(scene, target=ball(way - [0.0, 0.0, DEPTH_M], RADIUS_M))
     fast = FastRenderer(prepare(scene, rig, []), **SIZE, samples=16).render()
     true = render_reference(rig, [], scene, **SIZE, samples=2**13)

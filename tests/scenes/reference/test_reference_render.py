@@ -17,7 +17,7 @@ from scenes.reference.opening import PLAY, with_opening
 from scenes.reference.render import ReferenceFrame, render_reference
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Frame
-from scenes.stage.stage import make_stage
+from scenes.stage.scene import make_scene
 
 SIZE = {"width_px": 8, "height_px": 6}
 LARGEST_Z = 4.0
@@ -31,7 +31,7 @@ def aqua2():
 @pytest.fixture(scope="module")
 def pair(aqua2):
     """The same view with two seeds, and with the first again."""
-    scene = make_stage(aqua2)
+    scene = make_scene(aqua2)
     pose = {"q1": np.radians(30), "q2": np.radians(-10)}
     return [render_reference(aqua2, [], scene, **pose, **SIZE, samples=256, seed=seed) for seed in (1, 2, 1)]
 
@@ -60,7 +60,7 @@ def test_open_water_is_as_bright_as_the_fast_renderer_says():
     The two share the water's coefficients and nothing else: radiative transfer by discrete ordinates there, paths here.
     """
     rig = Rig.load("bench")
-    scene = replace(make_stage(rig, world="blue"), target=None)
+    scene = replace(make_scene(rig, world="blue"), target=None)
     frame = FastRenderer(prepare(scene, rig, []), **SIZE, samples=16).render()
     reference = render_reference(rig, [], scene, **SIZE, samples=2**13, seed=1)
     whole = agreements(frame, reference)[0]
@@ -70,7 +70,7 @@ def test_open_water_is_as_bright_as_the_fast_renderer_says():
 
 
 def test_bad_arguments_are_told_before_anything_is_computed(aqua2):
-    scene = make_stage(aqua2)
+    scene = make_scene(aqua2)
     with pytest.raises(ValueError, match="at least 2 samples"):
         render_reference(aqua2, [], scene, **SIZE, samples=1)
     with pytest.raises(ValueError, match=r"q1 \(pan\)"):

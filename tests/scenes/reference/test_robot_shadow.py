@@ -13,7 +13,7 @@ from scenes.light.materials import Material
 from scenes.light.waves import Wind
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.stage.stage import make_stage
+from scenes.stage.scene import make_scene
 from scenes.surfaces.surface import surface
 from scenes.worlds.world import world_of
 
@@ -50,7 +50,7 @@ def floors():
     rig = Rig.load("bench")
     looks_down = {"pitch_deg": -90.0, "position_mm": (0.0, 0.0, 0.0)}
     rig = rig.model_copy(update={"camera": rig.camera.model_copy(update=looks_down)})
-    scene = make_stage(rig, world="blue", depth_m=DEPTH_M, jerlov_type="1C", cloud=1.0, wind=Wind(speed_m_per_s=0.0))
+    scene = make_scene(rig, world="blue", depth_m=DEPTH_M, jerlov_type="1C", cloud=1.0, wind=Wind(speed_m_per_s=0.0))
     scene = replace(scene, target=None, world=world_of("floor", [("floor", floor())]))
     frames = [
         [FastRenderer(prepare(scene, rig, parts), **SIZE, samples=16).render() for parts in ([plate()], [])],

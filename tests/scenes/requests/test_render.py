@@ -22,7 +22,7 @@ from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
 from scenes.requests.render import Output, RenderRequest, render
 from scenes.stage.frame import Label
-from scenes.stage.stage import make_stage, on_gaze
+from scenes.stage.scene import make_scene, on_gaze
 from scenes.stage.state import State
 
 pytestmark = pytest.mark.usefixtures("rough_light")
@@ -45,8 +45,8 @@ def bench():
 
 @pytest.fixture(scope="module")
 def open_water(aqua2):
-    """Nothing but water and the ball: the quickest stage."""
-    return make_stage(aqua2, world="blue", target_m=on_gaze(aqua2, **Q, distance_m=1.0), wind=Wind(speed_m_per_s=0.0))
+    """Nothing but water and the ball: the quickest scene."""
+    return make_scene(aqua2, world="blue", target_m=on_gaze(aqua2, **Q, distance_m=1.0), wind=Wind(speed_m_per_s=0.0))
 
 
 def layers_of(path):
@@ -84,9 +84,9 @@ def test_no_target_hangs_nowhere(aqua2, arguments, message):
 
 def test_everything_wrong_with_a_stage_is_said_at_once(aqua2):
     with pytest.raises(ValueError, match=r"a depth .*; .*a world .*; .*a Jerlov type .*; .*cloud .*; .*a target \("):
-        make_stage(aqua2, world="moon", depth_m=-1.0, jerlov_type="9Z", cloud=2.0, target="shark")
+        make_scene(aqua2, world="moon", depth_m=-1.0, jerlov_type="9Z", cloud=2.0, target="shark")
     with pytest.raises(ValueError, match=r"expected a target below the surface, got one 1\.00 m above it"):
-        make_stage(aqua2, world="blue", depth_m=3.0, target_m=(1.0, 0.0, 4.0))
+        make_scene(aqua2, world="blue", depth_m=3.0, target_m=(1.0, 0.0, 4.0))
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_the_reference_s_light_is_written_with_the_geometry_of_the_fast_one(aqua
 
 
 def test_an_image_of_the_sensor_is_seeded_and_its_exposure_told(bench, tmp_path):
-    scene = make_stage(bench, world="blue", wind=Wind(speed_m_per_s=0.0))
+    scene = make_scene(bench, world="blue", wind=Wind(speed_m_per_s=0.0))
     images = []
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         output = Output(path=tmp_path / f"{name}.png", sensor=True)
@@ -184,7 +184,7 @@ def test_an_image_of_the_sensor_is_seeded_and_its_exposure_told(bench, tmp_path)
 
 def test_the_reference_knows_neither_waves_nor_snow_nor_lamps(aqua2):
     with pytest.raises(ValueError, match=r"a flat sea \(wind of 0 m/s\), got 3 m/s; no marine snow, got some"):
-        check_known_to_reference(make_stage(aqua2, world="blue", snow=True))
+        check_known_to_reference(make_scene(aqua2, world="blue", snow=True))
     lit = aqua2.model_copy(
         update={"lamps": (Lamp(position_mm=(300.0, 0.0, 0.0), angle_deg=90.0, luminous_flux_lm=1000.0),)}
     )
@@ -196,7 +196,7 @@ def test_the_reference_knows_neither_waves_nor_snow_nor_lamps(aqua2):
 
 def test_pixels_near_a_direction_are_those_whose_rays_go_there(aqua2):
     """Against the exact train: the rays of all mirrors for the gaze, of none for the direct view, in the world."""
-    scene = make_stage(aqua2, world="blue", wind=Wind(speed_m_per_s=0.0))
+    scene = make_scene(aqua2, world="blue", wind=Wind(speed_m_per_s=0.0))
     q = {"q1": 0.1, "q2": 0.45}
     frame = FastRenderer(prepare(scene, aqua2, []), **SIZE).render(**q)
     train = OpticalTrain.from_rig(aqua2, **q)
@@ -215,7 +215,7 @@ def test_pixels_near_a_direction_are_those_whose_rays_go_there(aqua2):
 
 def test_the_numbers_beside_the_sun_are_told(aqua2, tmp_path):
     """The gaze looks up at the refracted sun ahead: sin = cos(60 degrees) / n, 68 degrees high."""
-    scene = make_stage(aqua2, world="blue", sun=Sun(azimuth_deg=0.0), wind=Wind(speed_m_per_s=0.0))
+    scene = make_scene(aqua2, world="blue", sun=Sun(azimuth_deg=0.0), wind=Wind(speed_m_per_s=0.0))
     towards_sun = scene.light.towards_sun
     q2_deg = np.degrees(np.arcsin(towards_sun[2])) / 2
     size = {"width_px": 32, "height_px": 24}
@@ -234,7 +234,7 @@ def test_blur_softens_and_loses_no_light(bench, tmp_path):
 
     Light is exchanged by pairs: the sums agree in single precision, and the steepest step becomes smaller.
     """
-    turbid = make_stage(bench, world="blue", jerlov_type="III", wind=Wind(speed_m_per_s=0.0))
+    turbid = make_scene(bench, world="blue", jerlov_type="III", wind=Wind(speed_m_per_s=0.0))
     size = {"width_px": 640, "height_px": 480}
     for name, blur in (("sharp", False), ("soft", True)):
         render(bench, turbid, RenderRequest(**size, blur=blur), Output(path=tmp_path / f"{name}.exr"))

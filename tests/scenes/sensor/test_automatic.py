@@ -144,7 +144,7 @@ def test_white_stays_white_on_the_way(make_sensor, make_settings):
 
 
 def test_grey_world_cannot_raise_what_is_gone(make_sensor):
-    """No red at all, as in the deep: its gain stops at the limit, and the picture stays blue-green."""
+    """No red at all, as in the deep: its gain stops at the limit, and the image stays blue-green."""
     sensor = make_sensor(white_balance={"largest_gain": 4.0})
     radiance = np.broadcast_to(np.float32([0, 0.006, 0.005]), (120, 160, 3))
     settings = settled_settings(radiance, sensor)
@@ -186,11 +186,11 @@ def test_the_sun_saturates_and_darkens_the_rest(make_sensor):
     sky = water + (0.4 * np.exp(-distance / 12.0))[..., None].astype(np.float32)
     sun = np.where((distance < 4)[..., None], np.float32(8e3), sky)
     settings = [settled_settings(scene, sensor) for scene in (water, sun)]
-    pictures = [develop(expose(s, sensor, c), sensor) for s, c in zip((water, sun), settings, strict=True)]
+    images = [develop(expose(s, sensor, c), sensor) for s, c in zip((water, sun), settings, strict=True)]
     raw = expose(sun, sensor, settings[1]).digital_numbers
     assert (raw[distance < 3] == sensor.largest_dn).all()
-    assert (pictures[1][distance < 3] == 255).all()
+    assert (images[1][distance < 3] == 255).all()
     assert total(settings[1]) < 0.6 * total(settings[0])
-    corner = [int(p[:20, :20].mean()) for p in pictures]
+    corner = [int(p[:20, :20].mean()) for p in images]
     assert corner[0] > 100
     assert corner[1] < 0.75 * corner[0]

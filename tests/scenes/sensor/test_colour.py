@@ -1,4 +1,4 @@
-"""Pictures: levels, the sRGB curve, white balance, saturation."""
+"""Images: levels, the sRGB curve, white balance, saturation."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def test_levels_become_srgb(make_sensor, make_settings, flat_field, bits, bayer)
     full_e = sensor.largest_dn * sensor.spec.gain_e_per_dn
     for level, shown in ((0.0, 0), (0.18, 118), (1.0, 255)):
         raw = expose(flat_field(sensor, level * full_e), sensor, make_settings())
-        picture = develop(raw, sensor)
-        assert picture.dtype == np.uint8
-        assert picture.shape == (sensor.height_px, sensor.width_px, 3)
-        assert np.abs(picture.astype(int) - shown).max() <= (1 if bits == 8 else 0)  # 8 bits: half a step of 0.18
+        image = develop(raw, sensor)
+        assert image.dtype == np.uint8
+        assert image.shape == (sensor.height_px, sensor.width_px, 3)
+        assert np.abs(image.astype(int) - shown).max() <= (1 if bits == 8 else 0)  # 8 bits: half a step of 0.18
 
 
 def test_gains_multiply_before_the_curve(make_sensor, make_settings):
@@ -70,14 +70,14 @@ def test_balancing_gains_are_cut():
 
 
 def test_a_grey_card_comes_out_grey(make_sensor, make_settings):
-    """Under blue-green light, as at some metres: the card's picture has one value in all channels."""
+    """Under blue-green light, as at some metres: the card's image has one value in all channels."""
     sensor = make_sensor()
     card = np.array([0.002, 0.006, 0.005])
     settings = make_settings(exposure_s=0.003, white_gains=grey_card_gains(card, sensor))
     radiance = np.broadcast_to(card.astype(np.float32), (120, 160, 3))
-    picture = develop(expose(radiance, sensor, settings), sensor)[60, 80].astype(int)
-    assert np.ptp(picture) <= 1  # one step of rounding
-    assert 50 < picture[1] < 250
+    image = develop(expose(radiance, sensor, settings), sensor)[60, 80].astype(int)
+    assert np.ptp(image) <= 1  # one step of rounding
+    assert 50 < image[1] < 250
     unbalanced = develop(expose(radiance, sensor, make_settings(exposure_s=0.003)), sensor)[60, 80].astype(int)
     assert np.ptp(unbalanced) > 40
 
@@ -88,5 +88,5 @@ def test_capture_is_its_parts(make_sensor, make_settings, flat_field):
     frame = capture(radiance, sensor, settings, frame_generator(1, 2))
     raw = expose(radiance, sensor, settings, frame_generator(1, 2))
     assert (frame.raw.digital_numbers == raw.digital_numbers).all()
-    assert (frame.picture == develop(raw, sensor)).all()
+    assert (frame.image == develop(raw, sensor)).all()
     assert frame.next_settings != settings

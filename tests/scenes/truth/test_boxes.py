@@ -152,7 +152,7 @@ def test_coco_document_is_whole(ball_in_gaze):
 
 
 def test_masks_part_the_robot(ball_in_gaze):
-    """Direct and over mirrors make up the robot; labels do not overlap and fill the picture."""
+    """Direct and over mirrors make up the robot; labels do not overlap and fill the image."""
     rng = np.random.default_rng(2)
     label = rng.integers(0, len(Label), SHAPE).astype(np.uint8)
     region = rng.integers(0, len(Region), SHAPE).astype(np.uint8)

@@ -40,7 +40,7 @@ def test_every_layer_comes_back_bit_for_bit(truth, tmp_path):
     np.testing.assert_array_equal(read["forward.u"], truth.forward.du_px)
 
 
-def test_colour_is_found_by_a_reader_that_wants_a_picture(truth, tmp_path):
+def test_colour_is_found_by_a_reader_that_wants_a_image(truth, tmp_path):
     """Converted to RGB, as viewers do, the file is the radiance."""
     write_layers(truth, tmp_path / "view.exr")
     bitmap = mi.Bitmap(str(tmp_path / "view.exr"))

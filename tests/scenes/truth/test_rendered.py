@@ -14,7 +14,7 @@ from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Label
-from scenes.stage.stage import make_stage
+from scenes.stage.scene import make_scene
 from scenes.stage.state import State
 from scenes.truth import ground_truth
 from scenes.truth.boxes import things
@@ -35,11 +35,11 @@ def rendered(request):
     """Rig, its parts, names of instances, and a frame with its state for every pose."""
     rig = Rig.load(request.param)
     parts = rig_meshes(rig)
-    lit = prepare(make_stage(rig, depth_m=DEPTH_M), rig, parts, quality=LightQuality.coarse())
+    lit = prepare(make_scene(rig, depth_m=DEPTH_M), rig, parts, quality=LightQuality.coarse())
     renderer = FastRenderer(lit, width_px=SHAPE[1], height_px=SHAPE[0])
-    target = renderer.stage.target.world_from_target
+    target = renderer.scene.target.world_from_target
     states = [
-        State(q1=q1, q2=q2, world_from_body=renderer.stage.world_from_body, world_from_target=target)
+        State(q1=q1, q2=q2, world_from_body=renderer.scene.world_from_body, world_from_target=target)
         for q1, q2 in np.radians(POSES_DEG)
     ]
     frames = [renderer.render_states([state])[0] for state in states]

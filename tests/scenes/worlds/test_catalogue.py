@@ -82,11 +82,11 @@ def test_a_colour_for_each_face_stays_on_its_face(tmp_path):
 def test_a_texture_is_taken_at_the_vertices(tmp_path):
     from PIL import Image
 
-    picture = np.zeros((8, 8, 3), dtype=np.uint8)
-    picture[:, :4, 0], picture[:, 4:, 1] = 255, 255  # left half red, right half green
+    image = np.zeros((8, 8, 3), dtype=np.uint8)
+    image[:, :4, 0], image[:, 4:, 1] = 255, 255  # left half red, right half green
     mesh = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
     mesh.visual = trimesh.visual.TextureVisuals(
-        uv=[[0.05, 0.5], [0.95, 0.5], [0.95, 0.9], [0.05, 0.9]], image=Image.fromarray(picture)
+        uv=[[0.05, 0.5], [0.95, 0.5], [0.95, 0.9], [0.05, 0.9]], image=Image.fromarray(image)
     )
     mesh.export(tmp_path / "tile.obj")
     world = world_named(tmp_path / "tile.obj", DEPTH_M)

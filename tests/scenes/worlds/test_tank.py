@@ -106,7 +106,7 @@ def test_same_tank_same_bytes(world):
 
 @pytest.mark.parametrize("board", tank_boards(DEPTH_M), ids=lambda board: board.name)
 def test_opencv_finds_the_stated_corners_in_the_stated_order(world, board):
-    """A pinhole at the robot looks at the board; its picture is the faces' materials, averaged over 4 x 4 samples.
+    """A pinhole at the robot looks at the board; its image is the faces' materials, averaged over 4 x 4 samples.
 
     Expected: the corners that `findChessboardCornersSB` finds are the projections of `corners_m`, in their order.
     """
@@ -129,8 +129,8 @@ def test_opencv_finds_the_stated_corners_in_the_stated_order(world, board):
     ray = mi.Ray3f(mi.Point3f(robot.tolist()), mi.Vector3f(directions.T.astype(np.float32)))
     face = np.array(mesh_scene(world.vertices_m, world.faces).ray_intersect_preliminary(ray).prim_index)
     shade = np.select([world.material == each for each in (Material.TILE_BLACK, Material.TILE_WHITE)], [10, 240], 120)
-    picture = shade[np.minimum(face, len(shade) - 1)].reshape(height, samples, width, samples).mean(axis=(1, 3))
-    found, corners = cv2.findChessboardCornersSB(picture.astype(np.uint8), (BOARD_COLUMNS - 1, BOARD_ROWS - 1))
+    image = shade[np.minimum(face, len(shade) - 1)].reshape(height, samples, width, samples).mean(axis=(1, 3))
+    found, corners = cv2.findChessboardCornersSB(image.astype(np.uint8), (BOARD_COLUMNS - 1, BOARD_ROWS - 1))
     assert found
     local = (board.corners_m - robot) @ axes.T
     expected = local[:, :2] / local[:, 2:] * focal + centre

@@ -70,7 +70,7 @@ HEADER = "q1_deg,q2_deg,body_x_mm,body_y_mm,body_z_mm,u_px,v_px"
                 "line 2, column u_px: expected a finite number, got 'nan'",
                 "line 3: expected 7 values, got 4",
                 "line 5, column q1_deg: expected a finite number, got ''",
-                "line 6: expected a pixel inside the 640 x 480 picture, got [10.0, 1000000000.0]",
+                "line 6: expected a pixel inside the 640 x 480 image, got [10.0, 1000000000.0]",
                 "line 4: expected q1 between -77.5 and 77.5 deg, got 500",
                 "expected at least 12 observations, got 2",
                 "expected at least 3 pairs of joint values, got 2",

@@ -16,7 +16,7 @@ from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
 from scenes.stage.frame import Label
-from scenes.stage.stage import make_stage, on_gaze
+from scenes.stage.scene import make_scene, on_gaze
 from tracking.perception import RED_BALL, Crop, DetectorSettings, ExactCorners, detect, find_blobs, weighted_centroid
 from tracking.records import Blob
 
@@ -148,20 +148,20 @@ def test_anything_but_a_image_is_refused(crop):
 def tank():
     """Mirrors alone: what is looked at is known exactly."""
     rig = Rig.load("aqua2")
-    return FastRenderer(prepare(make_stage(rig), rig, [], quality=LightQuality.coarse()))
+    return FastRenderer(prepare(make_scene(rig), rig, [], quality=LightQuality.coarse()))
 
 
 @pytest.mark.parametrize(("q_deg", "distance_m"), [((0.0, -10.0), 2.0), ((-60.0, -5.0), 3.0), ((20.0, 100.0), 2.5)])
 def test_ball_is_found_in_the_tank(tank, q_deg, distance_m):
     """Within half a radius of where ground truth has it, in the image that the rig's image sensor takes."""
-    rig, place = tank.rig, tank.stage.world_from_body
+    rig, place = tank.rig, tank.scene.world_from_body
     q1, q2 = np.radians(q_deg)
     target = RigidTransform.from_translation(place.apply(on_gaze(rig, q1=q1, q2=q2, distance_m=distance_m)))
     frame = tank.render(q1=q1, q2=q2, world_from_target=target)
     sensor = ImageSensor.from_rig(rig)
-    exposure = settled_settings(frame.radiance, sensor, card_radiance=tank.stage.light.white_radiance(5.0))
+    exposure = settled_settings(frame.radiance, sensor, card_radiance=tank.scene.light.white_radiance(5.0))
     crop = Crop.of(ExactCorners(rig).corners([q1, q2]))
-    found = detect(crop.take(capture(frame.radiance, sensor, exposure, frame_generator(0, 0)).picture), RED_BALL)
+    found = detect(crop.take(capture(frame.radiance, sensor, exposure, frame_generator(0, 0)).image), RED_BALL)
     v, u = np.nonzero(frame.label == Label.TARGET)
     ball = crop.from_image(np.column_stack([u, v]))
     radius = math.sqrt(np.ptp(ball[:, 0]) * np.ptp(ball[:, 1])) / 2

@@ -79,9 +79,9 @@ def test_pieces_are_drawn_out_of_their_places(steps):
     assert gaze.shift_m @ normal > -1e-9
 
 
-def test_each_step_has_its_picture(exported):
+def test_each_step_has_its_image(exported):
     folder = exported.folder / "assembly"
     text = (folder / "steps.md").read_text(encoding="utf-8")
-    pictures = re.findall(r"\]\((step_\d\d\.png)\)", text)
-    assert pictures == sorted(path.name for path in folder.glob("*.png"))
-    assert len(pictures) == len(re.findall(r"^\d+\. ", text, flags=re.MULTILINE))
+    images = re.findall(r"\]\((step_\d\d\.png)\)", text)
+    assert images == sorted(path.name for path in folder.glob("*.png"))
+    assert len(images) == len(re.findall(r"^\d+\. ", text, flags=re.MULTILINE))

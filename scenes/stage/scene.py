@@ -1,4 +1,4 @@
-"""A stage: everything around the rig that an image needs - world, water and sun, where the robot is, a target."""
+"""A scene: everything around the rig that an image needs - world, water and sun, where the robot is, a target."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def ball(centre_m: ArrayLike, radius_m: float) -> Target:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stage:
+class Scene:
     """World, light, sea surface, the robot's pose, target and snow; the robot's depth is the camera exposure's too."""
 
     world: World
@@ -91,7 +91,7 @@ def on_gaze(rig: Rig, *, q1: float, q2: float, distance_m: float) -> FloatArray:
     return np.asarray(pose.apply(ray.origin_m[0]) + distance_m * pose.rotation.apply(ray.direction[0]))
 
 
-def make_stage(
+def make_scene(
     rig: Rig,
     *,
     world: str | Path = "tank",
@@ -104,7 +104,7 @@ def make_stage(
     target_m: ArrayLike = TARGET_M,
     snow: bool = False,
     seed: int = 0,
-) -> Stage:
+) -> Scene:
     """Put a rig's robot level into a world at a depth, in its own water or in another Jerlov type.
 
     Parameters
@@ -158,7 +158,7 @@ def make_stage(
         shape = target_named(target)
     problems.raise_any()
     light = underwater_light(water, daylight, bands)
-    return Stage(
+    return Scene(
         world=around,
         light=light,
         sea=Sea(light=light, wind=wind or Wind(speed_m_per_s=WIND_M_PER_S), seed=seed),

@@ -1,0 +1,23 @@
+"""What the benchmarks import of ours is there: types are not checked in them, and nothing else runs them."""
+
+import ast
+import importlib
+from pathlib import Path
+
+import pytest
+
+OURS = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "benchmarks")
+FILES = sorted((Path(__file__).parents[1] / "benchmarks").glob("*.py"))
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_what_a_benchmark_imports_of_ours_is_there(file):
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] in OURS]
+    missing = [
+        f"{node.module}.{alias.name}"
+        for node in found
+        for alias in node.names
+        if not hasattr(importlib.import_module(node.module), alias.name)
+    ]
+    assert missing == []
