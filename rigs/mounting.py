@@ -218,7 +218,7 @@ class FileHull(Section):
 
     shape: Literal["file"]
     file: Path
-    unit: Literal["mm", "m", "inch"]
+    unit: Literal["mm", "cm", "m", "inch"]
     position_mm: Vector3 = (0.0, 0.0, 0.0)
     yaw_deg: Number = 0.0
     pitch_deg: Number = 0.0

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,19 +16,15 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from cad.hulls.mesh_repair import check_that_it_stays_out_of_itself, repaired, welded
+from cad.hulls.files.triangles import read_triangles
+from cad.hulls.files.units import check_size
+from cad.hulls.mesh_repair import check_that_it_stays_out_of_itself, repaired
 from cad.hulls.mesh_simplification import simplified, surface_distance, thinned
-from optics.kernels.arrays import FloatArray
 from optics.kernels.cache import load_or_make, result_key
 from rigs import FileHull, Rig
 from rigs.files import STEP_SUFFIXES
 
-MILLIMETRES = {"mm": 1.0, "m": 1000.0, "inch": 25.4}
 MESH_SUFFIXES = (".stl", ".obj", ".ply")
-STL_HEADER = 80
-"""Bytes before the number of triangles in a binary STL."""
-PLAUSIBLE_MM = (100.0, 20_000.0)
-"""Longest side of a vehicle, from a hand's breadth to a large submarine."""
 
 HULL_MESH_VERSION = 1
 """Raised when reading, repair or simplification make another surface or other notes of the same file."""
@@ -98,37 +93,9 @@ def hull_mesh_key(hull: FileHull) -> str:
     return result_key("hull mesh", HULL_MESH_VERSION, hull.file, hull.file.suffix.lower(), hull.unit, libraries)
 
 
-def check_size(size_mm: FloatArray, unit: str | None) -> None:
-    """Refuse what is too small or too large for a vehicle, with the unit that would make it one.
-
-    Parameters
-    ----------
-    size_mm : array, shape (3,)
-        Its sides.
-    unit : str or None
-        What the rig says its numbers mean; None for a file that says so itself.
-
-    Raises
-    ------
-    ValueError
-        When the longest side is not plausible.
-    """
-    longest = float(np.max(size_mm))
-    low, high = PLAUSIBLE_MM
-    if low <= longest <= high:
-        return
-    message = f"expected a vehicle of {_length(low)} to {_length(high)}, got one of {_length(longest)}"
-    if unit is None:
-        raise ValueError(f"{message} in the file's own unit")
-    number = longest / MILLIMETRES[unit]
-    better = [name for name, factor in MILLIMETRES.items() if low <= number * factor <= high]
-    hint = " or ".join(f'unit = "{name}" would make it {_length(number * MILLIMETRES[name])}' for name in better)
-    raise ValueError(f'{message} with unit = "{unit}"' + (f"; {hint}" if hint else ""))
-
-
 def _made(hull: FileHull) -> HullMesh:
     try:
-        vertices, faces = _read(hull)
+        vertices, faces = read_triangles(hull.file, hull.unit)
         check_size(np.ptp(vertices, axis=0), hull.unit)
         coarse, kept = thinned(vertices, faces)
         fixed = repaired(coarse, kept)
@@ -144,40 +111,6 @@ def _made(hull: FileHull) -> HullMesh:
     return HullMesh(surface=surface, notes=notes)
 
 
-def _read(hull: FileHull) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Welded corners in millimetres and triangles of a file."""
-    scale = MILLIMETRES[hull.unit]
-    corners = _binary_stl(hull.file)
-    if corners is not None:
-        return welded(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), scale=scale)
-    try:
-        mesh = trimesh.load_mesh(hull.file, process=False)
-    except Exception as error:
-        # Readers of broken files fail in as many ways as files are broken.
-        raise ValueError(f"expected a mesh, got what cannot be read as one ({error})") from None
-    vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
-    if not len(faces):
-        raise ValueError("expected triangles, got none")
-    return welded(vertices, faces, scale=scale)
-
-
-def _binary_stl(file: Path) -> NDArray[np.float32] | None:
-    """Corners of a binary STL, shape (m, 3, 3); None when it is none.
-
-    They are used where they lie in the file: of five million triangles trimesh makes objects of 2 GB.
-    """
-    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    size = file.stat().st_size
-    if file.suffix.lower() != ".stl" or size < STL_HEADER + 4 + record.itemsize:
-        return None
-    with file.open("rb") as opened:
-        opened.seek(STL_HEADER)
-        count = int.from_bytes(opened.read(4), "little")
-    if size != STL_HEADER + 4 + count * record.itemsize:
-        return None
-    return np.array(np.memmap(file, dtype=record, mode="r", offset=STL_HEADER + 4, shape=(count,))["corners"])
-
-
 def _packed(mesh: HullMesh) -> dict[str, NDArray[Any]]:
     faces = np.asarray(mesh.surface.faces, dtype=np.int32)
     notes = np.array(mesh.notes, dtype=str)
@@ -187,7 +120,3 @@ def _packed(mesh: HullMesh) -> dict[str, NDArray[Any]]:
 def _unpacked(stored: Mapping[str, NDArray[Any]]) -> HullMesh:
     surface = trimesh.Trimesh(stored["vertices"], stored["faces"], process=False)
     return HullMesh(surface=surface, notes=tuple(str(note) for note in stored["notes"]))
-
-
-def _length(length_mm: float) -> str:
-    return f"{length_mm:.3g} mm" if length_mm < 1000 else f"{length_mm / 1000:.4g} m"

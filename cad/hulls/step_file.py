@@ -17,7 +17,8 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
-from cad.hulls.hull_mesh import body_from_file, check_size
+from cad.hulls.files.units import check_size
+from cad.hulls.hull_mesh import body_from_file
 from cad.shapes import location_mm, one_solid
 from rigs import FileHull
 

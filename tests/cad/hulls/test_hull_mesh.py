@@ -233,7 +233,11 @@ def test_an_unknown_kind_of_file_is_refused(tmp_path):
     ("scale", "unit", "words"),
     [
         (0.001, "mm", 'got one of 0.6 mm with unit = "mm"; unit = "m" would make it 600 mm'),
-        (1.0, "m", 'got one of 600 m with unit = "m"; unit = "mm" would make it 600 mm or unit = "inch" would make it'),
+        (
+            1.0,
+            "m",
+            'got one of 600 m with unit = "m"; unit = "mm" would make it 600 mm or unit = "cm" would make it 6 m',
+        ),
         (1e9, "mm", 'got one of 6e+08 m with unit = "mm"'),
     ],
 )
