@@ -214,7 +214,11 @@ class HullPlane(Section):
 
 
 class FileHull(Section):
-    """The user's own hull: a STEP or mesh file, its unit, where its origin lies in the body frame, planes by name."""
+    """The user's own hull: a STEP or mesh file, its unit, where its origin lies in the body frame, planes by name.
+
+    `window` says what the file's skin is in the light between the camera's pinhole and the water in front of its port:
+    hull as it is drawn, or a window, which is cut out of it.
+    """
 
     shape: Literal["file"]
     file: Path
@@ -223,6 +227,7 @@ class FileHull(Section):
     yaw_deg: Number = 0.0
     pitch_deg: Number = 0.0
     roll_deg: Number = 0.0
+    window: Literal["as-drawn", "cut"] = "as-drawn"
     planes: dict[str, HullPlane] = Field(default_factory=dict)
 
 

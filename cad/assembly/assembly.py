@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from cad.assembly.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM, tessellated
 from cad.hulls.hull import hull_shape
+from cad.hulls.window import with_window
 from cad.parts.bracket_placement import FoldStance, fold_stance
 from cad.parts.flange import flange_hardware
 from cad.parts.fold_bracket import fold_bracket_solid
@@ -141,8 +142,9 @@ def build_assembly(rig: Rig) -> Assembly:
     fixed, pan, tilt = Group.FIXED, Group.PAN, Group.TILT
     pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
     tilt_servo = tilt_servo_in_pan(dimensions, servo_solid(servos.tilt))
+    hull = with_window(hull_shape(gaze.hull, mount, rig.port, layout), rig)
     parts = [
-        Part(name="hull", group=fixed, role=Role.HULL, solid=hull_shape(gaze.hull, mount, rig.port, layout)),
+        Part(name="hull", group=fixed, role=Role.HULL, solid=hull),
         *_fold_parts(fold, hinge),
         _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance, seat)),
         _servo("pan_servo", fixed, pan_servo, servos.pan),
