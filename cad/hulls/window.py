@@ -15,7 +15,8 @@ import trimesh
 
 from optics.kernels.arrays import FloatArray
 from optics.layout import camera_pose
-from optics.train import OpticalTrain, Rays, pixel_grid
+from optics.mesh import joined_triangles
+from optics.train import OpticalTrain, Rays
 from rigs import FlatPortSpec, Rig, Water
 
 if TYPE_CHECKING:
@@ -28,20 +29,23 @@ WINDOW_REACH_MM = 50.0
 RIM_MM = 6.0
 """Added all around, for what holds the window: as the boss of our own hulls."""
 
-COLUMNS, ROWS = 33, 25
-"""Rays of the image; those of its edges and corners bound the light."""
+COLUMNS, ROWS = 17, 13
+"""Rays that bound the image's light, its edges and corners among them; what passes between the last one that the port
+lets through and the next is within the rim."""
 
-RIM_POINTS = 32
+RIM_POINTS = 16
 TOLERANCE_MM = 0.2
 
 
 def with_window(shape: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Trimesh:
     """Hull of a rig (body frame, millimetres), its window cut out where the rig file says so; else the hull as it is.
 
+    What is closed stays closed; of open surfaces, which only light meets, the triangles in the window are taken away.
+
     Raises
     ------
     ValueError
-        When the hull is not closed, or nothing is left of it.
+        When the window takes all of it.
     """
     hull = rig.file_hull
     if hull is None or hull.window != "cut":
@@ -49,13 +53,38 @@ def with_window(shape: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Tri
     if not isinstance(shape, trimesh.Trimesh):
         points, corners = shape.tessellate(TOLERANCE_MM)
         shape = trimesh.Trimesh([tuple(point) for point in points], corners)
+    window = window_body(rig)
     faces = np.ascontiguousarray(shape.faces, dtype=np.uint64)
     body = manifold3d.Manifold(manifold3d.Mesh64(np.ascontiguousarray(shape.vertices, dtype=np.float64), faces))
-    cut = (body - window_body(rig)).to_mesh64()
-    if not len(cut.tri_verts):
-        state = "a closed surface" if body.status() != manifold3d.Error.NoError else "a hull that the window leaves"
-        raise ValueError(f'hull.window = "cut": expected {state}; look at {hull.file.name} and at camera.position_mm')
-    return trimesh.Trimesh(cut.vert_properties[:, :3], np.asarray(cut.tri_verts, dtype=np.int64), process=False)
+    cut = _meshed(body - window) if body.status() == manifold3d.Error.NoError else _outside(shape, window)
+    if not len(cut.faces):
+        raise ValueError(
+            f'hull.window = "cut": expected a hull larger than its window; look at {hull.file.name} and '
+            "camera.position_mm"
+        )
+    return cut
+
+
+def _meshed(body: manifold3d.Manifold) -> trimesh.Trimesh:
+    mesh = body.to_mesh64()
+    return trimesh.Trimesh(mesh.vert_properties[:, :3], np.asarray(mesh.tri_verts, dtype=np.int64), process=False)
+
+
+def _outside(surface: trimesh.Trimesh, window: manifold3d.Manifold) -> trimesh.Trimesh:
+    """Triangles of any surface outside a convex body, those on its border cut along it."""
+    convex = _meshed(window)
+    corners = surface.triangles
+    low, high = convex.bounds
+    near = (corners.min(axis=1) <= high).all(axis=1) & (corners.max(axis=1) >= low).all(axis=1)
+    pieces = [(np.asarray(surface.vertices), np.asarray(surface.faces)[~near])]
+    rest = (np.asarray(surface.vertices), np.asarray(surface.faces)[near])
+    for normal, corner in zip(convex.face_normals, convex.triangles[:, 0], strict=True):
+        if not len(rest[1]):
+            break
+        pieces.append(trimesh.intersections.slice_faces_plane(*rest, normal, corner)[:2])
+        rest = trimesh.intersections.slice_faces_plane(*rest, -normal, corner)[:2]
+    vertices, faces = joined_triangles(pieces)
+    return trimesh.Trimesh(vertices, faces, process=False)
 
 
 def window_body(rig: Rig) -> manifold3d.Manifold:
@@ -72,7 +101,7 @@ def window_body(rig: Rig) -> manifold3d.Manifold:
 
 
 def window_rays(rig: Rig) -> Rays:
-    """Rays of the image's pixels that leave the port, in nominal water, camera frame.
+    """Rays over the image that leave the port, in nominal water, camera frame.
 
     Raises
     ------
@@ -80,7 +109,8 @@ def window_rays(rig: Rig) -> Rays:
         When none does.
     """
     train = OpticalTrain.bare(rig.model_copy(update={"water": Water()}))
-    rays = train.trace(pixel_grid(train.camera, COLUMNS, ROWS))
+    u, v = np.linspace(-0.5, rig.camera.width_px - 0.5, COLUMNS), np.linspace(-0.5, rig.camera.height_px - 0.5, ROWS)
+    rays = train.trace(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
     if not rays.passed.any():
         raise ValueError("expected a port that lets some of the image through; look at port.aperture_diameter_mm")
     return rays[rays.passed]

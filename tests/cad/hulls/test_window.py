@@ -9,10 +9,12 @@ import pytest
 import trimesh
 
 from cad.hulls.hull_mesh import posed_hull_mesh
-from cad.hulls.window import RIM_MM, WINDOW_REACH_MM, window_rays, with_window
+from cad.hulls.window import RIM_MM, WINDOW_REACH_MM, window_body, with_window
 from optics.layout import camera_pose
+from optics.train import OpticalTrain, Rays, pixel_grid
 from rigs import FileHull, NoPortSpec, Rig
 
+ROUNDING_MM = 1e-6
 FRONT_MM = 335.0
 """5 mm in front of aqua2's port."""
 
@@ -30,6 +32,13 @@ def rig_in_box(file: Path, window: str, **camera: float) -> Rig:
     return aqua2.model_copy(update={"camera": aqua2.camera.model_copy(update=camera)}).with_gaze(hull=hull)
 
 
+def view(rig: Rig) -> Rays:
+    """All that the camera sees through its port, in its own water; body frame."""
+    train = OpticalTrain.bare(rig)
+    rays = train.trace(pixel_grid(train.camera, 160, 120))
+    return rays[rays.passed].moved(camera_pose(rig.camera))
+
+
 def test_skin_as_drawn_stays(box_file: Path) -> None:
     surface = trimesh.creation.box()
     assert with_window(surface, rig_in_box(box_file, "as-drawn")) is surface
@@ -38,7 +47,7 @@ def test_skin_as_drawn_stays(box_file: Path) -> None:
 
 def test_light_gets_out_of_a_cut_window_and_not_out_of_closed_skin(box_file: Path) -> None:
     rig = rig_in_box(box_file, "cut")
-    rays = window_rays(rig).moved(camera_pose(rig.camera))
+    rays = view(rig)
     closed = posed_hull_mesh(rig.file_hull)
     cut = with_window(closed, rig)
     for surface, hit in ((closed, True), (cut, False)):
@@ -58,8 +67,25 @@ def test_narrow_view_cuts_a_prism_of_its_rim(box_file: Path) -> None:
     assert removed == pytest.approx(2 * RIM_MM**2 * depth + 2 * RIM_MM**3 / 3, rel=1e-3)
 
 
+def test_open_surfaces_lose_the_same_skin_as_closed_ones(box_file: Path) -> None:
+    # Without its back the box is no solid. Both lose as much of the front as the window's section with it.
+    rig = rig_in_box(box_file, "cut")
+    closed = posed_hull_mesh(rig.file_hull)
+    opened = trimesh.Trimesh(closed.vertices, closed.faces[closed.face_normals[:, 0] > -0.5], process=False)
+    areas = []
+    for surface in (closed, opened):
+        cut = with_window(surface, rig)
+        front = (np.abs(cut.triangles[:, :, 0] - FRONT_MM) < ROUNDING_MM).all(axis=1)
+        areas.append(cut.area_faces[front].sum())
+    section = trimesh.convex.convex_hull(window_body(rig).to_mesh64().vert_properties).section(
+        [1, 0, 0], [FRONT_MM, 0, 0]
+    )
+    expected = 300 * 120 - section.to_2D()[0].area
+    assert areas == pytest.approx([expected, expected], rel=1e-6)
+
+
 def test_skin_further_in_front_than_a_window_stays(box_file: Path) -> None:
     rig = rig_in_box(box_file, "cut", position_mm=(FRONT_MM - 28 - WINDOW_REACH_MM - RIM_MM - 20, 60.0, 0.0))
-    rays = window_rays(rig).moved(camera_pose(rig.camera))
+    rays = view(rig)
     surface = with_window(posed_hull_mesh(rig.file_hull), rig)
     assert np.all(surface.ray.intersects_any(1000 * rays.origin_m, rays.direction))
