@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from scipy.spatial.transform import RigidTransform
 
-from cad.assembly.meshes import rig_meshes
+from cad.assembly.hull_surface import hull_surface
 from dives.motions import Legs
 from dives.paths import body_pose, target_places, target_pose
 from dives.specification import DiveSpecification
 from optics.kernels.arrays import FloatArray
-from optics.mesh import PartMesh, Role, merge
 from rigs import Rig
 from rigs.problems import Problem
 from scenes.sensor import ImageSensor
@@ -115,45 +114,15 @@ def bounding_radius_m(shape: TargetShape) -> float:
     return float(np.linalg.norm(shape.surface.vertices_m, axis=1).max())
 
 
-def distance_to_mesh_m(points_m: FloatArray, parts: list[PartMesh]) -> FloatArray:
-    """Distance of points, shape (n, 3), from closed surfaces, negative inside; shape (n,)."""
-    import trimesh  # noqa: PLC0415  (only here, and not light)
-
-    vertices, faces, _ = merge(parts)
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    _, distance, _ = trimesh.proximity.closest_point_naive(mesh, points_m)
-    return np.asarray(np.where(winding_number(points_m, vertices[faces]) > 0.5, -distance, distance), dtype=np.float64)
-
-
-def winding_number(points_m: FloatArray, triangles_m: FloatArray) -> FloatArray:
-    """How often closed surfaces wind around points: 1 inside, 0 outside, more where bodies overlap.
-
-    Sum of the triangles' solid angles over 4 pi (van Oosterom and Strackee 1983, IEEE Trans. Biomed. Eng. 30, 125).
-
-    Parameters
-    ----------
-    points_m : array, shape (n, 3)
-    triangles_m : array, shape (m, 3, 3)
-    """
-    found = np.empty(len(points_m))
-    for k, point in enumerate(points_m):
-        corner = triangles_m - point
-        a, b, c = np.moveaxis(corner, 1, 0)
-        la, lb, lc = np.linalg.norm(corner, axis=2).T
-        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-        dot_ab, dot_bc, dot_ca = ((x * y).sum(axis=1) for x, y in ((a, b), (b, c), (c, a)))
-        found[k] = np.arctan2(volume, la * lb * lc + dot_ab * lc + dot_bc * la + dot_ca * lb).sum() / (2 * np.pi)
-    return found
-
-
 def _touches_hull(rig: Rig, bodies: RigidTransform, target_m: FloatArray, radius_m: float) -> NDArray[np.bool_]:
-    parts = [part for part in rig_meshes(rig) if part.role == Role.HULL]
-    seen = bodies.inv().apply(target_m)
-    vertices = np.concatenate([part.vertices_m for part in parts])
+    from cad.hulls.distance import nearest_points  # noqa: PLC0415  (only here, and not light)
+
+    hull = hull_surface(rig)
+    seen, vertices = bodies.inv().apply(target_m), np.asarray(hull.vertices) / 1000
     near = ((seen > vertices.min(axis=0) - radius_m) & (seen < vertices.max(axis=0) + radius_m)).all(axis=1)
     touches = np.zeros(len(seen), dtype=bool)
     if near.any():
-        touches[near] = distance_to_mesh_m(seen[near], parts) <= radius_m
+        touches[near] = nearest_points(hull, 1000 * seen[near]).distance_mm <= 1000 * radius_m
     return touches
 
 

@@ -11,7 +11,7 @@ from build123d import Location, Solid
 from scipy.spatial.transform import RigidTransform
 
 from cad.assembly.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM, tessellated
-from cad.hulls.hull import hull_shape
+from cad.hulls.hull import file_hull_surface, hull_shape
 from cad.hulls.window import with_window
 from cad.parts.bracket_placement import FoldStance, fold_stance
 from cad.parts.flange import flange_hardware
@@ -46,13 +46,15 @@ class Part:
     role : Role
         What it is.
     solid : Solid or Trimesh
-        Shape in millimetres; a triangle mesh only for a hull that came from an STL file.
+        Shape in millimetres; closed triangles only for a hull that came from a mesh.
     printed : bool
         Whether it is to be printed, and so must fit the printer.
     catalogue : str
         What to order, for a part that is bought.
     stows : bool
         Whether it swings with the fold mirror on the hinge of `Assembly.stow`; its solid is given in use.
+    seen : Trimesh, optional
+        What rays meet, millimetres, where that is not the solid's surface: of a hull from a file its own triangles.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Part:
     printed: bool = False
     catalogue: str = ""
     stows: bool = False
+    seen: trimesh.Trimesh | None = None
 
     @cached_property
     def mesh(self) -> PartMesh:
@@ -69,6 +72,14 @@ class Part:
         surface = self.solid
         if not isinstance(surface, trimesh.Trimesh):
             surface = tessellated(surface, HULL_LINEAR_TOLERANCE_MM if self.role is Role.HULL else LINEAR_TOLERANCE_MM)
+        return self._as_mesh(surface)
+
+    @cached_property
+    def seen_mesh(self) -> PartMesh:
+        """What rays meet of the part, as `mesh` gives what bodies meet."""
+        return self.mesh if self.seen is None else self._as_mesh(self.seen)
+
+    def _as_mesh(self, surface: trimesh.Trimesh) -> PartMesh:
         return PartMesh(
             name=self.name,
             group=self.group,
@@ -89,7 +100,7 @@ class Assembly:
 
     @property
     def meshes(self) -> list[PartMesh]:
-        """Parts as triangles, in their order."""
+        """Parts as closed surfaces, in their order."""
         return [part.mesh for part in self.parts]
 
     @property
@@ -98,13 +109,18 @@ class Assembly:
         return [part.mesh for part in self.parts if part.printed]
 
     @property
+    def seen_meshes(self) -> list[PartMesh]:
+        """What rays meet of the parts, in their order."""
+        return [part.seen_mesh for part in self.parts]
+
+    @property
     def stowed_meshes(self) -> list[PartMesh]:
-        """Parts as triangles, with the fold mirror stowed where it has a hinge."""
+        """What rays meet of the parts, with the fold mirror stowed where it has a hinge."""
         if self.stow is None:
-            return self.meshes
+            return self.seen_meshes
         moved = self.stow.body_from_stowing(np.radians(self.stow.max_deg))
         return [
-            replace(part.mesh, vertices_m=moved.apply(part.mesh.vertices_m)) if part.stows else part.mesh
+            replace(part.mesh, vertices_m=moved.apply(part.mesh.vertices_m)) if part.stows else part.seen_mesh
             for part in self.parts
         ]
 
@@ -142,9 +158,8 @@ def build_assembly(rig: Rig) -> Assembly:
     fixed, pan, tilt = Group.FIXED, Group.PAN, Group.TILT
     pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
     tilt_servo = tilt_servo_in_pan(dimensions, servo_solid(servos.tilt))
-    hull = with_window(hull_shape(gaze.hull, mount, rig.port, layout), rig)
     parts = [
-        Part(name="hull", group=fixed, role=Role.HULL, solid=hull),
+        _hull(rig, layout),
         *_fold_parts(fold, hinge),
         _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance, seat)),
         _servo("pan_servo", fixed, pan_servo, servos.pan),
@@ -158,6 +173,13 @@ def build_assembly(rig: Rig) -> Assembly:
     ]
     hardware = base_hardware(dimensions, stance, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
     return Assembly(rig=rig, parts=(*parts, *map(_bought, hardware)), layout=layout, stow=hinge)
+
+
+def _hull(rig: Rig, layout: Layout) -> Part:
+    gaze = rig.require_gaze()
+    seen = with_window(file_hull_surface(rig.file_hull), rig) if rig.file_hull is not None else None
+    solid = with_window(hull_shape(gaze.hull, gaze.mount, rig.port, layout), rig)
+    return Part(name="hull", group=Group.FIXED, role=Role.HULL, solid=solid, seen=seen)
 
 
 def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:

@@ -1,4 +1,4 @@
-"""The hull of a rig as a surface, whether or not a mount can be made for it."""
+"""The hull of a rig as a closed surface, whether or not a mount can be made for it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigs import FileHull, Rig
 
 
 def hull_surface(rig: Rig) -> trimesh.Trimesh:
-    """Surface of a rig's hull in the body frame, millimetres; from the cache when it can be.
+    """Closed surface of a rig's hull in the body frame, millimetres; from the cache when it can be.
 
     It is the hull that the mount is made for. Nothing else of the rig need be in order.
 
@@ -28,9 +28,9 @@ def hull_surface(rig: Rig) -> trimesh.Trimesh:
     """
     gaze = rig.require_gaze()
     if isinstance(gaze.hull, FileHull):
-        from cad.hulls.hull import file_hull_surface  # noqa: PLC0415  (takes seconds to import)
+        from cad.hulls.hull import closed_surface, file_hull_solid  # noqa: PLC0415  (takes seconds to import)
 
-        return file_hull_surface(gaze.hull)
+        return closed_surface(file_hull_solid(gaze.hull))
     sections = (gaze.hull, gaze.mount, gaze.fold_mirror, gaze.gaze_mirror, rig.port, rig.camera)
     numbers = [section.model_dump(mode="json") for section in sections]
     key = result_key("hull surface", MESH_VERSION, numbers, version("build123d"))

@@ -51,8 +51,9 @@ MESH_VERSION = 1
 
 
 def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
-    """Parts of a rig as triangles in metres, each in the frame of its group; from the cache when it can be.
+    """What rays meet of a rig: its parts in metres, each in the frame of its group; from the cache when it can be.
 
+    All are closed surfaces but the hull from a file, which may be open (`cad.assembly.hull_surface` gives its solid).
     With `stowed` the fold mirror and what holds it are where the hinge of `joints.stow` swings them.
 
     Raises
@@ -102,7 +103,7 @@ def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:
     from cad.assembly.assembly import build_assembly  # noqa: PLC0415  (takes seconds to import)
 
     assembly = build_assembly(rig)
-    return assembly.stowed_meshes if stowed else assembly.meshes
+    return assembly.stowed_meshes if stowed else assembly.seen_meshes
 
 
 def _hull_key(rig: Rig) -> str | None:

@@ -161,9 +161,9 @@ def _anchor(rig: Rig, end: End) -> Anchor:
 def _normal_at(hull: Hull, point_mm: Point) -> ArrayLike:
     """Normal of the surface near a point: of the nearest side of box and frame, of the nearest triangle of a file."""
     if isinstance(hull, FileHull):
-        from cad.hulls.hull import file_hull_surface  # noqa: PLC0415  (takes seconds to import)
+        from cad.hulls.hull import closed_surface, file_hull_solid  # noqa: PLC0415  (takes seconds to import)
 
-        _, normals, _ = nearest_on_surface(file_hull_surface(hull), point_mm)
+        _, normals, _ = nearest_on_surface(closed_surface(file_hull_solid(hull)), point_mm)
         return np.asarray(normals.sum(axis=0))
     if isinstance(hull, TorpedoHull):
         return torpedo_normal(hull, np.array(point_mm) / 1000)

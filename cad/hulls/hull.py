@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 from build123d import Axis, Part, Solid
 
-from cad.hulls.hull_mesh import posed_hull_mesh
+from cad.hulls.hull_mesh import posed, read_hull_solid, read_hull_surface
 from cad.hulls.open_frame import open_frame
 from cad.hulls.port_boss import port_boss
 from cad.hulls.step_file import step_solid
@@ -38,7 +38,7 @@ def hull_shape(hull: Hull, mount: Mount, port: Port, layout: Layout) -> Solid | 
         When it is not one solid.
     """
     if isinstance(hull, FileHull):
-        return file_hull(hull)
+        return file_hull_solid(hull)
     boss = port_boss(port, layout)
     if isinstance(hull, BoxHull):
         shape = _box_with_flippers(hull)
@@ -88,25 +88,37 @@ def _flipper(x: float, side: int, inner: float, outer: float) -> Part:
     return paddle + cylinder((x, side * (inner - 5), 0), (x, side * (inner + HIP_LENGTH_MM), 0), HIP_RADIUS_MM)
 
 
-def file_hull(hull: FileHull) -> Solid | trimesh.Trimesh:
-    """User's hull in the body frame, millimetres.
+def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
+    """What rays meet of the user's hull: its triangles as they are, open or closed, in the body frame, millimetres.
 
     A STEP file carries its own unit; `hull.unit` says what the numbers of a mesh mean.
 
     Raises
     ------
     ValueError
-        When the file makes no hull; the message names it and says what is wrong.
+        When the file cannot be used; the message names it and says what is wrong.
     """
-    if hull.file.suffix.lower() not in STEP_SUFFIXES:
-        return posed_hull_mesh(hull)
-    return step_solid(hull)
+    if hull.file.suffix.lower() in STEP_SUFFIXES:
+        return closed_surface(step_solid(hull))
+    return posed(hull, read_hull_surface(hull).surface)
 
 
-def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
-    """Surface of the user's hull in the body frame, millimetres."""
-    shape = file_hull(hull)
-    if isinstance(shape, trimesh.Trimesh):
-        return shape
-    points, corners = shape.tessellate(STEP_TOLERANCE_MM)
+def file_hull_solid(hull: FileHull) -> Solid | trimesh.Trimesh:
+    """User's hull as a solid in the body frame, millimetres; closed triangles when it comes from a mesh.
+
+    Raises
+    ------
+    ValueError
+        When the file makes no solid; the message names it and says what is wrong.
+    """
+    if hull.file.suffix.lower() in STEP_SUFFIXES:
+        return step_solid(hull)
+    return posed(hull, read_hull_solid(hull).surface)
+
+
+def closed_surface(solid: Solid | trimesh.Trimesh) -> trimesh.Trimesh:
+    """Triangles of a hull's solid, millimetres."""
+    if isinstance(solid, trimesh.Trimesh):
+        return solid
+    points, corners = solid.tessellate(STEP_TOLERANCE_MM)
     return trimesh.Trimesh([tuple(point) for point in points], corners, process=False)

@@ -1,12 +1,12 @@
-"""A hull from the user's file as one closed surface of moderate size, and what had to be done to it.
+"""A hull from the user's file: the surface that rays meet, the solid that bodies meet, and what was done for either.
 
-Reading, repairing and simplifying a large mesh takes long, so the outcome is kept in the cache under the hash of the
-file.
+That takes long for a large mesh, so both are kept in the cache under the hash of the file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
@@ -19,25 +19,25 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from cad.hulls.files.triangles import read_triangles
 from cad.hulls.files.units import check_size
 from cad.hulls.mesh_repair import check_that_it_stays_out_of_itself, repaired
-from cad.hulls.mesh_simplification import simplified, surface_distance, thinned
+from cad.hulls.mesh_simplification import decimated, surface_distance
 from optics.kernels.cache import load_or_make, result_key
 from rigs import FileHull, Rig
 from rigs.files import STEP_SUFFIXES
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply")
 
-HULL_MESH_VERSION = 1
-"""Raised when reading, repair or simplification make another surface or other notes of the same file."""
+HULL_MESH_VERSION = 2
+"""Raised when reading, repair or simplification make another surface, solid or other notes of the same file."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HullMesh:
-    """Surface of a hull from a file.
+    """A hull from a file as triangles.
 
     Attributes
     ----------
     surface : Trimesh
-        Closed, normals outward, millimetres, in the file's axes.
+        Millimetres, in the file's axes; of a solid closed, with its normals outward.
     notes : tuple of str
         What was done to it, one sentence each.
     """
@@ -47,17 +47,18 @@ class HullMesh:
 
 
 def hull_notes(rig: Rig) -> list[str]:
-    """What was done to a rig's hull file to make a closed surface of moderate size; empty when there is nothing to say.
+    """What was done to a rig's hull file to make surface and solid of it; empty when there is nothing to say.
 
     Raises
     ------
     ValueError
-        When no such surface can be made of it.
+        When no solid can be made of it.
     """
     hull = rig.file_hull
     if hull is None or hull.file.suffix.lower() in STEP_SUFFIXES:
         return []
-    return [f"{hull.file.name}: {note}" for note in read_hull_mesh(hull).notes]
+    notes = (*read_hull_surface(hull).notes, *read_hull_solid(hull).notes)
+    return [f"{hull.file.name}: {note}" for note in dict.fromkeys(notes)]
 
 
 def body_from_file(hull: FileHull) -> RigidTransform:
@@ -66,49 +67,72 @@ def body_from_file(hull: FileHull) -> RigidTransform:
     return RigidTransform.from_components(np.array(hull.position_mm) / 1000, turn)
 
 
-def posed_hull_mesh(hull: FileHull) -> trimesh.Trimesh:
-    """Surface of a hull from a mesh file in the body frame, millimetres; raises as `read_hull_mesh`."""
-    surface = read_hull_mesh(hull).surface
-    posed = 1000 * body_from_file(hull).apply(np.asarray(surface.vertices) / 1000)
-    return trimesh.Trimesh(posed, surface.faces, process=False)
+def posed(hull: FileHull, surface: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Triangles in a hull file's axes in the body frame, millimetres."""
+    vertices = 1000 * body_from_file(hull).apply(np.asarray(surface.vertices) / 1000)
+    return trimesh.Trimesh(vertices, surface.faces, process=False)
 
 
-def read_hull_mesh(hull: FileHull) -> HullMesh:
-    """Surface of a hull from a mesh file, from the cache when it can be.
+def read_hull_surface(hull: FileHull) -> HullMesh:
+    """What rays meet of a hull from a mesh file, from the cache when it can be: its triangles as they are.
+
+    Corners in one place are one, and there are at most `MOST_TRIANGLES`; holes stay open, and nothing is turned.
 
     Raises
     ------
     ValueError
         When the file cannot be used; the message names it and says what is wrong.
     """
-    if hull.file.suffix.lower() not in MESH_SUFFIXES:
-        known = ", ".join((*STEP_SUFFIXES, *MESH_SUFFIXES))
-        raise ValueError(f"hull.file = {hull.file.name!r}: expected a file that ends in {known}")
-    return load_or_make("hull mesh", hull_mesh_key(hull), lambda: _made(hull), pack=_packed, unpack=_unpacked)
+    return _kept("hull triangles", hull, _made_surface)
+
+
+def read_hull_solid(hull: FileHull) -> HullMesh:
+    """Solid of a hull from a mesh file as closed triangles, from the cache when it can be; raises as its surface."""
+    return _kept("hull solid", hull, _made_solid)
 
 
 def hull_mesh_key(hull: FileHull) -> str:
-    """Key of a hull's surface: what is in the file, how it is read, and the libraries that repair it."""
-    libraries = version("trimesh"), version("manifold3d")
+    """Key of what is made of a hull's file: what is in it, how it is read, and the libraries that work on it."""
+    libraries = version("trimesh"), version("manifold3d"), version("fast-simplification")
     return result_key("hull mesh", HULL_MESH_VERSION, hull.file, hull.file.suffix.lower(), hull.unit, libraries)
 
 
-def _made(hull: FileHull) -> HullMesh:
+def _kept(kind: str, hull: FileHull, make: Callable[[FileHull], HullMesh]) -> HullMesh:
+    if hull.file.suffix.lower() not in MESH_SUFFIXES:
+        known = ", ".join((*STEP_SUFFIXES, *MESH_SUFFIXES))
+        raise ValueError(f"hull.file = {hull.file.name!r}: expected a file that ends in {known}")
+
+    return load_or_make(kind, hull_mesh_key(hull), lambda: make(hull), pack=_packed, unpack=_unpacked)
+
+
+@contextmanager
+def _named(hull: FileHull) -> Iterator[None]:
+    """Begin the sentence of what is wrong with the file's name."""
     try:
-        vertices, faces = read_triangles(hull.file, hull.unit)
-        check_size(np.ptp(vertices, axis=0), hull.unit)
-        coarse, kept = thinned(vertices, faces)
-        fixed = repaired(coarse, kept)
-        surface = simplified(fixed.surface)
-        check_that_it_stays_out_of_itself(surface)
+        yield
     except ValueError as error:
         raise ValueError(f"hull.file = {hull.file.name!r}: {error}") from None
-    notes = fixed.notes
-    if surface is not fixed.surface or kept is not faces:
-        given = trimesh.Trimesh(vertices, faces, process=False) if kept is not faces else fixed.surface
-        away = f"at most {surface_distance(given, surface):.2g} mm away"
-        notes = (*notes, f"simplified from {len(faces):,} to {len(surface.faces):,} triangles, {away}")
-    return HullMesh(surface=surface, notes=notes)
+
+
+def _made_surface(hull: FileHull) -> HullMesh:
+    with _named(hull):
+        vertices, faces = read_triangles(hull.file, hull.unit)
+        check_size(np.ptp(vertices, axis=0), hull.unit)
+    given = trimesh.Trimesh(vertices, faces, process=False)
+    surface = decimated(given)
+    if surface is given:
+        return HullMesh(surface=given, notes=())
+    away = f"at most {surface_distance(given, surface):.2g} mm away"
+    note = f"simplified from {len(faces):,} to {len(surface.faces):,} triangles, {away}"
+    return HullMesh(surface=surface, notes=(note,))
+
+
+def _made_solid(hull: FileHull) -> HullMesh:
+    surface = read_hull_surface(hull).surface
+    with _named(hull):
+        fixed = repaired(np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64))
+        check_that_it_stays_out_of_itself(fixed.surface)
+    return HullMesh(surface=fixed.surface, notes=fixed.notes)
 
 
 def _packed(mesh: HullMesh) -> dict[str, NDArray[Any]]:

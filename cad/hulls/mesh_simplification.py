@@ -1,71 +1,54 @@
-"""Fewer triangles for a closed surface, and how far that moved it."""
+"""Fewer triangles for a surface, and how far that moved it."""
 
 from __future__ import annotations
 
+import fast_simplification
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from cad.hulls.mesh_repair import manifold, mesh_of, welded
+from cad.hulls.mesh_repair import welded
 from optics.kernels.arrays import FloatArray
 
 MOST_TRIANGLES = 200_000
 MOST_AT_ONCE = 1_500_000
-"""manifold3d takes half a gigabyte per million triangles."""
+"""Quadrics of a million triangles take half a gigabyte."""
 FIRST_GRID = 2**12
-FIRST_TOLERANCE = 1e-5
-"""Share of the surface's diagonal that the first attempt may move it by; doubled until the triangles are few enough."""
-LARGEST_TOLERANCE = 5e-3
 SAMPLES = 20_000
 NEIGHBOURS = 12
 STEPS_ACROSS = 500
 BATCH = 200_000
 
 
-def thinned(vertices: FloatArray, faces: NDArray[np.int64]) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Join neighbouring corners of a mesh that is too large to be worked on at once.
+def decimated(surface: trimesh.Trimesh, most: int | None = None) -> trimesh.Trimesh:
+    """At most `most` triangles (`MOST_TRIANGLES`) for a surface, open or closed.
+
+    Edges are collapsed where that moves it least.
+
+    M. Garland and P. S. Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997.
+    """
+    most = MOST_TRIANGLES if most is None else most
+    if len(surface.faces) <= most:
+        return surface
+    vertices, faces = _thinned(np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64))
+    fewer = 1 - most / len(faces)
+    corners, triangles = fast_simplification.simplify(
+        vertices.astype(np.float32), faces.astype(np.int32), target_reduction=float(np.clip(fewer, 0, 1))
+    )
+    return trimesh.Trimesh(*welded(corners, np.asarray(triangles, dtype=np.int64)), process=False)
+
+
+def _thinned(vertices: FloatArray, faces: NDArray[np.int64]) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Join neighbouring corners of a mesh until it has at most `MOST_AT_ONCE` triangles.
 
     What was closed stays closed: for each side that a triangle loses, its neighbour loses the same.
-
-    Returns
-    -------
-    vertices : array, shape (n, 3)
-    faces : array, shape (m, 3)
-        At most `MOST_AT_ONCE`.
     """
     coarse, kept, grid = vertices, faces, FIRST_GRID
     while len(kept) > MOST_AT_ONCE:
         coarse, kept = welded(vertices, faces, grid=grid)
         grid //= 2
     return coarse, kept
-
-
-def simplified(surface: trimesh.Trimesh, most: int = MOST_TRIANGLES) -> trimesh.Trimesh:
-    """Collapse edges of a closed surface until it has at most `most` triangles.
-
-    It stays closed: that is why manifold3d does it.
-
-    Raises
-    ------
-    ValueError
-        When it would have to move by more than 1 / 200 of its diagonal.
-    """
-    if len(surface.faces) <= most:
-        return surface
-    diagonal = float(np.linalg.norm(surface.extents))
-    tolerance = FIRST_TOLERANCE * diagonal
-    body = manifold(np.asarray(surface.vertices), np.asarray(surface.faces))
-    assert body is not None
-    while body.num_tri() > most:
-        if tolerance > LARGEST_TOLERANCE * diagonal:
-            raise ValueError(
-                f"expected a surface that {most:,} triangles describe to {LARGEST_TOLERANCE * diagonal:.1f} mm, "
-                f"got {body.num_tri():,}"
-            )
-        body = body.simplify(tolerance)
-        tolerance = 2 * tolerance
-    return mesh_of(body)
 
 
 def surface_distance(first: trimesh.Trimesh, second: trimesh.Trimesh) -> float:

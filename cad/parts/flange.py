@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.hulls.anchors import Anchor, End, base_anchor, fold_anchor
-from cad.hulls.hull import file_hull_surface
+from cad.hulls.hull import closed_surface, file_hull_solid
 from cad.parts.contact import Contact, CylinderContact, PlaneContact, surface_contact
 from cad.parts.hardware import Hardware, along, cap_screw, clearance_diameter_mm, screw_length_mm
 from cad.shapes import box, cylinder, location_mm
@@ -163,7 +163,7 @@ def _seat(rig: Rig, end: End, anchor: Anchor, along: ArrayLike) -> Seat:
     if isinstance(gaze.hull, TorpedoHull):
         contact = _on_cylinder(gaze.hull, anchor, place, strapped=strapped)
     elif isinstance(gaze.hull, FileHull):
-        surface = file_hull_surface(gaze.hull)
+        surface = closed_surface(file_hull_solid(gaze.hull))
         vertices = 1000 * pose.inv().apply(np.asarray(surface.vertices) / 1000)
         local = trimesh.Trimesh(vertices, surface.faces, process=False)
         contact = surface_contact(local, FLANGE_LENGTH_MM, FLANGE_WIDTH_MM, place)

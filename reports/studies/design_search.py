@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from cad.assembly.assembly import build_assembly
+from cad.assembly.hull_surface import hull_surface
 from cad.assembly.meshes import rig_meshes
 from cad.checks.assembly_checks import assembly_problems
-from cad.overlaps import manifold_mm
+from cad.hulls.mesh_repair import manifold
 from cad.parts.clearance_envelope import gimbal_rooms_mm, with_standing_base
 from optics.kernels.arrays import FloatArray
-from optics.mesh import Role
 from optics.search.choice import choose
 from optics.search.limits import BINDING_MM, binding, bounds_around, first_problem
 from optics.search.objectives import PARAMETERS, objectives_named, rig_with
@@ -113,7 +113,9 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Lo
         return stages.run(f"mount of {name} mm", str, lambda: (_problem(rig, design), []))
 
     parts = rig_meshes(rig)
-    hull = manifold_mm(next(part for part in parts if part.role is Role.HULL))
+    surface = hull_surface(rig)
+    hull = manifold(np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64))
+    assert hull is not None
 
     def violated_room(made: Rig) -> str:
         return next((name for name, room in gimbal_rooms_mm(made, hull).items() if room < -ROUNDING_MM), "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import manifold3d
 import numpy as np
 import trimesh
 from scipy.spatial.transform import RigidTransform
@@ -11,6 +12,7 @@ from scipy.spatial.transform import RigidTransform
 from optics.kernels.arrays import check_vector, unit
 from optics.mesh import PartMesh
 from optics.ports.port import DomePort, FlatPort, Port
+from scenes.reference.clipping import outside_of
 from scenes.reference.housing import ROOM_BEHIND_M
 
 PLAY = 1.002
@@ -23,21 +25,16 @@ SECTIONS, SUBDIVISIONS = 256, 5
 
 
 def with_opening(hull: PartMesh, port: Port, body_from_camera: RigidTransform) -> PartMesh:
-    """Hull without what is inside the housing of a port.
-
-    Raises
-    ------
-    ValueError
-        For a hull whose surface is not closed.
-    """
+    """Hull without what is inside the housing of a port."""
     room = _room(port)
     if room is None:
         return hull
     room.apply_transform(body_from_camera.as_matrix())
-    solid = trimesh.Trimesh(hull.vertices_m, hull.faces)
-    if not solid.is_volume:
-        raise ValueError(f"expected a closed surface to cut the window's opening into, got {hull.name!r} with gaps")
-    cut = trimesh.boolean.difference([solid, room], engine="manifold")
+    surface = trimesh.Trimesh(hull.vertices_m, hull.faces)
+    if surface.is_volume:
+        cut = trimesh.boolean.difference([surface, room], engine="manifold")
+    else:
+        cut = outside_of(surface, manifold3d.Manifold.hull_points(np.ascontiguousarray(room.vertices)))
     return replace(hull, vertices_m=np.asarray(cut.vertices), faces=np.asarray(cut.faces, dtype=np.int32))
 
 

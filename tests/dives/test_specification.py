@@ -2,13 +2,10 @@
 
 import tomllib
 
-import numpy as np
 import pytest
 
-from dives.checks import distance_to_mesh_m, winding_number
 from dives.dive import Dive, DiveError, parse_dive, preset_names, varied
 from dives.specification import overridden
-from optics.mesh import Group, PartMesh, Role
 from rigs.problems import Problem
 from tracking.perception import RED_BALL
 
@@ -195,32 +192,3 @@ def test_defaults_are_written_out(tmp_path):
     document = tomllib.loads(parse_dive(GOOD, source="trial", folder=tmp_path).as_toml())
     assert document["video"] == "ffv1"
     assert document["robot"]["sway"]["period_s"] == [8.0, 8.0, 8.0]
-
-
-def box_part(low, high):
-    """Closed box between two corners."""
-    import trimesh
-
-    box = trimesh.creation.box(bounds=np.array([low, high]))
-    return PartMesh(
-        name="box",
-        group=Group.FIXED,
-        role=Role.HULL,
-        vertices_m=np.array(box.vertices),
-        faces=np.array(box.faces, dtype=np.int32),
-    )
-
-
-def test_distance_to_a_box_is_that_of_its_planes():
-    """Closed form: 0.2 m inside the nearest face, 0.5 m above the top, and the diagonal from an edge."""
-    part = box_part([-1, -1, -1], [1, 1, 1])
-    points = np.array([[0.8, 0.0, 0.0], [0.0, 0.0, 1.5], [1.3, 1.4, 0.0]])
-    assert distance_to_mesh_m(points, [part]) == pytest.approx([-0.2, 0.5, 0.5])
-
-
-def test_winding_number_counts_bodies():
-    triangles = np.concatenate(
-        [p.vertices_m[p.faces] for p in (box_part([0, 0, 0], [2, 2, 2]), box_part([1, 1, 1], [3, 3, 3]))]
-    )
-    points = np.array([[0.5, 0.5, 0.5], [1.5, 1.5, 1.5], [4.0, 0.0, 0.0]])
-    assert winding_number(points, triangles) == pytest.approx([1, 2, 0], abs=1e-12)

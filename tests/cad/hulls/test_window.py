@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad.hulls.hull_mesh import posed_hull_mesh
+from cad.hulls.hull import file_hull_surface
 from cad.hulls.window import RIM_MM, WINDOW_REACH_MM, window_body, with_window
 from optics.layout import camera_pose
 from optics.train import OpticalTrain, Rays, pixel_grid
@@ -48,7 +48,7 @@ def test_skin_as_drawn_stays(box_file: Path) -> None:
 def test_light_gets_out_of_a_cut_window_and_not_out_of_closed_skin(box_file: Path) -> None:
     rig = rig_in_box(box_file, "cut")
     rays = view(rig)
-    closed = posed_hull_mesh(rig.file_hull)
+    closed = file_hull_surface(rig.file_hull)
     cut = with_window(closed, rig)
     for surface, hit in ((closed, True), (cut, False)):
         blocked = surface.ray.intersects_any(1000 * rays.origin_m, rays.direction)
@@ -61,7 +61,7 @@ def test_narrow_view_cuts_a_prism_of_its_rim(box_file: Path) -> None:
     # Without width, the light widened by r along the axes is the prism |y| + |z| < r (area 2 r^2) from the pinhole to
     # the front, and half an octahedron (2 r^3 / 3) behind the pinhole.
     rig = rig_in_box(box_file, "cut", fx_px=1e7, fy_px=1e7).model_copy(update={"port": NoPortSpec(shape="none")})
-    closed = posed_hull_mesh(rig.file_hull)
+    closed = file_hull_surface(rig.file_hull)
     depth = FRONT_MM - rig.camera.position_mm[0]
     removed = closed.volume - with_window(closed, rig).volume
     assert removed == pytest.approx(2 * RIM_MM**2 * depth + 2 * RIM_MM**3 / 3, rel=1e-3)
@@ -70,7 +70,7 @@ def test_narrow_view_cuts_a_prism_of_its_rim(box_file: Path) -> None:
 def test_open_surfaces_lose_the_same_skin_as_closed_ones(box_file: Path) -> None:
     # Without its back the box is no solid. Both lose as much of the front as the window's section with it.
     rig = rig_in_box(box_file, "cut")
-    closed = posed_hull_mesh(rig.file_hull)
+    closed = file_hull_surface(rig.file_hull)
     opened = trimesh.Trimesh(closed.vertices, closed.faces[closed.face_normals[:, 0] > -0.5], process=False)
     areas = []
     for surface in (closed, opened):
@@ -87,5 +87,5 @@ def test_open_surfaces_lose_the_same_skin_as_closed_ones(box_file: Path) -> None
 def test_skin_further_in_front_than_a_window_stays(box_file: Path) -> None:
     rig = rig_in_box(box_file, "cut", position_mm=(FRONT_MM - 28 - WINDOW_REACH_MM - RIM_MM - 20, 60.0, 0.0))
     rays = view(rig)
-    surface = with_window(posed_hull_mesh(rig.file_hull), rig)
+    surface = with_window(file_hull_surface(rig.file_hull), rig)
     assert np.all(surface.ray.intersects_any(1000 * rays.origin_m, rays.direction))
