@@ -18,6 +18,7 @@ from rigs.mounting import (
     Servo,
     Servos,
     TorpedoHull,
+    Unit,
     Vehicle,
 )
 from rigs.port import DomePortSpec, FlatPortSpec, NoPortSpec, Port
@@ -55,6 +56,7 @@ __all__ = [
     "Servo",
     "Servos",
     "TorpedoHull",
+    "Unit",
     "Vehicle",
     "Water",
     "WaterSource",

@@ -16,7 +16,11 @@ from rigs.problems import Problem, RigError
 
 PRESETS = Path(__file__).parent / "presets"
 STEP_SUFFIXES = (".step", ".stp")
-"""STEP files carry their own unit."""
+ROBOT_SUFFIXES = (".urdf", ".xacro", ".sdf")
+FIXED_UNIT_SUFFIXES = (*STEP_SUFFIXES, *ROBOT_SUFFIXES)
+"""Hulls' files whose unit nobody needs to say, or may."""
+OWN_UNIT_SUFFIXES = (*FIXED_UNIT_SUFFIXES, ".dae", ".glb", ".gltf", ".3mf")
+"""Hulls' files that say themselves what their numbers mean."""
 
 FILE_KEYS = (("hull", "file"), ("water", "iop_file"), ("camera", "response_file"))
 """Sections and keys of a rig file that name another file; a relative name is taken from the rig file's folder."""
@@ -56,14 +60,15 @@ def put_hull_file(document: tomlkit.TOMLDocument, hull: Path, *, unit: str | Non
     """
     if "hull" not in document:
         raise ValueError(f"hull {hull.name!r}: expected a preset with mirrors, got one that has no hull")
-    if unit is None and hull.suffix.lower() not in STEP_SUFFIXES:
+    if unit is None and hull.suffix.lower() not in OWN_UNIT_SUFFIXES:
         raise ValueError(
-            f"hull {hull.name!r}: expected --unit mm, m or inch; a mesh does not say what its numbers mean"
+            f"hull {hull.name!r}: expected --unit mm, cm, m or inch; a mesh does not say what its numbers mean"
         )
     table = tomlkit.table()
     table["shape"] = "file"
     table["file"] = os.path.relpath(hull, folder)
-    table["unit"] = unit or "mm"
+    if unit is not None:
+        table["unit"] = unit
     document["hull"] = table
     for key in ("fold_plane", "base_plane"):
         document["mount"].pop(key, None)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from math import atan, degrees, radians
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from rigs.catalogue import SERVO_CATALOGUE, servo_numbers
+from rigs.files import FIXED_UNIT_SUFFIXES, OWN_UNIT_SUFFIXES
 from rigs.section import Direction, NotNegative, Number, Positive, Section, Vector3, Whole
 
 Angle = TypeVar("Angle", float, NDArray[np.float64])
@@ -213,8 +214,16 @@ class HullPlane(Section):
     normal: Direction
 
 
+Unit = Literal["mm", "cm", "m", "inch"]
+
+
 class FileHull(Section):
-    """The user's own hull: a STEP or mesh file, its unit, where its origin lies in the body frame, planes by name.
+    """The user's own hull: a file, what its numbers mean, where its origin lies in the body frame, planes by name.
+
+    `unit` may be left out where the file says it itself (STEP, COLLADA, GLB, glTF, 3MF, URDF, SDF); in COLLADA, GLB,
+    glTF and 3MF it overrules what the file says. The file's axes are first the body's; then the file is turned about
+    the body's axes in this order: roll (clockwise as seen from behind), pitch (nose up), yaw (to the left). Last, its
+    origin is put at `position_mm`.
 
     `window` says what the file's skin is in the light between the camera's pinhole and the water in front of its port:
     hull as it is drawn, or a window, which is cut out of it.
@@ -222,13 +231,23 @@ class FileHull(Section):
 
     shape: Literal["file"]
     file: Path
-    unit: Literal["mm", "cm", "m", "inch"]
+    unit: Unit | None = None
     position_mm: Vector3 = (0.0, 0.0, 0.0)
     yaw_deg: Number = 0.0
     pitch_deg: Number = 0.0
     roll_deg: Number = 0.0
     window: Literal["as-drawn", "cut"] = "as-drawn"
     planes: dict[str, HullPlane] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _unit_is_said_once(self) -> Self:
+        suffix = self.file.suffix.lower()
+        if self.unit is None and suffix not in OWN_UNIT_SUFFIXES:
+            expected = ", ".join(f'"{unit}"' for unit in get_args(Unit))
+            raise ValueError(f"expected a unit, one of {expected}: a {suffix} file does not say what its numbers mean")
+        if self.unit is not None and suffix in FIXED_UNIT_SUFFIXES:
+            raise ValueError(f'expected no unit, got "{self.unit}": a {suffix} file says what its numbers mean')
+        return self
 
 
 ParametricHull = BoxHull | OpenFrameHull | TorpedoHull

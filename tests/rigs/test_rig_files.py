@@ -10,7 +10,6 @@ from rigs import Rig, RigError, load_document, preset_path, save_document
 HULL = """[hull]
 shape = "file"
 file = "hull.step"
-unit = "mm"
 """
 
 
@@ -83,8 +82,14 @@ def test_a_missing_hull_file_is_said_with_the_other_problems(own_hull):
 
 
 def test_a_hull_files_own_keys_are_checked(own_hull):
-    text = own_hull.read_text(encoding="utf-8").replace('unit = "mm"', 'unit = "km"')
-    own_hull.write_text(text, encoding="utf-8")
+    text = own_hull.read_text(encoding="utf-8")
     (own_hull.parent / "hull.step").touch()
-    with pytest.raises(RigError, match=r"hull\.unit = 'km': expected 'mm', 'm' or 'inch'"):
-        Rig.load(own_hull)
+    (own_hull.parent / "hull.stl").touch()
+    for said, words in (
+        ('file = "hull.stl"\nunit = "km"', r"hull\.unit = 'km': expected 'mm', 'cm', 'm' or 'inch'"),
+        ('file = "hull.stl"', r'hull: expected a unit, one of "mm", "cm", "m", "inch": a \.stl file does not say'),
+        ('file = "hull.step"\nunit = "mm"', r'hull: expected no unit, got "mm": a \.step file says what'),
+    ):
+        own_hull.write_text(text.replace('file = "hull.step"', said), encoding="utf-8")
+        with pytest.raises(RigError, match=words):
+            Rig.load(own_hull)

@@ -1,33 +1,75 @@
-"""The triangles of a hull's file in millimetres, whatever its format."""
+"""A hull's file, whatever its format: what it holds, and its triangles in millimetres."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-import trimesh
-from numpy.typing import NDArray
-
+from cad.hulls.files.collada import read_collada
+from cad.hulls.files.found import Faces, FoundHull
+from cad.hulls.files.links import mesh_uris
+from cad.hulls.files.meshes import gltf_buffers, read_gltf, read_mesh
+from cad.hulls.files.sdf import read_sdf, sdf_model
+from cad.hulls.files.step import read_step
+from cad.hulls.files.three_mf import read_3mf
 from cad.hulls.files.units import MILLIMETRES
+from cad.hulls.files.urdf import read_urdf, urdf_root
+from cad.hulls.files.uris import find_file
 from cad.hulls.mesh_repair import welded
 from optics.kernels.arrays import FloatArray
+from rigs import Unit
+from rigs.files import ROBOT_SUFFIXES, STEP_SUFFIXES
 
-STL_HEADER = 80
-"""Bytes before the number of triangles in a binary STL."""
+MESHES: Mapping[str, Callable[[Path], FoundHull]] = {
+    ".stl": read_mesh,
+    ".obj": read_mesh,
+    ".ply": read_mesh,
+    ".dae": read_collada,
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
+    ".3mf": read_3mf,
+}
+READERS: Mapping[str, Callable[[Path], FoundHull]] = {
+    **MESHES,
+    **dict.fromkeys(STEP_SUFFIXES, read_step),
+    ".sdf": lambda file: read_sdf(file, read_named_mesh),
+    **dict.fromkeys((".urdf", ".xacro"), lambda file: read_urdf(file, read_named_mesh)),
+}
 
-Faces = NDArray[np.int64]
+
+def read_hull_file(file: str | Path) -> FoundHull:
+    """What a hull's file holds, in its own numbers and axes.
+
+    Parameters
+    ----------
+    file : str or Path
+        STEP, STL, OBJ, PLY, 3MF, GLB, glTF, COLLADA, URDF (with xacro's macros where xacro is installed) or SDF.
+
+    Raises
+    ------
+    ValueError
+        When it cannot be used; the message names it and says what is wrong and what to do.
+    FileNotFoundError
+        When there is no such file.
+    """
+    path = Path(file)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: expected a file, found {'a folder' if path.is_dir() else 'nothing'}")
+    try:
+        return _read(path)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
-def read_triangles(file: Path, unit: str | None) -> tuple[FloatArray, Faces]:
+def read_triangles(file: Path, unit: Unit | None) -> tuple[FloatArray, Faces]:
     """Triangles of a file as they are: they may be open, double, or face any way.
 
     Parameters
     ----------
     file : Path
-        STL, OBJ or PLY.
-    unit : str or None
-        One of `MILLIMETRES`; None when the file says itself what its numbers mean.
+        As for `read_hull_file`.
+    unit : Unit or None
+        One of `MILLIMETRES`, which overrules what the file says; None when the file says itself what its numbers mean.
 
     Returns
     -------
@@ -41,37 +83,35 @@ def read_triangles(file: Path, unit: str | None) -> tuple[FloatArray, Faces]:
     ValueError
         When there are none; the message says "expected ..., got ...", without the file's name.
     """
-    vertices, faces = _read(file)
-    return welded(vertices, faces, scale=1.0 if unit is None else MILLIMETRES[unit])
+    found = _read(file)
+    unit_mm = found.unit_mm if unit is None else MILLIMETRES[unit]
+    if unit_mm is None:
+        raise ValueError(f"expected a unit ({', '.join(MILLIMETRES)}), got none; the file does not say")
+    return welded(found.vertices, found.faces, scale=unit_mm)
 
 
-def _read(file: Path) -> tuple[NDArray[np.floating[Any]], Faces]:
-    corners = _binary_stl(file)
-    if corners is not None:
-        return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
-    try:
-        mesh = trimesh.load_mesh(file, process=False)
-    except Exception as error:
-        # Readers of broken files fail in as many ways as files are broken.
-        raise ValueError(f"expected a mesh, got what cannot be read as one ({error})") from None
-    vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
-    if not len(faces):
-        raise ValueError("expected triangles, got none")
-    return vertices, faces
+def hull_files(file: Path) -> tuple[Path, ...]:
+    """A hull's file and those that it names, without their triangles: all that its shape comes from."""
+    suffix = file.suffix.lower()
+    if suffix == ".gltf":
+        return (file, *gltf_buffers(file))
+    if suffix not in ROBOT_SUFFIXES:
+        return (file,)
+    root = sdf_model(file) if suffix == ".sdf" else urdf_root(file)
+    named = [path for uri in mesh_uris(root) if (path := find_file(uri, file)) is not None]
+    return tuple(dict.fromkeys([file, *(below for path in named for below in hull_files(path))]))
 
 
-def _binary_stl(file: Path) -> NDArray[np.float32] | None:
-    """Corners of a binary STL, shape (m, 3, 3); None when it is none.
+def read_named_mesh(file: Path) -> FoundHull:
+    """A mesh that a robot's description names; raises `ValueError`."""
+    return _read(file, MESHES)
 
-    They are used where they lie in the file: of five million triangles trimesh makes objects of 2 GB.
-    """
-    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    size = file.stat().st_size
-    if file.suffix.lower() != ".stl" or size < STL_HEADER + 4 + record.itemsize:
-        return None
-    with file.open("rb") as opened:
-        opened.seek(STL_HEADER)
-        count = int.from_bytes(opened.read(4), "little")
-    if size != STL_HEADER + 4 + count * record.itemsize:
-        return None
-    return np.array(np.memmap(file, dtype=record, mode="r", offset=STL_HEADER + 4, shape=(count,))["corners"])
+
+def _read(file: Path, readers: Mapping[str, Callable[[Path], FoundHull]] | None = None) -> FoundHull:
+    readers = readers or READERS
+    reader = readers.get(file.suffix.lower())
+    if reader is None:
+        raise ValueError(f"expected a file that ends in {', '.join(readers)}")
+    if not file.stat().st_size:
+        raise ValueError("expected a mesh, got an empty file")
+    return reader(file)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from optics.kernels.arrays import FloatArray
+from rigs import Unit
 
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+MILLIMETRES: dict[Unit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 PLAUSIBLE_MM = (100.0, 20_000.0)
 """Longest side of a vehicle, from a hand's breadth to a large submarine."""
 
 
-def check_size(size_mm: FloatArray, unit: str | None) -> None:
+def check_size(size_mm: FloatArray, unit: Unit | None) -> None:
     """Refuse what is too small or too large for a vehicle, with the unit that would make it one.
 
     Parameters
@@ -37,7 +38,7 @@ def check_size(size_mm: FloatArray, unit: str | None) -> None:
     raise ValueError(f'{message} with unit = "{unit}"' + (f"; {hint}" if hint else ""))
 
 
-def plausible_units(longest: float) -> list[str]:
+def plausible_units(longest: float) -> list[Unit]:
     """Units in which a longest side of so many of them is that of a vehicle."""
     low, high = PLAUSIBLE_MM
     return [name for name, factor in MILLIMETRES.items() if low <= longest * factor <= high]

@@ -40,7 +40,7 @@ def new(
             "replaces the preset's.",
         ),
     ] = None,
-    unit: Annotated[str | None, typer.Option(help="Unit of the numbers in a hull file: mm, m or inch.")] = None,
+    unit: Annotated[str | None, typer.Option(help="Unit of the numbers in a hull file: mm, cm, m or inch.")] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Write this rig file.", show_default="NAME.toml"),

@@ -77,7 +77,7 @@ def test_a_step_files_named_face_is_a_plane(tmp_path):
     export_step(Box(600, 200, 100), path)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("ADVANCED_FACE(''", "ADVANCED_FACE('deck'", 1), encoding="utf-8")
-    hull = FileHull(shape="file", file=path, unit="mm", position_mm=(0.0, 0.0, 7.0))
+    hull = FileHull(shape="file", file=path, position_mm=(0.0, 0.0, 7.0))
     rig = with_mount(AQUA2.with_gaze(hull=hull), fold_anchor_mm=(1.0, 2.0, 10.0), fold_plane="deck")
     anchor = fold_anchor(rig)
     normal, half = np.array(anchor.normal), np.array([300, 100, 50])

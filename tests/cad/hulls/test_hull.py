@@ -30,7 +30,7 @@ def test_an_stl_keeps_its_triangles_and_gets_unit_and_pose(stl):
 def test_a_step_is_a_solid_in_its_own_unit(tmp_path):
     path = tmp_path / "hull.step"
     export_step(Box(600, 200, 100), path)
-    hull = file_hull_solid(FileHull(shape="file", file=path, unit="mm", position_mm=(0, 0, 5), pitch_deg=90))
+    hull = file_hull_solid(FileHull(shape="file", file=path, position_mm=(0, 0, 5), pitch_deg=90))
     box = hull.bounding_box()
     assert tuple(box.size) == pytest.approx((100, 200, 600), abs=1e-5)
     assert pytest.approx(5, abs=1e-6) == box.center().Z
@@ -40,7 +40,7 @@ def test_a_step_of_two_solids_and_an_unknown_kind_of_file_are_refused(tmp_path):
     path = tmp_path / "two.step"
     export_step(Box(1, 1, 1) + Pos(5, 0, 0) * Box(1, 1, 1), path)
     with pytest.raises(ValueError, match=r"hull\.file: expected one solid, got 2"):
-        file_hull_solid(FileHull(shape="file", file=path, unit="mm"))
+        file_hull_solid(FileHull(shape="file", file=path))
     with pytest.raises(ValueError, match=r"hull\.file = 'hull\.iges': expected a file that ends in \.step"):
         file_hull_solid(FileHull(shape="file", file=tmp_path / "hull.iges", unit="mm"))
 
@@ -49,10 +49,10 @@ def test_a_step_that_is_none_or_of_a_doubtful_size_is_refused(tmp_path):
     path = tmp_path / "hull.step"
     path.write_text("hello", encoding="utf-8")
     with pytest.raises(ValueError, match=r"hull\.file"):
-        file_hull_solid(FileHull(shape="file", file=path, unit="mm"))
+        file_hull_solid(FileHull(shape="file", file=path))
     export_step(Box(0.65, 0.2, 0.1), path)
     with pytest.raises(ValueError, match=r"a vehicle of 100 mm to 20 m, got one of 0\.65 mm in the file's own unit"):
-        file_hull_solid(FileHull(shape="file", file=path, unit="mm"))
+        file_hull_solid(FileHull(shape="file", file=path))
 
 
 def test_a_rig_on_an_stl_hull_is_built_checked_and_keyed_by_content(aqua2, tmp_path):

@@ -1,0 +1,53 @@
+"""COLLADA, which carries its unit and its up axis; pycollada reads it."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull
+
+UP = {"X_UP": "+x", "Y_UP": "+y", "Z_UP": "+z"}
+
+
+def read_collada(file: Path) -> FoundHull:
+    """Triangles of a COLLADA file; its numbers are metres when it does not say, by its standard.
+
+    Raises
+    ------
+    ValueError
+        When it cannot be read or has none.
+    """
+    import collada  # noqa: PLC0415  (the only format that needs it)
+
+    try:
+        # Materials and pictures that are not there do not matter to a shape.
+        with warnings.catch_warnings():
+            # pycollada still multiplies with matrices of numpy's old kind.
+            warnings.simplefilter("ignore", PendingDeprecationWarning)
+            document = collada.Collada(str(file), ignore=[collada.common.DaeError])
+            pieces = list(_pieces(document))
+        asset = document.assetInfo
+        unit_mm = 1000 * float(asset.unitmeter or 1.0)
+    except Exception as error:
+        # Readers of broken files fail in as many ways as files are broken.
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"expected COLLADA, got what cannot be read as one ({said}); {EXPORT_AGAIN}") from None
+    return found_hull(file, pieces, unit_mm=unit_mm, up=UP.get(asset.upaxis))
+
+
+def _pieces(document: Any) -> Iterator[Piece]:
+    scene = document.scene
+    for bound in scene.objects("geometry") if scene is not None else ():
+        for primitive in bound.primitives():
+            triangles = primitive.triangleset() if hasattr(primitive, "triangleset") else primitive
+            if hasattr(triangles, "vertex_index") and np.ndim(triangles.vertex_index) == 2:
+                faces = np.asarray(triangles.vertex_index, dtype=np.int64)
+                # Lines have two corners each.
+                if faces.shape[1] == 3:
+                    name = str(bound.original.name or bound.original.id or "")
+                    yield Piece(name=name, vertices=np.asarray(triangles.vertex, dtype=np.float64), faces=faces)

@@ -1,0 +1,50 @@
+"""STEP, which carries its unit: any number of solids, shells and faces as triangles."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull
+
+TOLERANCE_MM = 0.2
+"""As for every hull that is rendered."""
+
+
+def read_step(file: Path) -> FoundHull:
+    """Triangles of all solids, and of the faces that bound none; raises `ValueError` when there are none."""
+    shape = step_shape(file)
+    solids = list(shape.solids())
+    bounding = {face for solid in solids for face in solid.faces()}
+    loose = [face for face in shape.faces() if face not in bounding]
+    return found_hull(file, [_piece(each) for each in (*solids, *loose)], unit_mm=1.0)
+
+
+def step_shape(file: Path) -> Any:
+    """What a STEP file holds, millimetres; raises `ValueError` when it cannot be read or holds nothing."""
+    return _shape(file, file.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=1)
+def _shape(file: Path, changed_ns: int) -> Any:
+    from build123d import import_step  # noqa: PLC0415  (takes seconds to import)
+
+    try:
+        shape = import_step(file)
+    except Exception as error:
+        # The kernel's reader fails in as many ways as files are broken.
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"expected a STEP file, got what cannot be read as one ({said}); {EXPORT_AGAIN}") from None
+    if not shape.faces():
+        raise ValueError(f"expected a STEP file with solids or faces, got none; {EXPORT_AGAIN}")
+    return shape
+
+
+def _piece(shape: Any) -> Piece:
+    corners, triangles = shape.tessellate(TOLERANCE_MM)
+    vertices = np.array([tuple(corner) for corner in corners], dtype=np.float64).reshape(-1, 3)
+    faces = np.array(triangles, dtype=np.int64).reshape(-1, 3)
+    return Piece(name=str(shape.label or ""), vertices=vertices, faces=faces)
