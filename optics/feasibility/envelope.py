@@ -5,6 +5,8 @@ The distances to box, cylinder and sphere are exact (Quilez, "Distance functions
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
@@ -12,6 +14,9 @@ from optics.feasibility.torpedo import torpedo_distance
 from optics.kernels.arrays import FloatArray
 from rigs import BoxHull, DomePortSpec, FlatPortSpec, ParametricHull, Rig, TorpedoHull
 from rigs.gaze import FlatMirror
+
+HullDistance = Callable[[FloatArray], FloatArray]
+"""Signed distance of points (..., 3) of the body frame from a hull, metres, shape (...)."""
 
 BODY_SHARE = 0.58
 """Share of the width that the body takes when there are flippers; nominal, judged from photographs of AQUA."""
@@ -39,9 +44,9 @@ def sphere_distance(points_m: FloatArray, centre_m: FloatArray, radius_m: float)
     return np.asarray(np.linalg.norm(points_m - centre_m, axis=-1) - radius_m)
 
 
-def plate_points(plate: FlatMirror) -> FloatArray:
-    """Points on both faces of a plate, its reflecting face in z = 0, metres."""
-    steps = np.linspace(-0.5, 0.5, PLATE_SAMPLES)
+def plate_points(plate: FlatMirror, samples: int = PLATE_SAMPLES) -> FloatArray:
+    """Points on both faces of a plate, `samples` along each side, its reflecting face in z = 0, metres."""
+    steps = np.linspace(-0.5, 0.5, samples)
     x, y, z = np.meshgrid(steps * plate.width_mm, steps * plate.height_mm, [0.0, -plate.thickness_mm])
     return np.stack([x, y, z], axis=-1).reshape(-1, 3) / 1000
 
@@ -84,6 +89,13 @@ def hull_half_size(hull: ParametricHull) -> FloatArray:
 def body_width_mm(hull: BoxHull) -> float:
     """Width of a box without its flippers."""
     return hull.width_mm * (BODY_SHARE if hull.flippers_per_side else 1.0)
+
+
+def own_hull_distance(rig: Rig) -> HullDistance | None:
+    """Distance from a rig's hull as `hull_distance` gives it; None for a hull from a file."""
+    if rig.file_hull is not None:
+        return None
+    return lambda points_m: hull_distance(rig, points_m)
 
 
 def hull_distance(rig: Rig, points_m: FloatArray) -> FloatArray:

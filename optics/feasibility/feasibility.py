@@ -1,7 +1,7 @@
 """Rigs that no workshop can make work: mirrors inside the hull, views that never reach them, joints no servo turns.
 
-What is tested here follows from the rig's numbers alone; whether the printed parts clear each other is tested on
-their solids. A user's own hull file is not looked at: its numbers say nothing about its shape.
+What is tested here follows from the rig's numbers, and from the distance to its hull; whether the printed parts clear
+each other is tested on their solids.
 """
 
 from __future__ import annotations
@@ -11,44 +11,28 @@ from dataclasses import replace
 
 import numpy as np
 
-from optics.feasibility.envelope import (
-    box_distance,
-    hull_distance,
-    hull_half_size,
-    plate_points,
-    port_distance,
-    sphere_distance,
-    window_centre,
-)
+from optics.feasibility.envelope import HullDistance, plate_points, port_distance, sphere_distance
+from optics.feasibility.hull_room import ROUNDING_M, hull_problems
 from optics.gaze.kinematics import faces_light
 from optics.kernels.arrays import FloatArray
-from optics.layout import Layout, camera_pose, fold_mirror_pose
+from optics.layout import Layout, fold_mirror_pose
 from optics.train import OpticalTrain, pixel_grid
-from rigs import BoxHull, FileHull, Gaze, GazeMirror, Joint, ParametricHull, Problem, Rig, Servo, TorpedoHull
+from rigs import Gaze, Joint, Problem, Rig, Servo
 
 VIEW_COLUMNS, VIEW_ROWS = 64, 48
 """Pixels that stand for the view: a mirror that none of them reaches is useless."""
 
-JOINT_SAMPLES = 25
-"""Joint values over each range at which the gaze mirror's plate is placed."""
 
-LARGEST_CAMERA_GAP_M = 0.15
-"""A camera may be strapped to the outside of a hull; further away than this its position is a mistake."""
-
-LARGEST_ANCHOR_GAP_M = 0.005
-"""An anchor further from the hull's surface than this has nothing to be bolted to."""
-
-ROUNDING_M = 1e-9
-"""Touching counts as clear: a millimetre written in a rig file must survive its conversion to metres."""
-
-
-def feasibility_problems(rig: Rig) -> list[Problem]:
+def feasibility_problems(rig: Rig, hull: HullDistance | None = None) -> list[Problem]:
     """Everything that makes a rig impossible or useless.
 
     Parameters
     ----------
     rig : Rig
         A valid rig, with or without mirrors.
+    hull : callable, optional
+        Distance of points from the rig's hull (`HullDistance`); by default that of its shape. A hull from a file has no
+        other: without one nothing is said about it (`cad.hulls.distance.file_hull_distance` gives it).
 
     Returns
     -------
@@ -58,8 +42,10 @@ def feasibility_problems(rig: Rig) -> list[Problem]:
     problems = list(_blind_camera(rig))
     if rig.gaze is not None:
         layout = Layout.from_rig(rig)
-        for check in (_thick_plates, _joint_ranges, _fold_mirror_at_port, _swept_gaze_mirror, _hull, _unseen_mirrors):
+        for check in (_thick_plates, _joint_ranges, _fold_mirror_at_port, _swept_gaze_mirror):
             problems.extend(check(rig, rig.gaze, layout))
+        problems.extend(hull_problems(rig, hull))
+        problems.extend(_unseen_mirrors(rig, rig.gaze, layout))
     return problems
 
 
@@ -157,66 +143,6 @@ def _swept_gaze_mirror(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem
             )
 
 
-def _hull(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem]:
-    if isinstance(gaze.hull, BoxHull | TorpedoHull):
-        yield from _closed_hull(rig, gaze)
-    if isinstance(gaze.hull, FileHull):
-        return
-    yield from _camera_far_from_hull(rig, gaze.hull)
-    fold_plate = layout.body_from_m1.apply(plate_points(gaze.fold_mirror))
-    gap = float(hull_distance(rig, fold_plate).min())
-    if gap < -ROUNDING_M:
-        yield Problem(
-            place="fold_mirror.distance_mm",
-            value=gaze.fold_mirror.distance_mm,
-            expected=f"M1 outside the hull; its plate reaches {_mm(-gap)} mm into it",
-        )
-    gap, q1, q2 = _closest_gaze_mirror(rig, gaze.gaze_mirror, layout)
-    if gap < -ROUNDING_M:
-        yield Problem(
-            place="gaze_mirror.distance_mm",
-            value=gaze.gaze_mirror.distance_mm,
-            expected=f"M2 outside the hull at all joint values; at q1 = {np.degrees(q1):g} and "
-            f"q2 = {np.degrees(q2):g} deg its plate reaches {_mm(-gap)} mm into it",
-        )
-
-
-def _closed_hull(rig: Rig, gaze: Gaze) -> Iterator[Problem]:
-    """What can be said because the hull is closed: its port must look out of it, its anchors lie on its surface."""
-    window = camera_pose(rig.camera).apply(window_centre(rig))
-    depth = -float(hull_distance(rig, window))
-    if depth > ROUNDING_M:
-        yield Problem(
-            place="camera.position_mm",
-            value=rig.camera.position_mm,
-            expected=f"a port that looks out of the hull; the middle of its outer face is {_mm(depth)} mm inside",
-        )
-    for end in ("fold", "base"):
-        if getattr(gaze.mount, f"{end}_plane") is not None:
-            continue  # dropped onto a plane of the hull, wherever it was
-        key = f"{end}_anchor_mm"
-        anchor = np.array(getattr(gaze.mount, key)) / 1000
-        gap = float(hull_distance(rig, anchor))
-        if abs(gap) > LARGEST_ANCHOR_GAP_M:
-            where = "outside" if gap > 0 else "inside"
-            yield Problem(
-                place=f"mount.{key}",
-                value=getattr(gaze.mount, key),
-                expected=f"a point on the hull's surface; this one is {_mm(abs(gap))} mm {where}",
-            )
-
-
-def _camera_far_from_hull(rig: Rig, hull: ParametricHull) -> Iterator[Problem]:
-    pinhole = np.array(rig.camera.position_mm) / 1000
-    gap = float(box_distance(pinhole, hull_half_size(hull)))
-    if gap > LARGEST_CAMERA_GAP_M:
-        yield Problem(
-            place="camera.position_mm",
-            value=rig.camera.position_mm,
-            expected=f"a camera in or at the hull; this one is {_mm(gap)} mm away from it",
-        )
-
-
 def _unseen_mirrors(rig: Rig, gaze: Gaze, layout: Layout) -> Iterator[Problem]:
     """Whether light gets through: rays of the whole view over M1, then over M2 at the corners of the joint ranges."""
     q = layout.joint_grid(3)
@@ -244,19 +170,6 @@ def _any_seen(train: OpticalTrain) -> bool:
 
 def _view(train: OpticalTrain) -> FloatArray:
     return pixel_grid(train.camera, VIEW_COLUMNS, VIEW_ROWS)
-
-
-def _closest_gaze_mirror(rig: Rig, mirror: GazeMirror, layout: Layout) -> tuple[float, float, float]:
-    """Smallest distance of M2's plate from the hull over the joint ranges, metres, and the joint values there."""
-    plate = plate_points(mirror)
-    room = float(hull_distance(rig, layout.body_from_gimbal.translation) - np.linalg.norm(plate, axis=1).max())
-    if room >= 0:
-        # The sphere in which it turns is clear already.
-        return room, 0.0, 0.0
-    return min(
-        (float(hull_distance(rig, layout.body_from_m2(q1, q2).apply(plate)).min()), q1, q2)
-        for q1, q2 in layout.joint_grid(JOINT_SAMPLES).tolist()
-    )
 
 
 def _mm(length_m: float) -> str:

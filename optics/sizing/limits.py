@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.feasibility.envelope import HullDistance
 from optics.feasibility.feasibility import feasibility_problems
 from optics.kernels.arrays import FloatArray
 from optics.sizing.footprint import Extents, Footprint, centred_extents
@@ -92,12 +93,12 @@ def larger_than_bed(rig: Rig) -> list[Binding]:
     return found
 
 
-def out_of_room(rig: Rig) -> list[Binding]:
-    """What mirrors of a rig's sizes run into: port, hull, each other."""
+def out_of_room(rig: Rig, hull: HullDistance | None = None) -> list[Binding]:
+    """What mirrors of a rig's sizes run into: port, hull, each other; `hull` as for `feasibility_problems`."""
     return [
         # What is wrong elsewhere in the file stays wrong whatever the mirrors' sizes.
         Binding(constraint="clearance" if "_mirror." in problem.place else "rig file", message=str(problem))
-        for problem in feasibility_problems(rig)
+        for problem in feasibility_problems(rig, hull)
     ]
 
 
@@ -144,14 +145,16 @@ def grazing(on_m1: Footprint, on_m2: Footprint, gaze: GazeRange, grid: Grid) -> 
     return found
 
 
-def largest_window(rig: Rig, train: OpticalTrain, request: Request, grid: Grid) -> float:
+def largest_window(
+    rig: Rig, train: OpticalTrain, request: Request, grid: Grid, hull: HullDistance | None = None
+) -> float:
     """Largest factor on the window at which everything fits, 0 when none does; found by bisection."""
     if not grid.reached.all():
         return 0.0
 
     def fits(factor: float) -> bool:
         rays = train.trace(request.window.scaled(factor).boundary(RAYS_PER_SIDE))
-        return bool(rays.passed.all()) and _fits(rig, _centred(rig, request, rays, grid.q1, grid.q2))
+        return bool(rays.passed.all()) and _fits(rig, _centred(rig, request, rays, grid.q1, grid.q2), hull)
 
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):
@@ -160,7 +163,9 @@ def largest_window(rig: Rig, train: OpticalTrain, request: Request, grid: Grid) 
     return low
 
 
-def longest_range(rig: Rig, request: Request, rays: Rays | None, grid: Grid) -> Interval | None:
+def longest_range(
+    rig: Rig, request: Request, rays: Rays | None, grid: Grid, hull: HullDistance | None = None
+) -> Interval | None:
     """Longest run of the grid's second values that fits with the whole window.
 
     A mirror is smallest where light falls on it most steeply, and grows to both sides: the values whose mirrors stay
@@ -191,7 +196,7 @@ def longest_range(rig: Rig, request: Request, rays: Rays | None, grid: Grid) -> 
     while high - low > 1:
         middle = (low + high) // 2
         needed = Extents(m1_m=m1, m2_m=m2[run(levels[middle])].max(axis=0, keepdims=True))
-        low, high = (middle, high) if _fits(rig, needed) else (low, middle)
+        low, high = (middle, high) if _fits(rig, needed, hull) else (low, middle)
     if low < 0:
         return None
     values = grid.second[run(levels[low])]
@@ -212,9 +217,9 @@ def _centred(rig: Rig, request: Request, rays: Rays, q1: FloatArray, q2: FloatAr
     )
 
 
-def _fits(rig: Rig, extents: Extents) -> bool:
+def _fits(rig: Rig, extents: Extents, hull: HullDistance | None) -> bool:
     if not (np.isfinite(extents.m1_m).all() and np.isfinite(extents.m2_m).all()):
         return False
     (m1,), (m2,) = (2 * extents.m1_m, 2 * extents.m2_m)
     sized = with_mirrors(rig, tuple(m1), tuple(m2))
-    return not (larger_than_bed(sized) or out_of_room(sized))
+    return not (larger_than_bed(sized) or out_of_room(sized, hull))

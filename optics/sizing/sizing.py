@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.feasibility.envelope import HullDistance
 from optics.layout import Layout
 from optics.sizing.footprint import Footprint, fold_footprint, gaze_footprint
 from optics.sizing.gaze_range import GazeRange, Grid, Interval, pairs, pose_grid
@@ -76,7 +77,7 @@ class Sizing:
     passed_now: float
 
 
-def size_mirrors(rig: Rig, request: Request) -> Sizing:
+def size_mirrors(rig: Rig, request: Request, hull: HullDistance | None = None) -> Sizing:
     """Smallest mirrors for a request.
 
     Parameters
@@ -84,6 +85,8 @@ def size_mirrors(rig: Rig, request: Request) -> Sizing:
     rig : Rig
         With mirrors; the sizes it gives them do not matter.
     request : Request
+    hull : callable, optional
+        Distance of points from the rig's hull, as for `optics.feasibility.feasibility.feasibility_problems`.
 
     Raises
     ------
@@ -107,15 +110,18 @@ def size_mirrors(rig: Rig, request: Request) -> Sizing:
             m1 = _outlines([on_m1], request)
             m2 = _outlines([on_m2, *_zoomed(rig, passed, request.gaze, grid, on_m2)], request)
             sized = with_mirrors(rig, m1.rectangle_m, m2.rectangle_m)
-            bindings += larger_than_bed(sized) + out_of_room(sized)
+            bindings += larger_than_bed(sized) + out_of_room(sized, hull)
     if sized is None:
         # What is wrong elsewhere in the rig file keeps any window from fitting: it has to be named all the same.
-        bindings += [binding for binding in out_of_room(rig) if binding.constraint == "rig file"]
+        bindings += [binding for binding in out_of_room(rig, hull) if binding.constraint == "rig file"]
     window_factor = 1.0
     second_range: Interval | None = request.gaze.second
-    if bindings:
-        window_factor = largest_window(rig, train, request, grid)
-        second_range = longest_range(rig, request, rays if rays.passed.all() else None, grid)
+    if any(binding.constraint == "rig file" for binding in bindings):
+        # What is wrong elsewhere stays wrong whatever the window.
+        window_factor, second_range = 0.0, None
+    elif bindings:
+        window_factor = largest_window(rig, train, request, grid, hull)
+        second_range = longest_range(rig, request, rays if rays.passed.all() else None, grid, hull)
     return Sizing(
         request=request,
         m1=m1,

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.coverage.usable_fov import usable_fov
+from optics.feasibility.envelope import HullDistance
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -96,7 +97,15 @@ class TradeOff:
         return np.array([[constraint == "" for constraint in row] for row in self.constraint])
 
 
-def trade_off(rig: Rig, request: Request, hull: Sequence[PartMesh], *, d1_mm: ArrayLike, d2_mm: ArrayLike) -> TradeOff:
+def trade_off(
+    rig: Rig,
+    request: Request,
+    hull: Sequence[PartMesh],
+    *,
+    d1_mm: ArrayLike,
+    d2_mm: ArrayLike,
+    distance: HullDistance | None = None,
+) -> TradeOff:
     """Size and judge all pairs of distances.
 
     Parameters
@@ -109,6 +118,8 @@ def trade_off(rig: Rig, request: Request, hull: Sequence[PartMesh], *, d1_mm: Ar
         The robot's body, for occlusion.
     d1_mm, d2_mm : arrays, shape (n1,) and (n2,)
         Pinhole to M1, M1 to M2.
+    distance : callable, optional
+        Distance of points from the hull, as for `optics.feasibility.feasibility.feasibility_problems`.
 
     Raises
     ------
@@ -134,8 +145,11 @@ def trade_off(rig: Rig, request: Request, hull: Sequence[PartMesh], *, d1_mm: Ar
     layout = Layout.from_rig(rig)
     views = pose_grid(layout, GazeRange.of_joints(layout), VIEW_STEPS)
     designs = [
-        _judged(_at(rig, float(1000 * a), float(1000 * b)), 2 * m1, 2 * m2, hull, views)
-        for a, b, m1, m2 in zip(grid1, grid2, extents.m1_m, extents.m2_m, strict=True)
+        _judged(sized, hull, views, distance)
+        for sized in (
+            _sized(_at(rig, float(1000 * a), float(1000 * b)), 2 * m1, 2 * m2)
+            for a, b, m1, m2 in zip(grid1, grid2, extents.m1_m, extents.m2_m, strict=True)
+        )
     ]
 
     def column(name: str) -> FloatArray:
@@ -198,10 +212,16 @@ class _Design:
     constraint: str = "grazing incidence"
 
 
-def _judged(rig: Rig, m1_m: FloatArray, m2_m: FloatArray, hull: Sequence[PartMesh], views: Grid) -> _Design:
+def _sized(rig: Rig, m1_m: FloatArray, m2_m: FloatArray) -> Rig | None:
+    """The rig with mirrors of these sides; None where no finite mirror does."""
     if not np.isfinite([*m1_m, *m2_m]).all():
+        return None
+    return with_mirrors(rig, (float(m1_m[0]), float(m1_m[1])), (float(m2_m[0]), float(m2_m[1])))
+
+
+def _judged(sized: Rig | None, hull: Sequence[PartMesh], views: Grid, distance: HullDistance | None) -> _Design:
+    if sized is None:
         return _Design()
-    sized = with_mirrors(rig, (float(m1_m[0]), float(m1_m[1])), (float(m2_m[0]), float(m2_m[1])))
     gaze = sized.require_gaze()
     layout = Layout.from_rig(sized)
     plates = [
@@ -212,7 +232,7 @@ def _judged(rig: Rig, m1_m: FloatArray, m2_m: FloatArray, hull: Sequence[PartMes
     masses = [_mass_kg(gaze.fold_mirror), _mass_kg(gaze.gaze_mirror)]
     centres = [layout.body_from_m1.translation, layout.body_from_gimbal.translation]
     # The bed first: room for a plate that is far too large takes long to look for.
-    bindings = larger_than_bed(sized) or out_of_room(sized)
+    bindings = larger_than_bed(sized) or out_of_room(sized, distance)
     return _Design(
         m1_mm=(gaze.fold_mirror.width_mm, gaze.fold_mirror.height_mm),
         m2_mm=(gaze.gaze_mirror.width_mm, gaze.gaze_mirror.height_mm),

@@ -8,7 +8,8 @@ from typing import Any
 
 import tomlkit
 
-from optics.feasibility.feasibility import feasibility_problems
+from cad.assembly.hull_surface import file_hull_distance
+from cad.checks.rig_problems import rig_problems
 from optics.mesh import Role
 from optics.sizing.sizing import Sizing
 from optics.sizing.trade_off import trade_off
@@ -40,7 +41,7 @@ def write_sizing(rig: Rig, sizing: Sizing, folder: Path, *, log: Log) -> None:
         log("trade-off over d1 and d2 ...")
         hull = [part for part in rig_meshes(rig) if part.role is Role.HULL]
         d1, d2 = ([f * m.distance_mm for f in DISTANCE_FACTORS] for m in (gaze.fold_mirror, gaze.gaze_mirror))
-        result = trade_off(rig, sizing.request, hull, d1_mm=d1, d2_mm=d2)
+        result = trade_off(rig, sizing.request, hull, d1_mm=d1, d2_mm=d2, distance=file_hull_distance(rig))
     folder.mkdir(parents=True, exist_ok=True)
     write_outlines(sizing, folder / "outlines.json")
     save_figure(outlines_figure(sizing), folder / "outlines.png")
@@ -64,7 +65,7 @@ def apply_sizes(sizing: Sizing, file: Path) -> None:
         for key in ("width_mm", "height_mm"):
             document[name][key] = getattr(plate, key)
     changed = Rig.parse(tomlkit.dumps(document), source=str(file), folder=file.parent)
-    problems = feasibility_problems(changed)
+    problems = rig_problems(changed)
     if problems:
         raise RigError(str(file), problems)
     save_document(document, file)

@@ -67,6 +67,7 @@ def size(
     """
     import numpy as np
 
+    from cad.assembly.hull_surface import file_hull_distance
     from optics.sizing.gaze_range import GazeRange
     from optics.sizing.limits import Request
     from optics.sizing.sizing import size_mirrors
@@ -86,7 +87,7 @@ def size(
         margin_m=margin_mm / 1000,
         angle_tolerance=float(np.radians(angle_tolerance_deg)),
     )
-    sizing = size_mirrors(loaded, request)
+    sizing = size_mirrors(loaded, request, file_hull_distance(loaded))
     if json:
         print_json(sizing_as_dict(sizing))
     else:

@@ -36,16 +36,16 @@ def check(
     Example:
       mirrorgaze check aqua2 --cad -o out/checks
     """
+    from cad.checks.rig_problems import rig_problems
     from mirrorgaze.loading import print_hull_notes
-    from optics.feasibility.feasibility import feasibility_problems
     from rigs import Rig, RigError
 
     try:
         loaded = Rig.load(rig)
-        problems = feasibility_problems(loaded)
+        notes = print_hull_notes(loaded)
+        problems = rig_problems(loaded)
         if problems:
             raise RigError(rig, problems)
-        notes = print_hull_notes(loaded)
         checks = _check_mount(loaded, rig, output, json=json) if cad else {}
     except RigError as error:
         if not json:

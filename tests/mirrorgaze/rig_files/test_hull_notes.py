@@ -16,13 +16,15 @@ from mirrorgaze.cli import app
 def holed_rig(here, monkeypatch):
     """The torpedo's rig on a box of about its size from a file that lacks a triangle."""
     monkeypatch.setenv("MIRRORGAZE_CACHE", str(here / "cache"))
-    box = trimesh.creation.box(extents=(1600, 230, 230))
+    box = trimesh.creation.box(extents=(1590, 230, 230))
     for _ in range(4):
         box = box.subdivide()
     keep = np.arange(len(box.faces)) != 100
     trimesh.Trimesh(box.vertices, box.faces[keep], process=False).export(here / "hull.stl")
     new = ("new", "mine", "--from", "torpedo", "--hull", "hull.stl", "--unit", "mm")
     assert CliRunner().invoke(app, list(new)).exit_code == 0
+    rig = here / "mine.toml"
+    rig.write_text(rig.read_text().replace("[hull]\n", '[hull]\nwindow = "cut"\n'))
     return "mine.toml"
 
 
