@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from cad.export.drawings.manifest import rig_text
+from cad.hulls.files.triangles import hull_files
 from dives.dive import Dive
 from dives.journal import FOLDER, Journal
 from dives.metrics import dive_metrics
@@ -49,7 +50,9 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
                 concatenate(segments, partial, container=container, frame_rate_hz=dive.frame_rate_hz)
     write_text(folder / RIG_FILE, rig_text(rig))
     if rig.file_hull is not None:
-        shutil.copyfile(rig.file_hull.file, folder / rig.file_hull.file.name)
+        # A robot's description finds the meshes that it names beside it.
+        for part in hull_files(rig.file_hull.file):
+            shutil.copyfile(part, folder / part.name)
     write_text(folder / DIVE_FILE, dive.model_copy(update={"rig": RIG_FILE}).as_toml())
     write_text(folder / METRICS_FILE, json_text(dive_metrics(table)))
     with atomic_file(folder / LOG) as partial:

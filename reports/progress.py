@@ -86,10 +86,13 @@ def plain(result: Any) -> Any:
 
 
 def work_key(rig: Rig, settings: str = "") -> str:
-    """Key of the rig, of its hull file if it has one, of the settings, and of the versions of what is computed."""
+    """Key of the rig, of its hull's files if it has some, of the settings, and of the versions of what is computed."""
+    # A file's hull takes libraries that other rigs do not need.
+    from cad.hulls.files.triangles import hull_files  # noqa: PLC0415
+
     versions = version("mirrorgaze"), *physics_versions()
-    hull_file = None if rig.file_hull is None else rig.file_hull.file
-    return result_key("stages", STAGES_VERSION, versions, rig.model_dump(mode="json"), hull_file, settings)
+    files = None if rig.file_hull is None else hull_files(rig.file_hull.file)
+    return result_key("stages", STAGES_VERSION, versions, rig.model_dump(mode="json"), files, settings)
 
 
 def physics_versions() -> tuple[int, ...]:

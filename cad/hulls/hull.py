@@ -6,6 +6,7 @@ import numpy as np
 import trimesh
 from build123d import Axis, Part, Solid
 
+from cad.hulls.files.step import is_one_solid
 from cad.hulls.hull_mesh import posed, read_hull_solid, read_hull_surface
 from cad.hulls.open_frame import open_frame
 from cad.hulls.port_boss import port_boss
@@ -15,7 +16,6 @@ from cad.shapes import along_z, box, cylinder, one_solid
 from optics.feasibility.envelope import body_width_mm
 from optics.layout import Layout
 from rigs import BoxHull, FileHull, Hull, Mount, Port, TorpedoHull
-from rigs.files import STEP_SUFFIXES
 
 STEP_TOLERANCE_MM = 0.2
 """As for every hull that is rendered."""
@@ -91,27 +91,27 @@ def _flipper(x: float, side: int, inner: float, outer: float) -> Part:
 def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
     """What rays meet of the user's hull: its triangles as they are, open or closed, in the body frame, millimetres.
 
-    A STEP file carries its own unit; `hull.unit` says what the numbers of a mesh mean.
+    `hull.unit` says what the numbers of a mesh mean where its format does not.
 
     Raises
     ------
     ValueError
         When the file cannot be used; the message names it and says what is wrong.
     """
-    if hull.file.suffix.lower() in STEP_SUFFIXES:
+    if is_one_solid(hull.file):
         return closed_surface(step_solid(hull))
     return posed(hull, read_hull_surface(hull).surface)
 
 
 def file_hull_solid(hull: FileHull) -> Solid | trimesh.Trimesh:
-    """User's hull as a solid in the body frame, millimetres; closed triangles when it comes from a mesh.
+    """User's hull as a solid in the body frame, millimetres; closed triangles unless a STEP file holds one solid.
 
     Raises
     ------
     ValueError
         When the file makes no solid; the message names it and says what is wrong.
     """
-    if hull.file.suffix.lower() in STEP_SUFFIXES:
+    if is_one_solid(hull.file):
         return step_solid(hull)
     return posed(hull, read_hull_solid(hull).surface)
 

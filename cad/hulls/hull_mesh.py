@@ -16,15 +16,13 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from cad.hulls.files.triangles import read_triangles
+from cad.hulls.files.step import is_one_solid
+from cad.hulls.files.triangles import READERS, hull_files, read_triangles
 from cad.hulls.files.units import check_size
 from cad.hulls.mesh_repair import check_that_it_stays_out_of_itself, repaired
 from cad.hulls.mesh_simplification import decimated, surface_distance
 from optics.kernels.cache import load_or_make, result_key
 from rigs import FileHull, Rig
-from rigs.files import STEP_SUFFIXES
-
-MESH_SUFFIXES = (".stl", ".obj", ".ply")
 
 HULL_MESH_VERSION = 2
 """Raised when reading, repair or simplification make another surface, solid or other notes of the same file."""
@@ -55,7 +53,7 @@ def hull_notes(rig: Rig) -> list[str]:
         When no solid can be made of it.
     """
     hull = rig.file_hull
-    if hull is None or hull.file.suffix.lower() in STEP_SUFFIXES:
+    if hull is None or is_one_solid(hull.file):
         return []
     notes = (*read_hull_surface(hull).notes, *read_hull_solid(hull).notes)
     return [f"{hull.file.name}: {note}" for note in dict.fromkeys(notes)]
@@ -92,16 +90,16 @@ def read_hull_solid(hull: FileHull) -> HullMesh:
 
 
 def hull_mesh_key(hull: FileHull) -> str:
-    """Key of what is made of a hull's file: what is in it, how it is read, and the libraries that work on it."""
+    """Key of what is made of a hull's file: what it and those it names hold, how they are read, by which libraries."""
     libraries = version("trimesh"), version("manifold3d"), version("fast-simplification")
-    return result_key("hull mesh", HULL_MESH_VERSION, hull.file, hull.file.suffix.lower(), hull.unit, libraries)
+    with _named(hull):
+        files = hull_files(hull.file)
+    return result_key("hull mesh", HULL_MESH_VERSION, *files, hull.file.suffix.lower(), hull.unit, libraries)
 
 
 def _kept(kind: str, hull: FileHull, make: Callable[[FileHull], HullMesh]) -> HullMesh:
-    if hull.file.suffix.lower() not in MESH_SUFFIXES:
-        known = ", ".join((*STEP_SUFFIXES, *MESH_SUFFIXES))
-        raise ValueError(f"hull.file = {hull.file.name!r}: expected a file that ends in {known}")
-
+    if hull.file.suffix.lower() not in READERS:
+        raise ValueError(f"hull.file = {hull.file.name!r}: expected a file that ends in {', '.join(READERS)}")
     return load_or_make(kind, hull_mesh_key(hull), lambda: make(hull), pack=_packed, unpack=_unpacked)
 
 

@@ -1,4 +1,4 @@
-"""A hull from a STEP file: its one solid, and the flat faces that have names in the file."""
+"""A hull from a STEP file of one solid: the solid, and the flat faces that have names in the file."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from build123d import Face, GeomType, Solid, import_step
+from build123d import Face, GeomType, Solid
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.STEPCAFControl import STEPCAFControl_Reader
@@ -17,6 +17,7 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
+from cad.hulls.files.step import step_shape
 from cad.hulls.files.units import check_size
 from cad.hulls.hull_mesh import body_from_file
 from cad.shapes import location_mm, one_solid
@@ -29,28 +30,18 @@ FACE_NAMES = "read.stepcaf.subshapes.name"
 
 def step_solid(hull: FileHull) -> Solid:
     """Solid of a STEP file in the body frame, millimetres; raises `ValueError` when it is no hull."""
-    return location_mm(body_from_file(hull)) * _solid(hull.file, hull.file.stat().st_mtime_ns)
+    try:
+        solid = one_solid(step_shape(hull.file), "the file", "a hull of several is read as triangles")
+        check_size(np.array(tuple(solid.bounding_box().size)), None)
+    except ValueError as error:
+        raise ValueError(f"hull.file = {hull.file.name!r}: {error}") from None
+    return location_mm(body_from_file(hull)) * solid
 
 
 def step_planes(hull: FileHull) -> dict[str, Plane]:
     """Flat faces with a name: the middle of each and its outward normal, body frame."""
     place = location_mm(body_from_file(hull))
     return {name: _plane(place * face) for name, face in _named_faces(hull.file, hull.file.stat().st_mtime_ns)}
-
-
-@lru_cache(maxsize=1)
-def _solid(file: Path, changed_ns: int) -> Solid:
-    try:
-        shape = import_step(file)
-    except Exception as error:
-        # The kernel's reader fails in as many ways as files are broken.
-        raise ValueError(f"hull.file = {file.name!r}: expected a STEP file, got {error}") from None
-    solid = one_solid(shape, "hull.file", f"look at {file.name}")
-    try:
-        check_size(np.array(tuple(solid.bounding_box().size)), None)
-    except ValueError as error:
-        raise ValueError(f"hull.file = {file.name!r}: {error}") from None
-    return solid
 
 
 @lru_cache(maxsize=1)

@@ -11,6 +11,7 @@ from typing import Any
 
 import tomlkit
 
+from cad.hulls.files.triangles import hull_files
 from rigs import Rig
 
 SHAPING_PACKAGES = ("mirrorgaze", "build123d", "cadquery-ocp-novtk", "trimesh", "manifold3d", "lib3mf", "matplotlib")
@@ -31,10 +32,11 @@ def rig_text(rig: Rig) -> str:
 
 
 def rig_hash(rig: Rig) -> str:
-    """SHA-256 of all that the shapes come from: the rig's text and, if it has one, its hull's file."""
+    """SHA-256 of all that the shapes come from: the rig's text and, where they make its hull, files."""
     digest = hashlib.sha256(rig_text(rig).encode())
     if rig.file_hull is not None:
-        digest.update(rig.file_hull.file.read_bytes())
+        for file in hull_files(rig.file_hull.file):
+            digest.update(file.read_bytes())
     return digest.hexdigest()
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull
+from rigs.files import STEP_SUFFIXES
 
 TOLERANCE_MM = 0.2
 """As for every hull that is rendered."""
@@ -26,6 +27,18 @@ def read_step(file: Path) -> FoundHull:
 def step_shape(file: Path) -> Any:
     """What a STEP file holds, millimetres; raises `ValueError` when it cannot be read or holds nothing."""
     return _shape(file, file.stat().st_mtime_ns)
+
+
+def is_one_solid(file: Path) -> bool:
+    """Whether a file is STEP and holds one solid and nothing else: the kernel can then work on it as it is."""
+    if file.suffix.lower() not in STEP_SUFFIXES:
+        return False
+    try:
+        shape = step_shape(file)
+    except ValueError:
+        return False
+    solids = shape.solids()
+    return len(solids) == 1 and len(shape.faces()) == len(solids[0].faces())
 
 
 @lru_cache(maxsize=1)

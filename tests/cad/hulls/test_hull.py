@@ -10,7 +10,7 @@ from build123d import Box, Pos, export_step
 from cad.assembly.assembly import build_assembly
 from cad.assembly.meshes import mesh_key
 from cad.checks.assembly_checks import assembly_problems
-from cad.hulls.hull import file_hull_solid
+from cad.hulls.hull import file_hull_solid, file_hull_surface
 from rigs import BoxHull, FileHull
 
 
@@ -36,12 +36,13 @@ def test_a_step_is_a_solid_in_its_own_unit(tmp_path):
     assert pytest.approx(5, abs=1e-6) == box.center().Z
 
 
-def test_a_step_of_two_solids_and_an_unknown_kind_of_file_are_refused(tmp_path):
+def test_a_step_of_two_solids_is_triangles_and_an_unknown_kind_of_file_is_refused(tmp_path):
     path = tmp_path / "two.step"
-    export_step(Box(1, 1, 1) + Pos(5, 0, 0) * Box(1, 1, 1), path)
-    with pytest.raises(ValueError, match=r"hull\.file: expected one solid, got 2"):
-        file_hull_solid(FileHull(shape="file", file=path))
-    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.iges': expected a file that ends in \.step"):
+    export_step(Box(100, 100, 100) + Pos(500, 0, 0) * Box(100, 100, 100), path)
+    surface = file_hull_surface(FileHull(shape="file", file=path, position_mm=(0, 0, 5)))
+    assert surface.bounds == pytest.approx(np.array([[-50, -50, -45], [550, 50, 55]]))
+    assert surface.area == pytest.approx(12 * 100**2)
+    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.iges': expected a file that ends in \.stl"):
         file_hull_solid(FileHull(shape="file", file=tmp_path / "hull.iges", unit="mm"))
 
 

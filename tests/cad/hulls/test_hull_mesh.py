@@ -225,7 +225,7 @@ def test_what_is_no_mesh_is_refused(tmp_path, content):
 
 
 def test_an_unknown_kind_of_file_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.blend': expected a file that ends in \.step"):
+    with pytest.raises(ValueError, match=r"hull\.file = 'hull\.blend': expected a file that ends in \.stl"):
         read_hull_solid(FileHull(shape="file", file=tmp_path / "hull.blend", unit="mm"))
 
 
