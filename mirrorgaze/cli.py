@@ -8,6 +8,7 @@ help: a summary that begins with a verb, what is written, an example), import wh
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 
 import typer
 
@@ -27,13 +28,13 @@ from mirrorgaze.commands.images import compare, render
 from mirrorgaze.commands.maintenance import cache, doctor
 from mirrorgaze.commands.mount import export, loads
 from mirrorgaze.commands.optics import gaze, port, virtual_camera, water
-from mirrorgaze.commands.rig_files import check, presets, schema
+from mirrorgaze.commands.rig_files import check, presets, schema, show
 from mirrorgaze.errors import with_exit_status
 from mirrorgaze.help import SectionedCommand, SectionedGroup
 from mirrorgaze.option_groups import with_option_groups
 
-COMMANDS = {
-    "Rig files": (presets.rigs, presets.new, check.check, schema.schema),
+COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
+    "Rig files": (presets.rigs, presets.new, check.check, show.show, schema.schema),
     "Design": (design.design, size.size, coverage.coverage, tolerance.tolerance, search.search),
     "Mount": (export.export, loads.loads),
     "Optics": (gaze.gaze, virtual_camera.virtual_camera, port.port, water.water),

@@ -26,6 +26,31 @@ def mesh_scene(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Any
     return mi.load_dict({"type": "scene", "beside": _first_scene(), "mesh": _mesh(vertices_m, faces)}, optimize=False)
 
 
+def first_faces(
+    scene: Any, origins_m: NDArray[np.floating], directions: NDArray[np.floating]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Where rays first meet a scene's mesh, from either side.
+
+    Parameters
+    ----------
+    scene
+        As `mesh_scene` gives it.
+    origins_m, directions : arrays, shape (n, 3)
+        Unit vectors.
+
+    Returns
+    -------
+    distance_m : array, shape (n,)
+        Infinite where nothing is met.
+    face : array, shape (n,)
+        Position in the mesh's faces, -1 where nothing is met.
+    """
+    start, along = (np.ascontiguousarray(vectors.T, dtype=np.float32) for vectors in (origins_m, directions))
+    hit = scene.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(start), mi.Vector3f(along)), coherent=True)
+    found, face = np.array(hit.is_valid()), np.array(hit.prim_index, dtype=np.int64)
+    return np.where(found, np.array(hit.t, dtype=np.float64), np.inf), np.where(found, face, -1)
+
+
 @cache
 def _first_scene() -> Any:
     """Scene that all others are made beside, so that they share its shader binding table.

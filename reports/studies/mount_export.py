@@ -8,7 +8,7 @@ from pathlib import Path
 from cad.assembly.assembly import Assembly, build_assembly
 from cad.checks.assembly_checks import MountChecks, assembly_checks
 from cad.checks.printing.slicer import slicer_path
-from cad.export import export_mount
+from cad.export.mount import export_mount
 from cad.export.printing.plate_slices import plate_findings
 from cad.loads.study import LoadStudy, load_study
 from reports.figures.check import write_checks

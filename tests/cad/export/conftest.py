@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from cad.assembly.assembly import Assembly
-from cad.export import export_mount
+from cad.export.mount import export_mount
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,14 +9,15 @@ import sys
 
 import pytest
 
-from cad.export import export_mount, mount
+from cad.export import mount
+from cad.export.mount import export_mount
 from rigs import Rig
 
 AGAIN = """
 import sys
 from pathlib import Path
 from cad.assembly.assembly import build_assembly
-from cad.export import export_mount
+from cad.export.mount import export_mount
 from rigs import Rig
 export_mount(build_assembly(Rig.load("aqua2")), Path(sys.argv[1]), log=lambda line: None)
 """

@@ -11,8 +11,9 @@ import trimesh
 from build123d import import_step
 
 from cad.colours import COLOURS
+from cad.export.glb import GLB_FROM_BODY
 from cad.export.step import write_step
-from cad.export.triangles import GLB_FROM_BODY, write_glb
+from cad.export.triangles import write_glb
 
 POSE = (0.4, -0.3)
 FLOAT32_METRES = 1e-6

@@ -7,7 +7,7 @@ import pytest
 
 from optics.kernels import ray_scene
 from optics.kernels.backend import dr, mi
-from optics.kernels.ray_scene import mesh_scene
+from optics.kernels.ray_scene import first_faces, mesh_scene
 
 CORNERS, FACE = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
 
@@ -28,3 +28,14 @@ def test_all_scenes_are_made_beside_the_same_one(monkeypatch):
     for away in (1.0, 2.0):
         mesh_scene(CORNERS + np.array([0, 0, away]), FACE)
     assert [description["beside"] for description in made] == [first] * 2
+
+
+def test_the_first_triangle_is_met_from_either_side():
+    corners = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]])
+    vertices = np.concatenate([np.column_stack([corners, np.full(3, height)]) for height in (1.0, 3.0)])
+    scene = mesh_scene(vertices, np.arange(6, dtype=np.int32).reshape(2, 3))
+    origins = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 5.0], [3.0, 3.0, 0.0]])
+    directions = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    distance, face = first_faces(scene, origins, directions)
+    assert distance == pytest.approx([1.0, 2.0, np.inf])
+    assert face.tolist() == [0, 1, -1]
