@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import tomlkit
 from cad.assembly.hull_surface import file_hull_distance
 from cad.checks.rig_problems import rig_problems
 from optics.mesh import Role
+from optics.sizing.drivers import SideDriver
 from optics.sizing.sizing import Sizing
 from optics.sizing.trade_off import trade_off
 from reports.figures.sizing import (
@@ -26,6 +28,9 @@ from rigs import Rig, RigError, load_document, save_document
 
 DISTANCE_FACTORS = (0.7, 0.85, 1.0, 1.15, 1.3, 1.45, 1.6)
 """Of the rig's own d1 and d2, over which the trade-off is drawn."""
+
+CUTTING_MM = 1.5
+"""How far a side that a shop cuts may be off."""
 
 
 def write_sizing(rig: Rig, sizing: Sizing, folder: Path, *, log: Log) -> None:
@@ -71,7 +76,44 @@ def apply_sizes(sizing: Sizing, file: Path) -> None:
     save_document(document, file)
 
 
-def sizing_as_dict(sizing: Sizing) -> dict[str, Any]:
+def purchase(sizing: Sizing) -> str:
+    """What to buy for a sizing, and why; empty where there are no mirrors to buy.
+
+    Front-surface mirrors are sold cut to size, to +-1.5 mm (First Surface Mirror LLC, "Glass technical specifications",
+    firstsurfacemirror.com: enhanced aluminium on float glass, 94 % or more); stock sizes are few, and a plate larger
+    than it has to be sweeps more and drags more.
+    """
+    if sizing.rig is None:
+        return ""
+    gaze = sizing.rig.require_gaze()
+    plates = " and ".join(
+        f"{name} {plate.width_mm:g} x {plate.height_mm:g} x {plate.thickness_mm:g} mm"
+        for name, plate in (("M1", gaze.fold_mirror), ("M2", gaze.gaze_mirror))
+    )
+    spare = 1000 * sizing.request.margin_m - CUTTING_MM / 2
+    covered = (
+        f"the margin of {1000 * sizing.request.margin_m:g} mm a side covers that"
+        if spare >= 0
+        else f"ask for less than {CUTTING_MM:g} mm, or size with --margin-mm {CUTTING_MM / 2:g}"
+    )
+    return (
+        f"one order, cut to size from front-surface float glass with enhanced aluminium: {plates}, "
+        f"+0/-{CUTTING_MM:g} mm ({covered}; a plate that is too large does not enter its tray)"
+    )
+
+
+def driver_sentence(driver: SideDriver, names: tuple[str, str]) -> str:
+    """What drives a side, in words; `names` are those of the request's two ranges."""
+    u, v = driver.pixel
+    if driver.gaze is None or driver.q1 is None or driver.q2 is None:
+        where = "at every gaze"
+    else:
+        gaze = ", ".join(f"{name} {math.degrees(value):.0f}" for name, value in zip(names, driver.gaze, strict=True))
+        where = f"at {gaze} (q1 = {math.degrees(driver.q1):.1f}, q2 = {math.degrees(driver.q2):.1f}) degrees"
+    return f"{driver.mirror} {driver.side} {1000 * driver.length_m:.1f} mm: {where}, by pixel ({u:.0f}, {v:.0f})"
+
+
+def sizing_as_dict(sizing: Sizing, drivers: Sequence[SideDriver]) -> dict[str, Any]:
     """Plain values, for JSON."""
     window, gaze = sizing.request.window, sizing.request.gaze
     applied = None
@@ -87,6 +129,20 @@ def sizing_as_dict(sizing: Sizing) -> dict[str, Any]:
             for name, interval in zip(gaze.names, (gaze.first, gaze.second), strict=True)
         },
         "met": not sizing.bindings,
+        "drivers": [
+            {
+                "mirror": driver.mirror,
+                "side": driver.side,
+                "length_mm": 1000 * driver.length_m,
+                "pixel": list(driver.pixel),
+                **{
+                    f"{name}_deg": math.degrees(value)
+                    for name, value in zip(gaze.names, driver.gaze or (), strict=False)
+                },
+            }
+            for driver in drivers
+        ],
+        "purchase": purchase(sizing),
         "rectangles_mm": applied,
         "outlines": outlines_as_data(sizing),
         "present_mirrors_pass": sizing.passed_now,

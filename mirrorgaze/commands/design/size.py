@@ -58,6 +58,7 @@ def size(
 ) -> None:
     """Size both mirrors for an image window and gaze range.
 
+    Says which gaze and pixel drive each side, and what to buy; with --apply the sizes are written into the rig file.
     Exit status 1 when the request cannot be met; the output then says what limits it and how much would fit. With
     --output also the trade-off over the distances d1 and d2, as CSV and PNG.
 
@@ -68,10 +69,11 @@ def size(
     import numpy as np
 
     from cad.assembly.hull_surface import file_hull_distance
+    from optics.sizing.drivers import side_drivers
     from optics.sizing.gaze_range import GazeRange
     from optics.sizing.limits import Request
     from optics.sizing.sizing import size_mirrors
-    from reports.studies.sizing import apply_sizes, sizing_as_dict, write_sizing
+    from reports.studies.sizing import apply_sizes, driver_sentence, purchase, sizing_as_dict, write_sizing
     from rigs import Rig
 
     if apply:
@@ -88,10 +90,17 @@ def size(
         angle_tolerance=float(np.radians(angle_tolerance_deg)),
     )
     sizing = size_mirrors(loaded, request, file_hull_distance(loaded))
+    drivers = side_drivers(loaded, request)
     if json:
-        print_json(sizing_as_dict(sizing))
+        print_json(sizing_as_dict(sizing, drivers))
     else:
         _print(rig, sizing, outline)
+        for driver in drivers:
+            typer.echo(f"  {driver_sentence(driver, request.gaze.names)}")
+        if not sizing.bindings:
+            typer.echo(f"  buy: {purchase(sizing)}")
+            if not apply:
+                typer.echo(f"  {_how_to_apply(rig)}")
     if output is not None:
         write_sizing(loaded, sizing, output, log=print_note)
     if sizing.bindings:
@@ -148,6 +157,16 @@ def _own_file(rig: str) -> Path:
     if file.resolve().parent == PRESETS.resolve():
         raise ValueError(f"--apply: {rig!r} is a preset; copy it first: mirrorgaze new my-rig --from {file.stem}")
     return file
+
+
+def _how_to_apply(rig: str) -> str:
+    """The next step, in words."""
+    from rigs.files import PRESETS, find_rig
+
+    file = find_rig(rig)
+    if file.resolve().parent == PRESETS.resolve():
+        return f"to use them: mirrorgaze new my-rig --from {file.stem}, then the same with my-rig.toml and --apply"
+    return f"the same with --apply writes them into {rig}"
 
 
 def _print(name: str, sizing: Sizing, outline: Outline) -> None:

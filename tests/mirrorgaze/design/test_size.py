@@ -34,7 +34,11 @@ def test_sizes_are_printed_for_people_and_machines(own):
         "mine.toml: a window of 128 x 96 px, azimuth -40 to 40, elevation -10 to 30 degrees"
     )
     assert "M2 octagon" in result.stdout and "cm²" in result.stdout and "the present mirrors pass" in result.stdout
+    assert "buy: one order, cut to size" in result.stdout
+    assert result.stdout.splitlines()[-1].strip() == "the same with --apply writes them into mine.toml"
     answer = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--json").stdout)
+    driver = answer["drivers"][-1]
+    assert f"M2 height {driver['length_mm']:.1f} mm: at azimuth {driver['azimuth_deg']:.0f}, " in result.stdout
     assert answer["met"] is True and answer["bindings"] == []
     assert answer["window_px"] == [255.5, 191.5, 383.5, 287.5]
     width, height = answer["rectangles_mm"]["M2"]
