@@ -76,7 +76,7 @@ def begun(folder: Path, hull: str) -> tomlkit.TOMLDocument:
     """What `mirrorgaze new` writes for the shape of a hull."""
     file = folder / f"{hull}.toml"
     if not file.exists():
-        create_rig_file("random", file, preset=None, hull=hull, unit=None)
+        create_rig_file("random", file, shape=hull)
     return tomlkit.parse(file.read_text(encoding="utf-8"))
 
 
