@@ -15,7 +15,7 @@ from build123d import Axis, Location, Part, Plane, Solid
 from scipy.spatial import ConvexHull
 
 from cad.parts.flange import FLANGE_WIDTH_MM
-from cad.parts.fold_bracket import ROOF_CORNER_MM, cell_in_fold, flange_parts, in_body, on_hull
+from cad.parts.fold_bracket import ROOF_CORNER_MM, cell_in_fold, in_body, on_hull, pedestal
 from cad.parts.hardware import (
     Hardware,
     Thread,
@@ -63,10 +63,10 @@ def deck_solid(hinge: StowHinge) -> Solid:
     tongue = hinge.lug_limits_mm[1]
     wide = max(FLANGE_WIDTH_MM / 2, tongue)
     levels = (stance.roof_low_mm, stance.roof_mm)
-    plate = box((stance.rear_mm, stance.rear_mm + stance.seat.length_mm), (y - wide, y + wide), levels)
+    plate = box(stance.pedestal_mm[0], (y - wide, y + wide), levels)
     plate = plate.fillet(ROOF_CORNER_MM, plate.edges().filter_by(Axis.Z))
     nose = box((stance.anchor_mm[0], hinge.stop_mm), (y - tongue, y + tongue), levels)
-    parts = [plate, nose, _lug(hinge, _mirrored(y, hinge.lug_limits_mm)), *flange_parts(stance)]
+    parts = [plate, nose, _lug(hinge, _mirrored(y, hinge.lug_limits_mm)), pedestal(stance)]
     cuts = _pivot_cuts(hinge, -1)
     if hinge.servo:
         beside_case = max(hinge.lug_limits_mm[0], hinge.horn_mm - HORN_HEIGHT_MM + GAP_MM)

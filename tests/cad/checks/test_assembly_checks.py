@@ -37,10 +37,10 @@ def test_a_part_in_two_pieces_is_found(aqua2):
 
 
 def test_a_printer_that_is_too_small_is_found(aqua2):
-    rig = replaced(aqua2.rig, "mount", printer_bed_mm=(180.0, 180.0, 180.0))
+    rig = replaced(aqua2.rig, "mount", printer_bed_mm=(150.0, 150.0, 150.0))
     problems = assembly_problems(replace(aqua2, rig=rig), grid_steps=2)
     assert [p.place for p in problems] == ["mount.printer_bed_mm"]
-    assert problems[0].value.startswith("fold_bracket of 113 x 84 x 191 mm")
+    assert problems[0].value.startswith("fold_bracket of 191 x 84 x 115 mm")
 
 
 @pytest.mark.parametrize("key", ["fold_anchor_mm", "base_anchor_mm"])
