@@ -71,6 +71,7 @@ def size(
     import numpy as np
 
     from cad.assembly.hull_surface import file_hull_distance
+    from mirrorgaze.loading import own_rig_file
     from optics.sizing.drivers import side_drivers
     from optics.sizing.gaze_range import GazeRange
     from optics.sizing.limits import Request
@@ -79,7 +80,7 @@ def size(
     from rigs import Rig
 
     if apply:
-        file = _own_file(rig)
+        file = own_rig_file(rig)
     loaded = Rig.load(rig)
     if outline is not None:
         both = {"outline": outline.value}
@@ -148,16 +149,6 @@ def _window(rig: Rig, text: str) -> Window:
         window = fraction_window(train.camera, fraction)
     window.check_inside(train.camera)
     return window
-
-
-def _own_file(rig: str) -> Path:
-    """The user's rig file, to be written; presets are refused."""
-    from rigs.files import PRESETS, find_rig
-
-    file = find_rig(rig)
-    if file.resolve().parent == PRESETS.resolve():
-        raise ValueError(f"--apply: {rig!r} is a preset; copy it first: mirrorgaze new my-rig --from {file.stem}")
-    return file
 
 
 def _how_to_apply(rig: str) -> str:
