@@ -80,11 +80,12 @@ def choose_axes(found: FoundHull, *, forward: str | None = None, up: str | None 
         up_because = f"{up_because}{shape_because}"
     if forward is not None:
         ahead, ahead_because = forward, "as told"
-    elif found.forward is not None and found.forward[1] == length:
-        ahead, ahead_because = found.forward, "by the convention of the format (REP 103)"
     else:
         ahead, nose_because = _nose(points, length)
         ahead_because = f"{length_because}; {nose_because}"
+        if found.forward is not None and found.forward[1] == length:
+            doubt = f"; the fuller end is {ahead}" if ahead != found.forward else ""
+            ahead, ahead_because = found.forward, f"by the convention of the format (REP 103){doubt}"
     return HullAxes(forward=ahead, up=upward, forward_because=ahead_because, up_because=up_because)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull
 
@@ -41,13 +42,26 @@ def read_collada(file: Path) -> FoundHull:
 
 
 def _pieces(document: Any) -> Iterator[Piece]:
-    scene = document.scene
-    for bound in scene.objects("geometry") if scene is not None else ():
+    placed = [each for node in getattr(document.scene, "nodes", ()) for each in _placed(node)]
+    # Without a scene, or where bones place the shapes, they are taken where they were drawn.
+    for name, bound in placed or [
+        (each.name or each.id or "", each.bind(np.eye(4), {})) for each in document.geometries
+    ]:
         for primitive in bound.primitives():
             triangles = primitive.triangleset() if hasattr(primitive, "triangleset") else primitive
             if hasattr(triangles, "vertex_index") and np.ndim(triangles.vertex_index) == 2:
                 faces = np.asarray(triangles.vertex_index, dtype=np.int64)
                 # Lines have two corners each.
                 if faces.shape[1] == 3:
-                    name = str(bound.original.name or bound.original.id or "")
                     yield Piece(name=name, vertices=np.asarray(triangles.vertex, dtype=np.float64), faces=faces)
+
+
+def _placed(node: Any, pose: NDArray[np.float64] | None = None, name: str = "") -> Iterator[tuple[str, Any]]:
+    """Geometries below a node of the scene, each with the name of the nearest node that has one."""
+    if not hasattr(node, "children"):
+        for bound in node.objects("geometry", pose):
+            yield name or bound.original.name or bound.original.id or "", bound
+        return
+    below = node.matrix if pose is None else pose @ node.matrix
+    for child in node.children:
+        yield from _placed(child, below, node.name or name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -92,12 +93,17 @@ class FoundHull:
     cameras: tuple[FoundCamera, ...] = ()
     files: tuple[Path, ...] = ()
 
-    @property
+    def faces_of(self, name: str) -> Faces:
+        """Faces of the bodies of one name, shape (k, 3); none when there is no such body."""
+        owners = np.repeat(np.arange(len(self.bodies)), [body.triangles for body in self.bodies])
+        return self.faces[np.isin(owners, [index for index, body in enumerate(self.bodies) if body.name == name])]
+
+    @cached_property
     def size(self) -> FloatArray:
         """Sides of the box around what the triangles use, in the file's numbers, shape (3,)."""
         return np.asarray(np.diff(self.box, axis=0)[0])
 
-    @property
+    @cached_property
     def box(self) -> FloatArray:
         """Lowest and highest coordinates of the corners that triangles use, in the file's numbers, shape (2, 3)."""
         used = np.zeros(len(self.vertices), dtype=bool)

@@ -17,6 +17,8 @@ from cad.hulls.files.uris import find_file
 from optics.kernels.arrays import FloatArray
 
 METRE_MM = 1000.0
+UNDECLARED = re.compile(rb"(</?[\w-]+|\s[\w-]+):(?=[\w-]+[\s=/>])")
+"""The name of an element or attribute up to the colon behind its prefix."""
 CAMERA_NAME = re.compile(r"(^|[^a-z])cam(era)?s?([^a-z]|$)", re.IGNORECASE)
 SHAPES: dict[str, tuple[Callable[..., trimesh.Trimesh], dict[str, int]]] = {
     "box": (lambda size: trimesh.creation.box(extents=size), {"size": 3}),
@@ -97,6 +99,9 @@ def xml_root(text: str | bytes, what: str) -> ET.Element:
     try:
         return ET.fromstring(text)
     except ET.ParseError as error:
+        if "unbound prefix" in str(error) and isinstance(text, bytes):
+            # Simulators read names with a prefix that nobody has declared.
+            return xml_root(UNDECLARED.sub(rb"\1_", text).decode(errors="replace"), what)
         raise ValueError(f"expected {what}, got what is no XML ({error})") from None
 
 
@@ -208,7 +213,17 @@ class _Source:
         vertices = np.asarray(found.vertices, dtype=np.float64) * ((found.unit_mm or METRE_MM) / METRE_MM)
         if path.suffix.lower() in Y_UP_SUFFIXES:
             vertices = vertices[:, [0, 2, 1]] * [1, -1, 1]
-        return scale * vertices, found.faces if np.prod(scale) > 0 else found.faces[:, ::-1]
+        faces, part = found.faces, mesh.findtext("submesh/name", "").strip()
+        if part:
+            faces = found.faces_of(part)
+            if not len(faces):
+                names = ", ".join(sorted({body.name for body in found.bodies}))
+                self.problems.said.append(f"{where}.submesh = {part!r}: expected a part of {path.name} ({names})")
+                return None
+            if mesh.findtext("submesh/center", "").strip() in ("true", "1"):
+                used = vertices[faces.reshape(-1)]
+                vertices = vertices - (used.min(axis=0) + used.max(axis=0)) / 2
+        return scale * vertices, faces if np.prod(scale) > 0 else faces[:, ::-1]
 
     def _simple(self, kind: ET.Element, where: str) -> tuple[FloatArray, Faces] | None:
         """Box, cylinder and their like; nothing of what has no size, or of other kinds."""

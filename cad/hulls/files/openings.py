@@ -51,7 +51,8 @@ def surface_openings(vertices: FloatArray, faces: Faces) -> Openings:
     numbers, counts = np.unique(edges[:, 0] * len(vertices) + edges[:, 1], return_counts=True)
     rims = np.stack(np.divmod(numbers[counts == 1], len(vertices)), axis=1)
     return Openings(
-        pieces=_parts(edges, len(vertices)),
+        # Two sides of a triangle already join its corners.
+        pieces=_parts(edges[: 2 * len(faces)], len(vertices)),
         holes=_parts(rims, len(vertices)),
         open_length=float(np.linalg.norm(vertices[rims[:, 0]] - vertices[rims[:, 1]], axis=1).sum()),
         crowded_edges=int((counts > 2).sum()),
@@ -60,6 +61,7 @@ def surface_openings(vertices: FloatArray, faces: Faces) -> Openings:
 
 def _parts(edges: Faces, corners: int) -> int:
     """How many connected parts there are among the corners that edges use."""
-    used = np.unique(edges)
+    used = np.zeros(corners, dtype=bool)
+    used[edges.reshape(-1)] = True
     graph = coo_array((np.ones(len(edges), dtype=bool), (edges[:, 0], edges[:, 1])), shape=(corners, corners))
-    return int(connected_components(graph, directed=False)[0]) - (corners - len(used))
+    return int(connected_components(graph, directed=False)[0]) - int((~used).sum())

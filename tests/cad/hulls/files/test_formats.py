@@ -57,7 +57,7 @@ def test_things_of_a_scene_are_where_it_puts_them(write):
 
 def test_collada_carries_unit_up_axis_and_places(one_triangle_dae):
     found = read_hull_file(one_triangle_dae('<unit name="foot" meter="0.3048"/><up_axis>Z_UP</up_axis>'))
-    assert (found.unit_mm, found.up, found.bodies[0].name) == (pytest.approx(304.8), "+z", "fin")
+    assert (found.unit_mm, found.up, found.bodies[0].name) == (pytest.approx(304.8), "+z", "n")
     assert found.box == pytest.approx(np.array([[0, 0, 5], [3, 4, 5]]))
 
 

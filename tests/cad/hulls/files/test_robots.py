@@ -169,3 +169,22 @@ def test_an_sdf_with_frames_that_are_not_there_includes_or_two_models_is_refused
     two = '<sdf><world name="w"><model name="a"/><model name="b"/></world></sdf>'
     with pytest.raises(ValueError, match=r"expected one model, got 2 \(a, b\)"):
         read_hull_file(write("world.sdf", two))
+
+
+def test_a_part_of_a_mesh_is_drawn_and_a_prefix_need_not_be_declared(write):
+    """Two boxes in one file, 1 m apart; the link has the far one, put into its own middle."""
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.box(extents=(0.2, 0.4, 0.6)), node_name="body")
+    far = trimesh.transformations.translation_matrix((1, 0, 0))
+    scene.add_geometry(trimesh.creation.box(extents=(0.1, 0.1, 0.1)), node_name="prop", transform=far)
+    write("eel.glb", scene.export(file_type="glb"))
+    part = "<uri>eel.glb</uri><submesh><name>{}</name><center>{}</center></submesh>"
+    model = (
+        '<sdf><model name="eel"><gz:note gz:kind="a"/><link name="a"><visual name="v"><geometry><mesh>{}</mesh>'
+        "</geometry></visual></link></model></sdf>"
+    )
+    for centre, middle in (("false", 1), ("true", 0)):
+        found = read_hull_file(write("eel.sdf", model.format(part.format("prop", centre))))
+        assert (len(found.faces), found.box.mean(axis=0)) == (12, pytest.approx((middle, 0, 0), abs=1e-6))
+    with pytest.raises(ValueError, match=r"a: mesh\.submesh = 'fin': expected a part of eel\.glb \(body, prop\)"):
+        read_hull_file(write("eel.sdf", model.format(part.format("fin", "false"))))

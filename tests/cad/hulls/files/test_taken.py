@@ -85,6 +85,8 @@ def test_what_the_file_says_counts_unless_it_would_stand_on_end(tmp_path):
 def test_what_the_user_says_counts_first(tmp_path):
     robot = found(torpedo(), tmp_path / "a.urdf", up="+z", forward="+x", has_frame=True, unit_mm=1000.0)
     assert choose_axes(robot).forward_because == "by the convention of the format (REP 103)"
+    backward = found(turned(torpedo(), "-x", "+z"), tmp_path / "a.urdf", up="+z", forward="+x", has_frame=True)
+    assert choose_axes(backward).forward_because.endswith("(REP 103); the fuller end is -x")
     axes = choose_axes(robot, forward="-y")
     assert axes == HullAxes(forward="-y", up="+z", forward_because="as told", up_because=choose_axes(robot).up_because)
     assert choose_axes(robot, up="+x").forward[1] != "x"
