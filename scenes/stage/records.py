@@ -5,14 +5,13 @@ The same classes hold arrays on the host, whose first axis are the states of a b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, dr
-from optics.mirror_outline import Centred
 from scenes.light.sea import SeaState
 
 WORLD, TARGET, SNOW = "world", "target", "snow"
@@ -47,12 +46,13 @@ class Pose:
 
 @dataclass(frozen=True, kw_only=True)
 class MirrorPlate:
-    """A flat mirror: centre, unit vectors along its sides, and its outline in them."""
+    """A flat mirror: centre, unit vectors along its sides, and half of its width and height."""
 
     centre: Any
     x: Any
     y: Any
-    outline: Centred
+    half_width: Any
+    half_height: Any
 
     @property
     def normal(self) -> Any:
@@ -61,10 +61,7 @@ class MirrorPlate:
 
     def __getitem__(self, number: int) -> MirrorPlate:
         """One of a batch."""
-        sides = {name: values[number] for name, values in vars(self.outline).items()}
-        return MirrorPlate(
-            centre=self.centre[number], x=self.x[number], y=self.y[number], outline=replace(self.outline, **sides)
-        )
+        return MirrorPlate(**{name: values[number] for name, values in vars(self).items()})
 
 
 @dataclass(frozen=True, kw_only=True)
