@@ -8,6 +8,10 @@ from .checks.assembly_checks import MountChecks as MountChecks
 from .checks.assembly_checks import assembly_checks as assembly_checks
 from .export.drawings.bill_of_materials import bill_of_materials as bill_of_materials
 from .export.mount import export_mount as export_mount
+from .hulls.files.found import FoundHull as FoundHull
+from .hulls.files.taken import TakenHull as TakenHull
+from .hulls.files.taken import take_hull as take_hull
+from .hulls.files.triangles import read_hull_file as read_hull_file
 from .loads.plate import largest_flow_moment as largest_flow_moment
 from .loads.servo_torque import SAFETY_FACTOR as SAFETY_FACTOR
 from .loads.study import LoadStudy as LoadStudy

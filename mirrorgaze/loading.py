@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import cast, get_args
 
 import typer
 
 from optics.feasibility.feasibility import feasibility_problems
 from rigs import JerlovType, Rig, RigError, Water, WaterSource
+from rigs.files import PRESETS, find_rig
 from rigs.water import TYPES_OF_SOURCE, check_type_of_source
 
 
@@ -18,6 +20,16 @@ def load_usable_rig(name_or_path: str) -> Rig:
     if problems:
         raise RigError(name_or_path, problems)
     return rig
+
+
+def own_rig_file(name_or_path: str) -> Path:
+    """The user's rig file, to be written with --apply; `ValueError` for a preset."""
+    file = find_rig(name_or_path)
+    if file.resolve().parent == PRESETS.resolve():
+        raise ValueError(
+            f"--apply: {name_or_path!r} is a preset; copy it first: mirrorgaze new my-rig --from {file.stem}"
+        )
+    return file
 
 
 def print_hull_notes(rig: Rig) -> list[str]:

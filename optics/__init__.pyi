@@ -15,6 +15,10 @@ from .layout import Layout as Layout
 from .layout import camera_pose as camera_pose
 from .mesh import Role as Role
 from .mirror import PlaneMirror as PlaneMirror
+from .mirror_outline import Ellipse as Ellipse
+from .mirror_outline import Octagon as Octagon
+from .mirror_outline import Polygon as Polygon
+from .mirror_outline import Rectangle as Rectangle
 from .perturbation.parameters import shown_per_si as shown_per_si
 from .perturbation.parameters import shown_unit as shown_unit
 from .perturbation.train import PerturbedTrain as PerturbedTrain

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform
 
-from optics.kernels.arrays import FloatArray, check_points, check_vector, opaque, opaque_vector, unit
+from optics.kernels.arrays import FloatArray, check_vector, opaque_vector, unit
 from optics.kernels.backend import dr
 from optics.kernels.refraction import reflect
+from optics.mirror_outline import Outline
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,39 +61,26 @@ class PlaneMirror:
         Out of the reflecting face.
     up : (3,)
         Direction of the mirror's y axis; its part along the normal is dropped. x is ``up x normal``.
-    outline_m : array, shape (k, 2), optional
-        Corners of a convex outline in the mirror's axes; None: unbounded.
+    outline : Outline, optional
+        In the mirror's axes (`optics.mirror_outline`); None: unbounded.
     """
 
     point_m: ArrayLike
     normal: ArrayLike
     up: ArrayLike
-    outline_m: ArrayLike | None = None
+    outline: Outline | None = None
 
     def __post_init__(self) -> None:
         check_vector("point_m", self.point_m)
         normal, up = unit("normal", self.normal), unit("up", self.up)
         if np.linalg.norm(np.cross(normal, up)) < 1e-9:
             raise ValueError(f"expected up to differ from the normal, got {self.up!r} and {self.normal!r}")
-        if self.outline_m is not None:
-            _check_convex(check_points("outline_m", self.outline_m, 2))
 
     @classmethod
-    def from_pose(
-        cls,
-        camera_from_mirror: RigidTransform,
-        *,
-        width_m: float | None = None,
-        height_m: float | None = None,
-    ) -> PlaneMirror:
-        """Rectangular mirror (or an unbounded one) at a pose whose z axis is the normal and y axis is up."""
-        if (width_m is None) != (height_m is None):
-            raise ValueError(f"expected both width_m and height_m or neither, got {width_m} and {height_m}")
+    def from_pose(cls, camera_from_mirror: RigidTransform, outline: Outline | None = None) -> PlaneMirror:
+        """Mirror at a pose whose z axis is the normal and y axis is up."""
         axes = camera_from_mirror.rotation.as_matrix()
-        outline = None
-        if width_m is not None and height_m is not None:
-            outline = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width_m / 2, height_m / 2]
-        return cls(point_m=camera_from_mirror.translation, normal=axes[:, 2], up=axes[:, 1], outline_m=outline)
+        return cls(point_m=camera_from_mirror.translation, normal=axes[:, 2], up=axes[:, 1], outline=outline)
 
     @property
     def axes(self) -> FloatArray:
@@ -111,29 +98,26 @@ class PlaneMirror:
 
     @property
     def corners_m(self) -> FloatArray:
-        """Corners of the outline in the camera frame, shape (k, 3)."""
-        if self.outline_m is None:
+        """Corners of the outline in the camera frame, shape (k, 3); of an ellipse, points of its rim."""
+        if self.outline is None:
             raise ValueError("expected a mirror with an outline, got an unbounded one")
-        return check_vector("point_m", self.point_m) + np.asarray(self.outline_m) @ self.axes[:, :2].T
+        return self.at(self.outline.rim())
+
+    def at(self, local_m: FloatArray) -> FloatArray:
+        """Points of the face, shape (k, 2) in the mirror's axes, in the camera frame, shape (k, 3)."""
+        return np.asarray(check_vector("point_m", self.point_m) + local_m @ self.axes[:, :2].T)
 
     @property
-    def edge_count(self) -> int:
-        """Number of edges of the outline, 0 for an unbounded mirror; a kernel is compiled for each number."""
-        return 0 if self.outline_m is None else len(np.asarray(self.outline_m))
+    def outline_kind(self) -> tuple[Any, ...]:
+        """What a kernel depends on; it is compiled for each kind of outline."""
+        return () if self.outline is None else self.outline.kind
 
     def parameters(self) -> MirrorPlane:
         """Numbers of the mirror for the kernels."""
         x, y, normal = (opaque_vector(axis) for axis in self.axes.T)
         point = opaque_vector(check_vector("point_m", self.point_m))
-        return MirrorPlane(point=point, x=x, y=y, normal=normal, edges=self.edge_parameters())
-
-    def edge_parameters(self) -> list[list[Any]]:
-        """Half-planes of the outline for the kernels, none for an unbounded mirror."""
-        if self.outline_m is None:
-            return []
-        return [
-            [opaque(value) for value in edge] for edge in outline_edges(np.asarray(self.outline_m, dtype=np.float64))
-        ]
+        outline = self.outline and self.outline.parameters()
+        return MirrorPlane(point=point, x=x, y=y, normal=normal, outline=outline)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,15 +128,15 @@ class MirrorPlane:
     ----------
     point, normal, x, y : vectors
         Origin and axes of the mirror.
-    edges : sequence of (a, b, limit)
-        Half-planes of its outline; none: unbounded.
+    outline : Outline, optional
+        Of a kernel's numbers; None: unbounded.
     """
 
     point: Any
     normal: Any
     x: Any
     y: Any
-    edges: Sequence[Sequence[Any]] = ()
+    outline: Outline | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,8 +171,8 @@ def intersect(mirror: MirrorPlane, origin: Any, direction: Any) -> Hit:
     offset = point - mirror.point
     x, y = dr.dot(offset, mirror.x), dr.dot(offset, mirror.y)
     inside = distance > 0
-    for a, b, limit in mirror.edges:
-        inside &= a * x + b * y <= limit
+    if mirror.outline is not None:
+        inside &= mirror.outline.contains(x, y)
     return Hit(
         point=point,
         local=(x, y),
@@ -212,21 +196,3 @@ def reflect_over(mirrors: Sequence[MirrorPlane], origin: Any, direction: Any) ->
 def unfold(mirror: MirrorPlane, point: Any) -> Any:
     """Kernel: mirror image of a point at the mirror's plane."""
     return point - mirror.normal * (2 * dr.dot(point - mirror.point, mirror.normal))
-
-
-def outline_edges(outline_m: FloatArray) -> FloatArray:
-    """Half-planes of a convex outline: rows (a, b, limit), inside where ``a x + b y <= limit``."""
-    return np.unique(ConvexHull(outline_m).equations * [1, 1, -1], axis=0)
-
-
-def _check_convex(outline: FloatArray) -> None:
-    if len(outline) < 3 or not np.isfinite(outline).all():
-        raise ValueError(f"expected outline_m with at least three finite corners, got {outline.tolist()}")
-    steps = np.diff(np.vstack([outline, outline[:1]]), axis=0)
-    turns = steps[:, 0] * np.roll(steps[:, 1], -1) - steps[:, 1] * np.roll(steps[:, 0], -1)
-    smallest = 1e-9 * np.abs(outline).max() ** 2
-    one_way = (turns > smallest).all() or (turns < -smallest).all()
-    # A pentagram turns one way at every corner too, but goes round twice.
-    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
-    if not one_way or abs(heading[-1] - heading[0]) >= 2 * np.pi:
-        raise ValueError(f"expected outline_m to be convex with a real corner everywhere, got {outline.tolist()}")

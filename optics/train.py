@@ -21,6 +21,7 @@ from optics.kernels.backend import Array3f64, Float64, Int32, UInt32, dr
 from optics.kernels.freezing import frozen
 from optics.layout import Layout, check_stows
 from optics.mirror import PlaneMirror, reflect_over, unfold
+from optics.mirror_outline import mirror_outline
 from optics.ports.port import Port, port_from_spec
 from optics.status import Region, Status
 from rigs import Rig
@@ -114,7 +115,7 @@ class OpticalTrain:
         layout.check_joints(q1, q2)
         poses = (layout.camera_from_m1, layout.camera_from_m2(q1, q2))
         mirrors = tuple(
-            PlaneMirror.from_pose(pose, width_m=plate.width_mm / 1000, height_m=plate.height_mm / 1000)
+            PlaneMirror.from_pose(pose, mirror_outline(plate))
             for pose, plate in zip(poses, (rig.gaze.fold_mirror, rig.gaze.gaze_mirror), strict=True)
         )
         return replace(bare, mirrors=mirrors)
@@ -130,13 +131,13 @@ class OpticalTrain:
 
     def unbounded(self) -> OpticalTrain:
         """The same train without the port's rim and the mirrors' edges."""
-        mirrors = tuple(replace(mirror, outline_m=None) for mirror in self.mirrors)
+        mirrors = tuple(replace(mirror, outline=None) for mirror in self.mirrors)
         return replace(self, port=self.port.without_rim(), mirrors=mirrors)
 
     @property
     def kind(self) -> tuple[Any, ...]:
         """What the compiled kernels depend on; everything else is their input."""
-        return (*self.camera.kind, type(self.port), tuple(mirror.edge_count for mirror in self.mirrors))
+        return (*self.camera.kind, type(self.port), tuple(mirror.outline_kind for mirror in self.mirrors))
 
     def parameters(self) -> dict[str, Any]:
         """Numbers of the train for the kernels."""
@@ -234,7 +235,7 @@ def regions(status: StatusArray) -> StatusArray:
 
 @cache
 def compiled_trace(
-    camera: type[Camera], distorted: bool, port: type[Port], edge_counts: tuple[int, ...]
+    camera: type[Camera], distorted: bool, port: type[Port], outlines: tuple[Any, ...]
 ) -> Callable[..., Any]:
     """Frozen kernel of `OpticalTrain.trace` for one kind of train."""
 
@@ -262,7 +263,7 @@ def compiled_transmittance(camera: type[Camera], distorted: bool, port: type[Por
 
 @cache
 def compiled_project(
-    camera: type[Camera], distorted: bool, port: type[Port], edge_counts: tuple[int, ...]
+    camera: type[Camera], distorted: bool, port: type[Port], outlines: tuple[Any, ...]
 ) -> Callable[..., Any]:
     """Frozen kernel of `OpticalTrain.project` for one kind of train."""
 

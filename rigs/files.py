@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -48,30 +47,6 @@ def preset_with_hull(shape: str) -> str:
     if shape not in shapes:
         raise ValueError(f"hull {shape!r}: expected {', '.join(sorted(shapes))} or the name of a file")
     return shapes[shape]
-
-
-def put_hull_file(document: tomlkit.TOMLDocument, hull: Path, *, unit: str | None, folder: Path) -> None:
-    """Let a hull's file take the place of the hull in a rig that will lie in `folder`.
-
-    Raises
-    ------
-    ValueError
-        When the rig's mirrors are not on a hull, or the unit of a mesh is not said.
-    """
-    if "hull" not in document:
-        raise ValueError(f"hull {hull.name!r}: expected a preset with mirrors, got one that has no hull")
-    if unit is None and hull.suffix.lower() not in OWN_UNIT_SUFFIXES:
-        raise ValueError(
-            f"hull {hull.name!r}: expected --unit mm, cm, m or inch; a mesh does not say what its numbers mean"
-        )
-    table = tomlkit.table()
-    table["shape"] = "file"
-    table["file"] = os.path.relpath(hull, folder)
-    if unit is not None:
-        table["unit"] = unit
-    document["hull"] = table
-    for key in ("fold_plane", "base_plane"):
-        document["mount"].pop(key, None)
 
 
 def find_rig(name_or_path: str | Path) -> Path:

@@ -9,11 +9,22 @@ from rigs.section import Positive, Section
 
 
 class FlatMirror(Section):
-    """Rectangular front-surface mirror plate."""
+    """Front-surface mirror plate.
+
+    `width_mm` and `height_mm` are the sides of the rectangle that its `outline` fills: all of it, the ellipse in it, or
+    an octagon, its corners cut at 45 degrees by 0.293 of the shorter side, so that a square becomes a regular one.
+    """
 
     width_mm: Positive
     height_mm: Positive
     thickness_mm: Positive = 3.0
+    outline: Literal["rectangle", "octagon", "ellipse"] = "rectangle"
+
+    @property
+    def size(self) -> str:
+        """Sides and thickness as one writes them, and the outline where it is no rectangle."""
+        sides = f"{self.width_mm:g} x {self.height_mm:g} x {self.thickness_mm:g} mm"
+        return sides if self.outline == "rectangle" else f"{sides}, {self.outline}"
 
 
 class FoldMirror(FlatMirror):

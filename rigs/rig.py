@@ -85,8 +85,7 @@ class Rig(Section):
         if self.gaze is None:
             return facts
         for name, mirror in (("Fold mirror M1", self.gaze.fold_mirror), ("Gaze mirror M2", self.gaze.gaze_mirror)):
-            size = f"{mirror.width_mm:g} × {mirror.height_mm:g} × {mirror.thickness_mm:g} mm"
-            facts.append((name, f"{size}, {mirror.distance_mm:g} mm along the axis"))
+            facts.append((name, f"{mirror.size.replace(' x ', ' × ')}, {mirror.distance_mm:g} mm along the axis"))
         for name, joint in (("Pan q1", self.gaze.joints.pan), ("Tilt q2", self.gaze.joints.tilt)):
             facts.append((name, f"{joint.min_deg:g} to {joint.max_deg:g}°"))
         servos = self.gaze.servos

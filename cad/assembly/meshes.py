@@ -31,7 +31,6 @@ SERVO_WITHOUT_SHAPE: IncEx = {
     "latency_ms",
     "backlash_deg",
     "jitter_us",
-    "depth_rating_m",
 }
 WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "name": True,

@@ -30,6 +30,7 @@ from optics.kernels.arrays import FloatArray, unit
 from optics.kernels.ray_scene import first_faces, mesh_scene
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
+from optics.mirror_outline import mirror_outline
 from optics.status import Region
 from optics.train import OpticalTrain, Rays, pixel_grid
 from rigs import FileHull, NoPortSpec, Rig
@@ -157,7 +158,7 @@ def rig_standing(rig: Rig) -> Standing:
     q1, q2 = (float(np.clip(0, *joint.limits)) for joint in (layout.pan, layout.tilt))
     train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
     light = _light(rig, train, layout, hull)
-    fold, rest, poses = _plates(rig, train, layout, (q1, q2))
+    fold, rest, poses = _plates(rig, layout, (q1, q2))
     (fold,), fold_place = _beside("fold mirror M1", [fold], hull)
     (rest,), rest_place = _beside("gaze mirror M2 at rest", [rest], hull)
     poses, range_place = _beside("gaze mirror M2 over its range", poses, hull)
@@ -238,12 +239,10 @@ def _around(directions: FloatArray) -> NDArray[np.int64]:
     return np.asarray(ahead[bounds], dtype=np.int64)
 
 
-def _plates(
-    rig: Rig, train: OpticalTrain, layout: Layout, rest: tuple[float, float]
-) -> tuple[Plate, Plate, tuple[Plate, ...]]:
+def _plates(rig: Rig, layout: Layout, rest: tuple[float, float]) -> tuple[Plate, Plate, tuple[Plate, ...]]:
     """M1, M2 at rest, and M2 over its range."""
     gaze = rig.require_gaze()
-    fold, turned = (np.asarray(mirror.outline_m) for mirror in train.mirrors)
+    fold, turned = (mirror_outline(mirror).rim() for mirror in (gaze.fold_mirror, gaze.gaze_mirror))
     fold_depth, depth = (mirror.thickness_mm / 1000 for mirror in (gaze.fold_mirror, gaze.gaze_mirror))
     grid = [(q1, q2) for q1 in layout.pan.values(POSES[0]) for q2 in layout.tilt.values(POSES[1])]
     return (

@@ -1,28 +1,45 @@
 """Where the fold bracket stands: its seat on the hull, its roof, and the corners of M1's cell.
 
 Everything is in the fold frame: the body's, but for a rig that folds up turned by half a turn about the camera's axis.
-So one bracket serves both: in the fold frame the hull is always below the roof and M2 below M1.
+So one bracket serves both: in the fold frame the hull is always below the roof and M2 below M1. The roof is level; a
+pedestal leads from it down to the flange, which may slope, and two girders lead from the pedestal to M1's cell, aslant
+where the anchor is not in the camera's vertical plane.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
+from math import hypot
 
 import numpy as np
-from build123d import Location, Rot
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from cad.parts.flange import Seat, fold_seat
+from cad.parts.flange import Seat, bolt_places, fold_seat
 from cad.parts.mirrors import Fixing, tray_depth_mm, tray_foot_mm, tray_half_width_mm, tray_head_mm
-from cad.shapes import location_mm
+from cad.shapes import Limits
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import FoldMirror, Mount, Rig
 
 ALIGNMENT_MM = 0.5
-STEEPEST_DEG = 35.0
-"""Between the hull's normal and the roof's: beyond it the wedge between the two is a tower."""
+STEEPEST_DEG = 60.0
+"""Between the hull's normal and the roof's: beyond it the flange is twice as long as what is seen of it from above."""
+FLATTEST_DEG = 10.0
+LONGEST_GRIP_MM = 25.0
+"""Up to this slope and height over the flange bolts go through the roof; else their heads are in the pedestal."""
+LARGEST_RISE_MM = 150.0
+"""Of the roof over the flange: a taller pedestal is a tower."""
+STEEPEST_GIRDER = 1.5
+"""How far a girder goes sideways for what it goes ahead: some 56 degrees."""
 SMALLEST_HALF_WIDTH_MM = 25.0
+SMALLEST_GIRDER_MM = 14.0
+SLENDEREST_GIRDER = 12.0
+"""Length of the girders in their depth."""
+OVER_HULL_MM = 2.0
+"""Between the girders and the highest point of the hull under the flange."""
+ROOF_SHARE = 0.45
+"""Of the cell's depth along the roof: how far the roof goes beyond the cell's upper corner."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +58,8 @@ class FoldStance:
         Where the flange lies.
     roof_mm : float
         Height of the roof's outer face.
+    girder_mm : float
+        Depth of the girders under it, the roof's own wall included.
     """
 
     body_from_fold: RigidTransform
@@ -49,6 +68,7 @@ class FoldStance:
     mount: Mount
     seat: Seat
     roof_mm: float
+    girder_mm: float
 
     @property
     def wall_mm(self) -> float:
@@ -67,7 +87,7 @@ class FoldStance:
 
     @property
     def y_mm(self) -> float:
-        """The plane of symmetry, which is the camera's."""
+        """The plane of symmetry of M1's cell, which is the camera's."""
         return float(1000 * self.fold_from_m1.translation[1])
 
     @property
@@ -76,9 +96,21 @@ class FoldStance:
         return self.roof_mm - self.wall_mm
 
     @property
+    def pedestal_mm(self) -> tuple[Limits, Limits]:
+        """Limits along x and y of what stands on the hull: the flange as seen from above."""
+        low, high = flange_corners_mm(self.seat).min(axis=0), flange_corners_mm(self.seat).max(axis=0)
+        return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
+
+    @property
     def rear_mm(self) -> float:
         """Rear end of flange and roof."""
-        return float(self.anchor_mm[0]) - self.seat.length_mm / 2
+        return self.pedestal_mm[0][0]
+
+    @property
+    def roof_front_mm(self) -> float:
+        """Front end of the roof, over M1's cell; a flange that is over it too makes it longer."""
+        upper, lower = self.upper_mm[0], self.lower_mm[0]
+        return max(upper + ROOF_SHARE * (lower - upper), self.pedestal_mm[0][1])
 
     @property
     def tray_half_width_mm(self) -> float:
@@ -86,29 +118,23 @@ class FoldStance:
         return tray_half_width_mm(self.mirror)
 
     @property
-    def half_width_mm(self) -> float:
-        """Half of the roof's width: of the wider of flange and cell."""
-        return max(self.tray_half_width_mm, SMALLEST_HALF_WIDTH_MM)
-
-    @property
     def upper_mm(self) -> tuple[float, float]:
         """Upper corner of the cell's back, as (x, z)."""
-        return self.in_side_view(tray_foot_mm(self.mirror), -tray_depth_mm(self.mirror, self.wall_mm))
+        return self.in_side_view(tray_head_mm(self.mirror, self.fixing), -tray_depth_mm(self.mirror, self.wall_mm))
 
     @property
     def lower_mm(self) -> tuple[float, float]:
         """Lower corner of the cell's back, as (x, z)."""
-        return self.in_side_view(-tray_head_mm(self.mirror, self.fixing), -tray_depth_mm(self.mirror, self.wall_mm))
-
-    @property
-    def fold_from_cell(self) -> Location:
-        """Pose of M1's cell, which opens downwards: over its upper edge is the roof, and the mirror slides in."""
-        return location_mm(self.fold_from_m1) * Rot(0, 0, 180)
+        return self.in_side_view(-tray_foot_mm(self.mirror), -tray_depth_mm(self.mirror, self.wall_mm))
 
     def in_side_view(self, up_mm: float, out_mm: float) -> tuple[float, float]:
         """Point of M1's frame, up its face and along its normal, as (x, z) of the fold frame."""
         x, _, z = 1000 * self.fold_from_m1.apply(np.array([0.0, up_mm, out_mm]) / 1000)
         return float(x), float(z)
+
+    def in_body_mm(self, x: float, y: float, z: float) -> FloatArray:
+        """Point of the fold frame in the body frame."""
+        return np.asarray(1000 * self.body_from_fold.apply(np.array([x, y, z]) / 1000))
 
 
 def fold_stance(rig: Rig, layout: Layout) -> FoldStance:
@@ -117,20 +143,29 @@ def fold_stance(rig: Rig, layout: Layout) -> FoldStance:
     Raises
     ------
     ValueError
-        When the anchor is beside the camera's vertical plane, not above M1, too far forward, or on too steep a hull.
+        When the hull carries no flange at the anchor or slopes too much there, or when the anchor is too low, too far
+        forward or too far to the side for M1.
     """
     gaze = rig.require_gaze()
     body_from_fold = fold_frame(layout)
     seat = fold_seat(rig).moved(body_from_fold.inv())
-    stance = FoldStance(
+    place = f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}"
+    _check_slope(seat, body_from_fold, place)
+    fold_from_m1 = body_from_fold.inv() * layout.body_from_m1
+    flat = FoldStance(
         body_from_fold=body_from_fold,
-        fold_from_m1=body_from_fold.inv() * layout.body_from_m1,
+        fold_from_m1=fold_from_m1,
         mirror=gaze.fold_mirror,
         mount=gaze.mount,
         seat=seat,
-        roof_mm=_roof(seat),
+        roof_mm=0.0,
+        girder_mm=gaze.mount.wall_mm,
     )
-    _check(stance, f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}")
+    # A hinge's deck has its stiffeners over the roof, where the arm does not swing.
+    girder = gaze.mount.wall_mm if gaze.joints.stow else _girder_mm(flat)
+    roof = _roof(flat, girder)
+    stance = replace(flat, roof_mm=roof, girder_mm=girder, seat=_bolted_through(seat, roof))
+    _check(stance, place)
     return stance
 
 
@@ -143,45 +178,75 @@ def fold_frame(layout: Layout) -> RigidTransform:
     return RigidTransform.from_components(pinhole - turn.apply(pinhole), turn)
 
 
-def _roof(seat: Seat) -> float:
-    """Height of the roof's outer face: not below the flange's, and a wall above the highest point of the contact."""
-    # The roof is as long as the flange, but level: it reaches further along the slope.
-    slope = max(float(seat.normal[2]), 0.1)
-    half_length, half_width = seat.length_mm / 2 / slope, seat.width_mm / 2 / slope
+def flange_corners_mm(seat: Seat) -> FloatArray:
+    """Corners of the box around a flange, in the frame the seat is given in, shape (8, 3)."""
+    low, high = seat.contact.range_mm[0], seat.height_mm
+    sides = product((-seat.length_mm / 2, seat.length_mm / 2), (-seat.width_mm / 2, seat.width_mm / 2), (low, high))
+    return np.asarray(1000 * seat.body_from_seat.apply(np.array(list(sides)) / 1000))
+
+
+def _girder_mm(stance: FoldStance) -> float:
+    """Depth of the girders: a share of their length from the middle of the flange to the far end of the roof."""
+    x, y, _ = stance.anchor_mm
+    return max(SMALLEST_GIRDER_MM, hypot(stance.roof_front_mm - x, stance.y_mm - y) / SLENDEREST_GIRDER)
+
+
+def _roof(stance: FoldStance, girder_mm: float) -> float:
+    """Height of the roof's outer face: over the flange, and girders over the hull and over M1's cell."""
+    seat = stance.seat
     # A saddle is round: its crest is highest.
-    sides = (0.0,) if seat.strapped else (-half_width, half_width)
-    levels = []
-    for height, over in ((seat.height_mm, 0.0), (seat.contact.range_mm[1], seat.wall_mm)):
-        corners = np.array([[end, side, height] for end in (-half_length, half_length) for side in sides])
+    sides = (0.0,) if seat.strapped else (-seat.width_mm / 2, seat.width_mm / 2)
+    ends = (-seat.length_mm / 2, seat.length_mm / 2)
+    levels = [stance.upper_mm[1] + girder_mm]
+    beyond = OVER_HULL_MM + girder_mm if girder_mm > seat.wall_mm else seat.wall_mm
+    for height, over in ((seat.height_mm, 0.0), (seat.contact.range_mm[1], beyond)):
+        corners = np.array([[end, side, height] for end in ends for side in sides])
         levels.append(float(1000 * seat.body_from_seat.apply(corners / 1000)[:, 2].max()) + over)
     return max(levels)
 
 
-def _check(stance: FoldStance, place: str) -> None:
-    """Compare the anchor with M1; numbers in messages are those of the body frame, as in the rig file."""
-    x, y, _ = stance.anchor_mm
-    side = float(stance.body_from_fold.rotation.apply([0, 0, 1])[2])
-    if abs(y - stance.y_mm) > ALIGNMENT_MM:
-        here, wanted = (1000 * stance.body_from_fold.apply(np.array([x, v, 0]) / 1000)[1] for v in (y, stance.y_mm))
-        raise ValueError(f"{place}: expected y = {wanted:g}, as the camera has, got y = {here:g}")
-    steep = float(np.degrees(np.arccos(np.clip(stance.seat.normal[2], -1, 1))))
+def _bolted_through(seat: Seat, roof_mm: float) -> Seat:
+    """Seat whose bolts go through the roof, where it is all but parallel to the flange and not far off."""
+    heads = np.array([[x, y, seat.height_mm] for x, y in bolt_places()])
+    standing = (roof_mm - 1000 * seat.body_from_seat.apply(heads / 1000)[:, 2].max()) / float(seat.normal[2])
+    parallel = float(seat.normal[2]) > np.cos(np.radians(FLATTEST_DEG))
+    return replace(seat, standing_mm=standing) if parallel and 0 < standing <= LONGEST_GRIP_MM else seat
+
+
+def _check_slope(seat: Seat, body_from_fold: RigidTransform, place: str) -> None:
+    steep = float(np.degrees(np.arccos(np.clip(seat.normal[2], -1, 1))))
     if steep > STEEPEST_DEG:
+        up = float(body_from_fold.rotation.apply([0, 0, 1])[2]) > 0
         raise ValueError(
             f"{place}: expected a hull whose normal is within {STEEPEST_DEG:g} degrees of "
-            f"{'up' if side > 0 else 'down'}, got {steep:.0f} degrees"
+            f"{'up' if up else 'down'}, got {steep:.0f} degrees"
         )
-    if stance.roof_low_mm < stance.upper_mm[1]:
-        room = stance.upper_mm[1] - stance.roof_low_mm
-        low, high = (
-            1000 * stance.body_from_fold.apply(np.array([x, y, z]) / 1000)[2]
-            for z in (stance.anchor_mm[2], stance.anchor_mm[2] + room)
-        )
+
+
+def _check(stance: FoldStance, place: str) -> None:
+    """Compare the anchor with M1; numbers in messages are those of the body frame, as in the rig file."""
+    x, y, z = stance.anchor_mm
+    front = stance.pedestal_mm[0][1]
+    rise = stance.roof_mm - float(flange_corners_mm(stance.seat)[:, 2].max())
+    if rise > LARGEST_RISE_MM:
+        here, better = (stance.in_body_mm(x, y, level)[2] for level in (z, z + rise - LARGEST_RISE_MM))
         raise ValueError(
-            f"{place}: expected z of at {'least' if side > 0 else 'most'} {high:.1f}, beyond M1's cell, so that the "
-            f"roof clears it, got z = {low:g}"
+            f"{place}: expected z of at {'least' if better > here else 'most'} {better:.1f}, so that the roof over "
+            f"M1's cell is at most {LARGEST_RISE_MM:g} mm off the flange, got z = {here:g}"
         )
-    if x + stance.seat.length_mm / 2 > stance.lower_mm[0]:
+    # A flange over the cell must leave M1 its light.
+    over_cell = float(flange_corners_mm(stance.seat)[:, 2].min()) > stance.upper_mm[1]
+    furthest = stance.lower_mm[0] if over_cell and abs(y - stance.y_mm) <= ALIGNMENT_MM else stance.upper_mm[0]
+    if front > furthest:
         raise ValueError(
-            f"{place}: expected x of at most {stance.lower_mm[0] - stance.seat.length_mm / 2:.1f}, behind the front of "
-            f"M1, got x = {x:g}"
+            f"{place}: expected x of at most {x - front + furthest:.1f}, where the flange is behind "
+            f"{'the front' if furthest == stance.lower_mm[0] else 'the upper edge'} of M1's cell, got x = {x:g}"
+        )
+    beside, room = abs(y - stance.y_mm), max(STEEPEST_GIRDER * (stance.upper_mm[0] - front), ALIGNMENT_MM)
+    if beside > room:
+        here = stance.in_body_mm(x, y, z)[1]
+        low, high = sorted(stance.in_body_mm(x, stance.y_mm + side * room, z)[1] for side in (-1, 1))
+        raise ValueError(
+            f"{place}: expected y from {low:.1f} to {high:.1f}, so that the girders reach M1's cell from there, "
+            f"got y = {here:g}"
         )

@@ -33,7 +33,7 @@ BOLT_IN_HULL_MM = 8.0
 BOLT_HEAD_DIAMETER_MM = 10.0
 """Room for an M4 washer and a key around a cap screw's head."""
 SADDLE_LENGTH_MM = 60.0
-SADDLE_WIDTH_MM = 84.0
+SADDLE_WIDTH_MM = 64.0
 SADDLE_HALF_ANGLE_DEG = 50.0
 """No wider than this around the hull: beyond it a strap pulls along the saddle, not onto it."""
 STRAP_PLACES_MM = (-17.0, 17.0)
@@ -56,12 +56,15 @@ class Seat:
         Whether hose clamps hold it, not bolts.
     wall_mm : float
         Wall of the mount.
+    standing_mm : float
+        Of what stands on the flange and is bolted down with it.
     """
 
     body_from_seat: RigidTransform
     contact: Contact
     strapped: bool
     wall_mm: float
+    standing_mm: float = 0.0
 
     @property
     def length_mm(self) -> float:
@@ -78,6 +81,11 @@ class Seat:
         """Height of the flange's outer face, over the anchor."""
         straps = STRAP_HEIGHT_MM + self.wall_mm if self.strapped else 0.0
         return self.contact.range_mm[1] + self.wall_mm + straps
+
+    @property
+    def head_mm(self) -> float:
+        """Height of the bolts' heads over the anchor."""
+        return self.height_mm + self.standing_mm
 
     @property
     def normal(self) -> FloatArray:
@@ -132,7 +140,7 @@ def flange_hardware(seat: Seat, name: str) -> list[Hardware]:
     """Bolts of a flange, in the frame the seat is given in; none for a saddle, whose hose clamps go around the hull."""
     if seat.strapped:
         return []
-    place, level = location_mm(seat.body_from_seat), seat.height_mm
+    place, level = location_mm(seat.body_from_seat), seat.head_mm
     screw = cap_screw("M4", screw_length_mm(level - seat.contact.range_mm[0] + BOLT_IN_HULL_MM))
     return [
         Hardware(
@@ -141,11 +149,12 @@ def flange_hardware(seat: Seat, name: str) -> list[Hardware]:
             piece=screw,
             pose=place * along((x, y, level), (0, 0, 1)),
         )
-        for number, (x, y) in enumerate(_bolt_places(), start=1)
+        for number, (x, y) in enumerate(bolt_places(), start=1)
     ]
 
 
-def _bolt_places() -> list[tuple[float, float]]:
+def bolt_places() -> list[tuple[float, float]]:
+    """Where a flange's bolts are, as (x, y) of the seat's frame."""
     return [(sx * FLANGE_HOLES_MM[0], sy * FLANGE_HOLES_MM[1]) for sx in (-1, 1) for sy in (-1, 1)]
 
 
@@ -204,7 +213,7 @@ def _hull_side(seat: Seat) -> Part:
 
 
 def _fastener_room(seat: Seat) -> Part:
-    low, high = seat.contact.range_mm[0] - 2, seat.height_mm
+    low, high = seat.contact.range_mm[0] - 2, seat.head_mm
     if seat.strapped and isinstance(seat.contact, CylinderContact):
         axis, inner = -seat.contact.radius_mm, seat.contact.radius_mm + seat.wall_mm
         rooms = []
@@ -214,7 +223,7 @@ def _fastener_room(seat: Seat) -> Part:
             rooms.append(cylinder(start, end, inner + STRAP_HEIGHT_MM) - core)
         return Part() + rooms
     rooms = []
-    for x, y in _bolt_places():
+    for x, y in bolt_places():
         rooms.append(cylinder((x, y, low), (x, y, high + 1), clearance_diameter_mm("M4") / 2))
         rooms.append(cylinder((x, y, high), (x, y, high + 40), BOLT_HEAD_DIAMETER_MM / 2))
     return Part() + rooms

@@ -1,64 +1,102 @@
-"""The fold bracket: a flange on the hull, a roof over M1 and the cell that holds M1 at 45 degrees.
+"""The fold bracket: a flange on the hull, a pedestal, two girders under a braced roof, and M1's cell behind two ribs.
 
 Roof and ribs stay behind M1 as seen from the camera, so that the direct view beside M1 loses no more than M1 takes.
+It prints on its roof without support: the roof's outer face is flat, everything else rises from it at 45 degrees or
+steeper, and pockets open towards the hull.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import hypot
 
-from build123d import Axis, Part, Solid
+import numpy as np
+from build123d import Axis, Part, Plane, Solid
+from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from cad.parts.bracket_placement import FoldStance
-from cad.parts.flange import fastener_room, flange, hull_side
-from cad.parts.mirrors import mirror_tray
-from cad.shapes import Limits, along_y, box, cylinder, location_mm, single_solid
+from cad.parts.flange import (
+    BOLT_HEAD_DIAMETER_MM,
+    STRAP_PLACES_MM,
+    STRAP_WIDTH_MM,
+    bolt_places,
+    fastener_room,
+    hull_side,
+)
+from cad.parts.hardware import clearance_diameter_mm
+from cad.parts.mirrors import BOND_HOLE_DIAMETER_MM, mirror_tray
+from cad.shapes import Limits, along_y, along_z, box, cylinder, location_mm, prism, single_solid
 
-RAIL_HEIGHT_MM = 10.0
 ROOF_CORNER_MM = 6.0
-RIB_FILLET_MM = 3.0
-LEVEL = 1e-9
+BAR_MM = 8.0
+"""Width of the roof's bars."""
+BOSS_WALL_MM = 3.0
+"""Of the pedestal around a bolt, or around its head where that is in the pedestal."""
+RIB_BAR_MM = 9.0
+"""Left around the hole of a rib, which spares weight and lets the water through."""
+SMALLEST_POCKET_MM = 3.0
+FOOT_SHARE = 0.8
+"""How far down the cell's back the ribs go; its rims carry the rest."""
+WINDOW_EDGE_MM = 14.0
+"""Of the cell's floor, around the window in its middle."""
+FAR_MM = 500.0
+
+Plan = tuple[float, float]
 
 
 def fold_bracket_solid(stance: FoldStance) -> Solid:
     """Solid of the fold bracket in the body frame, millimetres."""
-    y, front = stance.y_mm, stance.lower_mm[0]
-    roof = box((stance.rear_mm, front), _across(y, stance.half_width_mm), (stance.roof_low_mm, stance.roof_mm))
-    roof = roof.fillet(ROOF_CORNER_MM, roof.edges().filter_by(Axis.Z))
-    parts = [cell_in_fold(stance), roof, *flange_parts(stance)]
+    parts = [windowed_cell(stance), pedestal(stance), *_girders(stance)]
     for side in (-1, 1):
-        # A rib reaches inwards from the outside of the cell, a rail from the edge of the roof.
-        edge, rail_edge = y + side * stance.tray_half_width_mm, y + side * stance.half_width_mm
+        # A rib reaches inwards from the outside of the cell.
+        edge = stance.y_mm + side * stance.tray_half_width_mm
         parts.append(_rib(stance, ordered(edge, edge - side * stance.wall_mm)))
-        parts.append(_rail(stance, front, ordered(rail_edge, rail_edge - side * stance.wall_mm)))
     return on_hull(stance, parts, "fold_bracket")
 
 
 def cell_in_fold(stance: FoldStance) -> Part:
     """M1's cell in the fold frame."""
-    return stance.fold_from_cell * mirror_tray(stance.mirror, stance.wall_mm, stance.fixing)
+    return location_mm(stance.fold_from_m1) * mirror_tray(stance.mirror, stance.wall_mm, stance.fixing)
 
 
-def flange_parts(stance: FoldStance) -> list[Part]:
-    """Flange, and where the hull is curved or slopes what fills the wedge between it and the roof."""
+def windowed_cell(stance: FoldStance) -> Part:
+    """M1's cell with a window between the bonding holes, pointed where it is highest as it is printed."""
+    half_width = stance.mirror.width_mm / 4 - BOND_HOLE_DIAMETER_MM / 2 - stance.wall_mm
+    half_height = stance.mirror.height_mm / 2 - WINDOW_EDGE_MM
+    point = half_width * 3**0.5
+    cell = cell_in_fold(stance)
+    if half_width < SMALLEST_POCKET_MM or 2 * half_height < point + SMALLEST_POCKET_MM:
+        return cell
+    outline = [
+        (-half_width, half_height),
+        (half_width, half_height),
+        (half_width, -half_height + point),
+        (0.0, -half_height),
+        (-half_width, -half_height + point),
+    ]
+    window = prism(outline, Plane.XY, (-FAR_MM / 5, 0.0))
+    return cell - location_mm(stance.fold_from_m1) * window
+
+
+def pedestal(stance: FoldStance) -> Part:
+    """Block from the hull up to the roof, with the flange in it; what the hull and the bolts take is cut later."""
     seat = stance.seat
-    parts = [flange(seat)]
-    if not seat.strapped and (seat.contact.range_mm != (0.0, 0.0) or seat.normal[2] < 1 - LEVEL):
-        x, y, _ = stance.anchor_mm
-        lean = hypot(seat.length_mm, seat.width_mm) / 2 * (1 - seat.normal[2] ** 2) ** 0.5
-        low = float(stance.anchor_mm[2]) + seat.contact.range_mm[0] - lean
-        half_length, half_width = seat.length_mm / 2 - 1, seat.width_mm / 2 - 1
-        parts.append(box((x - half_length, x + half_length), (y - half_width, y + half_width), (low, stance.roof_mm)))
-    return parts
+    (x_low, x_high), y_limits = stance.pedestal_mm
+    low = float(stance.anchor_mm[2]) - FAR_MM
+    block = box((x_low, x_high), y_limits, (low, stance.roof_mm))
+    block = block.fillet(ROOF_CORNER_MM, block.edges().filter_by(Axis.Z))
+    # The hull's side is cut under the flange alone; beside it the block ends where the flange's box does.
+    beyond = location_mm(seat.body_from_seat) * box(
+        (-FAR_MM, FAR_MM), (-FAR_MM, FAR_MM), (-2 * FAR_MM, seat.contact.range_mm[0])
+    )
+    return block - beyond
 
 
 def on_hull(stance: FoldStance, parts: list[Part], name: str) -> Solid:
     """One solid of parts, without the hull's side of the contact and the fasteners' room; in the body frame."""
     what, hint = f"fold_mirror, of the {name}", "look at mount.fold_anchor_mm too"
     whole = Part() + single_solid(parts, what, hint)
-    cuts = [fastener_room(stance.seat)]
-    if len(parts) and (stance.seat.contact.range_mm != (0.0, 0.0) or stance.seat.normal[2] < 1 - LEVEL):
-        cuts.append(hull_side(stance.seat))
+    cuts = [fastener_room(stance.seat), hull_side(stance.seat), *_pockets(stance)]
     return in_body(stance, single_solid([whole - cuts], what, hint))
 
 
@@ -72,27 +110,110 @@ def ordered(first: float, second: float) -> Limits:
     return min(first, second), max(first, second)
 
 
-def _across(middle: float, half: float) -> Limits:
-    return middle - half, middle + half
+def _pockets(stance: FoldStance) -> list[Part]:
+    """Pocket of the pedestal, open towards the hull, around the bolts' bosses or between the bands."""
+    seat, wall = stance.seat, stance.wall_mm
+    (x_low, x_high), (y_low, y_high) = stance.pedestal_mm
+    low = float(stance.anchor_mm[2]) - FAR_MM
+    if seat.strapped:
+        half = (STRAP_PLACES_MM[1] - STRAP_PLACES_MM[0] - STRAP_WIDTH_MM) / 2 - wall
+        middle = (x_low + x_high) / 2
+        x_low, x_high = middle - half - wall, middle + half + wall
+        if half < SMALLEST_POCKET_MM / 2:
+            return []
+    pocket = box((x_low + wall, x_high - wall), (y_low + wall, y_high - wall), (low, stance.roof_low_mm))
+    place = location_mm(seat.body_from_seat)
+    if seat.strapped:
+        return [pocket]
+    hole = clearance_diameter_mm("M4") if seat.standing_mm else BOLT_HEAD_DIAMETER_MM
+    radius = hole / 2 + BOSS_WALL_MM
+    bosses = [place * cylinder((x, y, -FAR_MM), (x, y, FAR_MM), radius) for x, y in bolt_places()]
+    return [pocket.cut(*bosses)]
+
+
+def _girders(stance: FoldStance) -> list[Part]:
+    """Chords of the roof with a web under each, bars across and diagonals."""
+    (_, front), (y_low, y_high) = stance.pedestal_mm
+    y, half = stance.y_mm, stance.tray_half_width_mm
+    upper, end = stance.upper_mm[0], stance.roof_front_mm
+    parts = []
+    # Both chords from behind the pedestal's front to the cell and over it.
+    starts = ((front - stance.wall_mm, y_low), (front - stance.wall_mm, y_high))
+    knees = ((upper, y - half), (upper, y + half))
+    ends = ((end, y - half), (end, y + half))
+    reaches_cell = upper - front > stance.wall_mm
+    if not reaches_cell:
+        starts = ((front - stance.wall_mm, y - half), (front - stance.wall_mm, y + half))
+    for side in (0, 1):
+        inwards = 1.0 if side == 0 else -1.0
+        if reaches_cell:
+            parts += _chord(stance, starts[side], knees[side], inwards)
+        parts += _chord(stance, knees[side], ends[side], inwards)
+    parts += _bracing(stance, knees, ends, bays=1)
+    if reaches_cell:
+        width, length = 2 * half, hypot(upper - front, y - (y_low + y_high) / 2)
+        parts += _bracing(stance, starts, knees, bays=max(1, round(length / width)))
+    return parts
+
+
+def _chord(stance: FoldStance, start: Plan, end: Plan, inwards: float) -> list[Part]:
+    """Bar of the roof from a point to another, its outer edge on the line between them, and the web under that edge."""
+    return [
+        _bar(start, end, (0.0, inwards * BAR_MM), (stance.roof_low_mm, stance.roof_mm)),
+        _bar(start, end, (0.0, inwards * stance.wall_mm), (stance.roof_mm - stance.girder_mm, stance.roof_mm)),
+    ]
+
+
+def _bracing(stance: FoldStance, starts: tuple[Plan, Plan], ends: tuple[Plan, Plan], bays: int) -> list[Part]:
+    """Bars across a stretch of the roof: at its far end, between its bays, and a diagonal in each bay."""
+    half = BAR_MM / 2
+    levels = (stance.roof_low_mm, stance.roof_mm)
+    shares = np.linspace(0, 1, bays + 1)
+    # Along the middle of the chords, whose outer edges are given.
+    lines = [
+        [(p[0] + share * (q[0] - p[0]), p[1] + inset + share * (q[1] - p[1])) for share in shares]
+        for p, q, inset in zip(starts, ends, (half, -half), strict=True)
+    ]
+    bars = []
+    for bay in range(bays):
+        near, far = (lines[0][bay], lines[1][bay]), (lines[0][bay + 1], lines[1][bay + 1])
+        a, b = (near[0], far[1]) if bay % 2 == 0 else (near[1], far[0])
+        bars += [_bar(a, b, (-half, half), levels), _bar(far[0], far[1], (-BAR_MM, 0.0), levels)]
+    return bars
+
+
+def _bar(start: Plan, end: Plan, across: Limits, levels: Limits) -> Part:
+    """Level bar between two points of the plan; `across` is from its line to its sides, positive to the left."""
+    (x, y), (u, v) = start, end
+    length = hypot(u - x, v - y)
+    left = ((y - v) / length, (u - x) / length)
+    near, far = ([(p[0] + side * left[0], p[1] + side * left[1]) for p in (start, end)] for side in ordered(*across))
+    return along_z([*near, *reversed(far)], levels)
 
 
 def _rib(stance: FoldStance, limits: Limits) -> Part:
-    """Plate between cell and roof, with a hole that spares weight and lets the water through."""
+    """Plate between the cell's back and the roof."""
     roof = stance.roof_mm - stance.wall_mm / 2
     # Half a wall into the cell's floor: solids that only touch do not become one.
     inset = stance.wall_mm / 2 / 2**0.5
     upper, lower = ((x - inset, z - inset) for x, z in (stance.upper_mm, stance.lower_mm))
-    front = stance.lower_mm
-    rib = along_y([upper, (upper[0], roof), (front[0], roof), front, lower], limits)
-    width, height = front[0] - upper[0], roof - front[1]
-    radius = (width + height - hypot(width, height)) / 2
-    centre = (front[0] - radius, roof - radius)
-    return rib - cylinder((centre[0], limits[0] - 1, centre[1]), (centre[0], limits[1] + 1, centre[1]), 0.55 * radius)
+    foot = (upper[0] + FOOT_SHARE * (lower[0] - upper[0]), upper[1] + FOOT_SHARE * (lower[1] - upper[1]))
+    end = max(upper[0] + 1, min(stance.roof_front_mm, foot[0]))
+    outline = [upper, (upper[0], roof), (end, roof), foot]
+    rib, hole = along_y(outline, limits), _inset(outline, RIB_BAR_MM)
+    return rib if hole is None else rib - along_y(hole, (limits[0] - 1, limits[1] + 1))
 
 
-def _rail(stance: FoldStance, front: float, limits: Limits) -> Part:
-    """Upstand along an edge of the roof, which would bend without it."""
-    foot, top = stance.roof_mm - stance.wall_mm / 2, stance.roof_mm + RAIL_HEIGHT_MM
-    start, end = stance.rear_mm + ROOF_CORNER_MM, front - ROOF_CORNER_MM
-    slope = RAIL_HEIGHT_MM
-    return along_y([(start, foot), (end, foot), (end - slope, top), (start + slope, top)], limits)
+def _inset(outline: Sequence[Plan], distance_mm: float) -> list[Plan] | None:
+    """Convex outline with every side moved inwards; None where nothing is left."""
+    corners = np.array(outline)
+    ahead = np.roll(corners, -1, axis=0) - corners
+    middle = corners.mean(axis=0)
+    normals = np.column_stack([-ahead[:, 1], ahead[:, 0]]) / np.linalg.norm(ahead, axis=1)[:, np.newaxis]
+    normals *= np.sign(np.einsum("ij,ij->i", normals, middle - corners))[:, np.newaxis]
+    levels = np.einsum("ij,ij->i", normals, corners) + distance_mm
+    if (normals @ middle < levels + 1).any():
+        return None
+    # SciPy wants a x + b <= 0.
+    points = HalfspaceIntersection(np.column_stack([-normals, levels]), middle).intersections
+    return [(float(x), float(z)) for x, z in points[ConvexHull(points).vertices]]

@@ -15,7 +15,7 @@ from build123d import Axis, Location, Part, Plane, Solid
 from scipy.spatial import ConvexHull
 
 from cad.parts.flange import FLANGE_WIDTH_MM
-from cad.parts.fold_bracket import ROOF_CORNER_MM, cell_in_fold, flange_parts, in_body, on_hull
+from cad.parts.fold_bracket import ROOF_CORNER_MM, cell_in_fold, in_body, on_hull, pedestal
 from cad.parts.hardware import (
     Hardware,
     Thread,
@@ -29,6 +29,7 @@ from cad.parts.hardware import (
 )
 from cad.parts.mirrors import FIT_MM
 from cad.parts.servo import (
+    EAR_SCREW,
     EAR_THICKNESS_MM,
     HORN_CENTRE_HOLE_DIAMETER_MM,
     HORN_HEIGHT_MM,
@@ -40,7 +41,6 @@ from cad.parts.servo import (
     horn_screw_positions,
     horn_solid,
     servo_solid,
-    shaft_screw,
 )
 from cad.parts.stow_hinge import BAR_MM, GAP_MM, LUG_RADIUS_MM, Point, StowHinge
 from cad.shapes import Limits, along_y, box, cylinder, location_mm, single_solid
@@ -63,10 +63,10 @@ def deck_solid(hinge: StowHinge) -> Solid:
     tongue = hinge.lug_limits_mm[1]
     wide = max(FLANGE_WIDTH_MM / 2, tongue)
     levels = (stance.roof_low_mm, stance.roof_mm)
-    plate = box((stance.rear_mm, stance.rear_mm + stance.seat.length_mm), (y - wide, y + wide), levels)
+    plate = box(stance.pedestal_mm[0], (y - wide, y + wide), levels)
     plate = plate.fillet(ROOF_CORNER_MM, plate.edges().filter_by(Axis.Z))
     nose = box((stance.anchor_mm[0], hinge.stop_mm), (y - tongue, y + tongue), levels)
-    parts = [plate, nose, _lug(hinge, _mirrored(y, hinge.lug_limits_mm)), *flange_parts(stance)]
+    parts = [plate, nose, _lug(hinge, _mirrored(y, hinge.lug_limits_mm)), pedestal(stance)]
     cuts = _pivot_cuts(hinge, -1)
     if hinge.servo:
         beside_case = max(hinge.lug_limits_mm[0], hinge.horn_mm - HORN_HEIGHT_MM + GAP_MM)
@@ -111,7 +111,7 @@ def stow_servo_in_body(hinge: StowHinge) -> tuple[Solid, Solid]:
     """Servo, its shaft on the axis and its case towards the flange, and its horn; body frame in use."""
     assert hinge.servo is not None
     place = location_mm(hinge.stance.body_from_fold) * _servo_place(hinge)
-    return place * servo_solid(hinge.servo), place * horn_solid(hinge.servo)
+    return place * servo_solid(hinge.servo), place * horn_solid()
 
 
 def hinge_hardware(hinge: StowHinge) -> tuple[list[Hardware], list[Hardware]]:
@@ -254,8 +254,8 @@ def _servo_cuts(hinge: StowHinge) -> list[Part]:
     inner, outer = _shifted(hinge.stance.y_mm, hinge.servo_lug_limits_mm)
     opening = box((x + far - FIT_MM, x + near + FIT_MM), (inner - 1, outer + 1), (z - half, z + half))
     holes = [
-        insert_hole(hinge.servo.ear_screw, (x + along_case, inner, z - across), (0, 1, 0), outer - inner)
-        for along_case, across in ear_hole_positions(hinge.servo)
+        insert_hole(EAR_SCREW, (x + place, inner, z), (0, 1, 0), outer - inner)
+        for place in ear_hole_positions(hinge.servo)
     ]
     return [opening, *holes]
 
@@ -268,15 +268,9 @@ def _ear_hardware(hinge: StowHinge) -> list[Hardware]:
     grip = EAR_THICKNESS_MM + FIT_MM
     return [
         piece
-        for number, (along_case, across) in enumerate(ear_hole_positions(hinge.servo), start=1)
+        for number, place in enumerate(ear_hole_positions(hinge.servo), start=1)
         for piece in screw_in_insert(
-            f"stow_ear_{number}",
-            Group.FIXED,
-            hinge.servo.ear_screw,
-            (x + along_case, ears, z - across),
-            (0, -1, 0),
-            grip,
-            outer - inner,
+            f"stow_ear_{number}", Group.FIXED, EAR_SCREW, (x + place, ears, z), (0, -1, 0), grip, outer - inner
         )
     ]
 
@@ -293,11 +287,10 @@ def _horn_cuts(hinge: StowHinge) -> list[Part]:
 
 
 def _horn_hardware(hinge: StowHinge) -> list[Hardware]:
-    assert hinge.servo is not None
     (x, z), y = hinge.axis_mm, hinge.stance.y_mm
     screw = cap_screw(HORN_SCREW, screw_length_mm(HORN_GRIP_MM + FIT_MM + HORN_THICKNESS_MM + HORN_ROOM_MM))
     seat = y + hinge.arm_mm[0] + HORN_GRIP_MM
-    return [shaft_screw("stow_shaft_screw", Group.FIXED, hinge.servo, _servo_place(hinge))] + [
+    return [
         Hardware(
             name=f"stow_horn_screw_{number}",
             group=Group.FIXED,

@@ -13,8 +13,8 @@ from math import acos, cos, hypot, sin, sqrt
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from cad.parts.bracket_placement import FoldStance, fold_stance
-from cad.parts.mirrors import FIT_MM, LIP_THICKNESS_MM, tray_foot_mm
+from cad.parts.bracket_placement import ALIGNMENT_MM, FoldStance, fold_stance
+from cad.parts.mirrors import FIT_MM, cell_front_mm, tray_head_mm
 from cad.parts.servo import EAR_LENGTH_MM, case_bottom, case_ends, ear_levels
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -98,8 +98,8 @@ class StowHinge:
     @property
     def axis_mm(self) -> Point:
         """The axis, as (x, z)."""
-        stance = self.stance
-        front = stance.in_side_view(tray_foot_mm(stance.mirror), LIP_THICKNESS_MM)
+        stance, head = self.stance, tray_head_mm(self.stance.mirror, self.stance.fixing)
+        front = stance.in_side_view(head, cell_front_mm(stance.mirror, stance.fixing))
         return min(front[0], stance.upper_mm[0]) - GAP_MM, stance.roof_mm + self.rise_mm
 
     @property
@@ -154,17 +154,22 @@ def stow_hinge(rig: Rig, layout: Layout) -> StowHinge | None:
     Raises
     ------
     ValueError
-        When there is no room for the hinge between flange and M1, or between the cell's sides.
+        When there is no room for the hinge between flange and M1 or between the cell's sides, or the flange is beside
+        the camera's vertical plane.
     """
     gaze = rig.require_gaze()
     if gaze.joints.stow is None:
         return None
     hinge = StowHinge(stance=fold_stance(rig, layout), max_deg=gaze.joints.stow.max_deg, servo=gaze.servos.stow)
     stance = hinge.stance
-    beyond = stance.rear_mm + stance.seat.length_mm - (hinge.rear_mm - GAP_MM)
+    place, y = f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}", float(stance.anchor_mm[1])
+    if abs(y - stance.y_mm) > ALIGNMENT_MM:
+        here, wanted = (stance.in_body_mm(stance.anchor_mm[0], side, 0.0)[1] for side in (y, stance.y_mm))
+        raise ValueError(f"{place}: expected y = {wanted:g} for joints.stow, as the camera has, got y = {here:g}")
+    beyond = stance.pedestal_mm[0][1] - (hinge.rear_mm - GAP_MM)
     if beyond > 0:
         raise ValueError(
-            f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}: expected x of at most "
+            f"{place}: expected x of at most "
             f"{stance.anchor_mm[0] - beyond:.1f}, so that the hinge of joints.stow is in front of the flange, "
             f"got x = {stance.anchor_mm[0]:g}"
         )

@@ -40,7 +40,8 @@ def gaze_cone(train: OpticalTrain, layout: Layout) -> Cone | None:
     )
     turn, shift = _spacing(direction), _spacing(origin)
     ball = train.mirrors[0].reflection.apply(layout.camera_from_gimbal.translation)
-    radius = np.linalg.norm(np.asarray(train.mirrors[1].outline_m), axis=1).max()
+    outline = train.mirrors[1].outline
+    radius = np.inf if outline is None else outline.radius_m
     to_ball = ball - origin
     along = np.maximum((to_ball * direction).sum(axis=-1), 0)
     miss = np.linalg.norm(to_ball - along[..., np.newaxis] * direction, axis=-1)

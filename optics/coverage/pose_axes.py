@@ -45,9 +45,9 @@ class PoseAxes:
 
 
 def gaze_mirror_at(parameters: dict[str, Any], poses: dict[Group, Any], pose: Any) -> MirrorPlane:
-    """Kernel: M2 of each lane in the body frame, by its centre `gimbal`, where the joint axes cross, and `m2_edges`."""
+    """Kernel: M2 of each lane in the body frame: its centre is `gimbal`, where the joint axes cross."""
     x, y, normal = (dr.gather(Array3f64, axis, pose) for axis in poses[Group.TILT])
-    return MirrorPlane(point=parameters["gimbal"], x=x, y=y, normal=normal, edges=parameters["m2_edges"])
+    return MirrorPlane(point=parameters["gimbal"], x=x, y=y, normal=normal, outline=parameters["m2_outline"])
 
 
 def axes_at(poses: dict[Group, Any], pose: Any) -> dict[Group, Any]:

@@ -85,7 +85,7 @@ def trace_poses(
     ray_count = int(moving.sum())
     parameters: dict[str, Any] = {
         "field": _field_parameters(field, moving, near),
-        "m2_edges": train.mirrors[1].edge_parameters(),
+        "m2_outline": train.mirrors[1].parameters().outline,
         "gimbal": opaque_vector(layout.body_from_gimbal.translation),
         **blocker_parameters(occluders),
     }

@@ -133,7 +133,7 @@ def _numbers(
     """Numbers for the kernels; mirrors in the body frame."""
     camera, turn = train.camera, layout.body_from_camera.rotation
     x, y, normal = (opaque_vector(axis) for axis in turn.apply(train.mirrors[0].axes.T))
-    m1_edges, m2_edges = (mirror.edge_parameters() for mirror in train.mirrors)
+    m1_outline, m2_outline = (mirror.parameters().outline for mirror in train.mirrors)
     m1_point = opaque_vector(layout.body_from_m1.translation)
     return {
         "gimbal": opaque_vector(layout.body_from_gimbal.translation),
@@ -145,8 +145,8 @@ def _numbers(
         "body_from_camera": _matrix(turn.as_matrix()),
         "camera_from_body": _matrix(turn.inv().as_matrix()),
         "pinhole": opaque_vector(layout.body_from_camera.translation),
-        "m1": MirrorPlane(point=m1_point, x=x, y=y, normal=normal, edges=m1_edges),
-        "m2_edges": m2_edges,
+        "m1": MirrorPlane(point=m1_point, x=x, y=y, normal=normal, outline=m1_outline),
+        "m2_outline": m2_outline,
         "cone_axis": opaque_vector(turn.apply(cone.axis)),
         "least_cosine": opaque(np.cos(min(np.pi, cone.half_angle + families.radius))),
         "middles": Array3f64(*to_columns(families.middles)),

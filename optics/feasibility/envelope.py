@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.feasibility.torpedo import torpedo_distance
 from optics.kernels.arrays import FloatArray
+from optics.mirror_outline import mirror_outline
 from rigs import BoxHull, DomePortSpec, FlatPortSpec, ParametricHull, Rig, TorpedoHull
 from rigs.gaze import FlatMirror
 
@@ -48,7 +49,8 @@ def plate_points(plate: FlatMirror, samples: int = PLATE_SAMPLES) -> FloatArray:
     """Points on both faces of a plate, `samples` along each side, its reflecting face in z = 0, metres."""
     steps = np.linspace(-0.5, 0.5, samples)
     x, y, z = np.meshgrid(steps * plate.width_mm, steps * plate.height_mm, [0.0, -plate.thickness_mm])
-    return np.stack([x, y, z], axis=-1).reshape(-1, 3) / 1000
+    x, y = mirror_outline(plate).drawn_in(x / 1000, y / 1000)
+    return np.stack([x, y, z / 1000], axis=-1).reshape(-1, 3)
 
 
 def port_distance(rig: Rig, points_m: FloatArray) -> FloatArray:

@@ -21,6 +21,7 @@ from optics.kernels.arrays import FloatArray, to_rows
 from optics.kernels.backend import Float64, UInt32, dr
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
+from optics.mirror_outline import mirror_outline
 from optics.perturbation.kernels import (
     ON_FACE,
     PIXEL,
@@ -216,5 +217,4 @@ def _exact_port(port: Port, numbers: dict[str, Any]) -> Port:
 
 
 def _bounded(plate: FlatMirror, camera_from_mirror: RigidTransform) -> PlaneMirror:
-    width_m, height_m = plate.width_mm / 1000, plate.height_mm / 1000
-    return PlaneMirror.from_pose(camera_from_mirror, width_m=width_m, height_m=height_m)
+    return PlaneMirror.from_pose(camera_from_mirror, mirror_outline(plate))

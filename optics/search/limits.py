@@ -21,6 +21,7 @@ from optics.search.objectives import (
     M2_WIDTH,
     PARAMETERS,
     design_of,
+    outlines_of,
     rig_with,
     swept_radius_m,
 )
@@ -68,9 +69,9 @@ def rooms_mm(rig: Rig, designs: FloatArray) -> FloatArray:
     turn_m1 = layout.camera_from_m1.rotation
     m1_centre = designs[:, :1] * np.array([0.0, 0.0, 1e-3])
     m2_centre = m1_centre + designs[:, 1:2] * layout.fold_direction / 1000
-    plate = _plate_points(designs, gaze.fold_mirror.thickness_mm)
+    plate = _plate_points(rig, designs)
     on_m1 = turn_m1.apply(plate.reshape(-1, 3)).reshape(plate.shape) + m1_centre[:, np.newaxis]
-    radius = swept_radius_m(designs, gaze.gaze_mirror.thickness_mm)
+    radius = swept_radius_m(rig, designs)
     half = np.stack(
         [
             designs[:, M1_WIDTH] / 2000,
@@ -136,12 +137,14 @@ def _hull_distance(rig: Rig, layout: Layout, points_m: FloatArray) -> FloatArray
     return hull_distance(rig, in_body)
 
 
-def _plate_points(designs: FloatArray, thickness_mm: float) -> FloatArray:
+def _plate_points(rig: Rig, designs: FloatArray) -> FloatArray:
     """Points on both faces of M1, its own frame, metres; shape (n, points, 3)."""
     steps = np.linspace(-0.5, 0.5, PLATE_SAMPLES)
-    x, y, z = (grid.ravel() for grid in np.meshgrid(steps, steps, [0.0, -thickness_mm / 1000]))
+    x, y, z = (
+        grid.ravel() for grid in np.meshgrid(steps, steps, [0.0, -rig.require_gaze().fold_mirror.thickness_mm / 1000])
+    )
+    outline, _ = outlines_of(rig, designs[:, np.newaxis])
     points = np.empty((len(designs), len(x), 3))
-    points[..., 0] = designs[:, M1_WIDTH, np.newaxis] / 1000 * x
-    points[..., 1] = designs[:, M1_HEIGHT, np.newaxis] / 1000 * y
+    points[..., 0], points[..., 1] = outline.drawn_in(2 * outline.half_width * x, 2 * outline.half_height * y)
     points[..., 2] = z
     return points

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
+from optics.mirror_outline import OUTLINES, Centred
 from rigs import Rig
 
 PARAMETERS = (
@@ -26,6 +27,7 @@ PARAMETERS = (
 """Section and key of each free number: d1, d2, and both mirrors' sides."""
 
 D1, D2, M1_WIDTH, M1_HEIGHT, M2_WIDTH, M2_HEIGHT = range(len(PARAMETERS))
+SIDES = ((M1_WIDTH, M1_HEIGHT), (M2_WIDTH, M2_HEIGHT))
 
 RESOLUTION_MM = 0.1
 """Designs are whole multiples of it: a workshop cuts no finer, and a rig file holds such a number exactly."""
@@ -82,21 +84,31 @@ def rounded(designs: FloatArray) -> FloatArray:
     return np.round(designs, 1)
 
 
-def area_cm2(designs: FloatArray) -> FloatArray:
+def outlines_of(rig: Rig, designs: FloatArray) -> tuple[Centred, Centred]:
+    """Outlines of M1 and M2 of designs of a rig, whose sides are arrays of shape (n,)."""
+    gaze = rig.require_gaze()
+    m1, m2 = (
+        OUTLINES[mirror.outline](half_width=designs[..., width] / 2000, half_height=designs[..., height] / 2000)
+        for mirror, (width, height) in zip((gaze.fold_mirror, gaze.gaze_mirror), SIDES, strict=True)
+    )
+    return m1, m2
+
+
+def area_cm2(rig: Rig, designs: FloatArray) -> FloatArray:
     """Area of both mirrors, shape (n,)."""
-    sides = designs / 10
-    return np.asarray(sides[:, M1_WIDTH] * sides[:, M1_HEIGHT] + sides[:, M2_WIDTH] * sides[:, M2_HEIGHT])
+    m1, m2 = outlines_of(rig, designs)
+    return np.asarray(1e4 * (m1.area_m2 + m2.area_m2))
 
 
-def swept_radius_m(designs: FloatArray, thickness_mm: float) -> FloatArray:
+def swept_radius_m(rig: Rig, designs: FloatArray) -> FloatArray:
     """Radius of the sphere around the crossing of the joint axes in which M2's plate turns, shape (n,)."""
-    halves = designs[:, [M2_WIDTH, M2_HEIGHT]] / 2000
-    return np.asarray(np.sqrt((halves**2).sum(axis=1) + (thickness_mm / 1000) ** 2))
+    _, m2 = outlines_of(rig, designs)
+    return np.asarray(np.hypot(m2.radius_m, rig.require_gaze().gaze_mirror.thickness_mm / 1000))
 
 
-def swept_volume_l(designs: FloatArray, thickness_mm: float) -> FloatArray:
+def swept_volume_l(rig: Rig, designs: FloatArray) -> FloatArray:
     """Volume of that sphere, shape (n,)."""
-    return np.asarray(4000 / 3 * np.pi * swept_radius_m(designs, thickness_mm) ** 3)
+    return np.asarray(4000 / 3 * np.pi * swept_radius_m(rig, designs) ** 3)
 
 
 def costs(scores: FloatArray, objectives: Sequence[Objective]) -> FloatArray:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -19,14 +20,12 @@ from optics.kernels.backend import Array3f64, Bool, Float64, UInt32, dr
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.mirror import Hit, MirrorPlane, intersect, reflect_over
+from optics.mirror_outline import OUTLINES
 from optics.occlusion import Occluder, blocks
 from optics.search.objectives import (
     D1,
     D2,
-    M1_HEIGHT,
-    M1_WIDTH,
-    M2_HEIGHT,
-    M2_WIDTH,
+    SIDES,
     Objective,
     area_cm2,
     swept_volume_l,
@@ -96,7 +95,8 @@ class CoarseScorer:
         self.grid = grid = grid or Grid()
         gaze = rig.require_gaze()
         layout = Layout.from_rig(rig)
-        self.thickness_mm = gaze.gaze_mirror.thickness_mm
+        self.rig = rig
+        self.outlines = tuple(OUTLINES[each.outline] for each in (gaze.fold_mirror, gaze.gaze_mirror))
         self.layout = layout
         self.occluder = Occluder([part for part in parts if part.role is Role.HULL and part.group is Group.FIXED])
         train = OpticalTrain.bare(rig)
@@ -120,8 +120,8 @@ class CoarseScorer:
         coverage, resolution = self._views(designs)
         columns = {
             "coverage": coverage,
-            "area": area_cm2(designs),
-            "swept-volume": swept_volume_l(designs, self.thickness_mm),
+            "area": area_cm2(self.rig, designs),
+            "swept-volume": swept_volume_l(self.rig, designs),
             "resolution": resolution,
         }
         scores = np.stack([columns[objective.name] for objective in objectives], axis=1)
@@ -183,7 +183,7 @@ class CoarseScorer:
             dr.enable_grad(numbers[parameter])
             design, pose, ray = self._lanes(len(designs))
             mirrors = self._mirrors(numbers, design, pose)
-            m1, m2 = reflect_over([replace(mirror, edges=()) for mirror in mirrors], *self._rays(ray))
+            m1, m2 = reflect_over([replace(mirror, outline=None) for mirror in mirrors], *self._rays(ray))
             facing = dr.gather(Bool, Bool(self.seen), ray) & m1.front & m2.front
             passed = dr.select(facing, _soft(mirrors[0], m1) * _soft(mirrors[1], m2), 0)
             dr.set_grad(numbers[parameter], 1e-3)
@@ -216,10 +216,16 @@ class CoarseScorer:
         m1_centre = pinhole + opaque_vector(rotation.apply([0.0, 0.0, 1.0])) * d1
         m2_centre = m1_centre + opaque_vector(rotation.apply(self.layout.fold_direction)) * d2
         axes = self.layout.body_from_m1.rotation.as_matrix().T
-        m1 = _plate(m1_centre, [opaque_vector(axis) for axis in axes], half[M1_WIDTH], half[M1_HEIGHT])
+        of_m1, of_m2 = (
+            outline(half_width=half[width], half_height=half[height])
+            for outline, (width, height) in zip(self.outlines, SIDES, strict=True)
+        )
+        x, y, normal = (opaque_vector(axis) for axis in axes)
+        m1 = MirrorPlane(point=m1_centre, x=x, y=y, normal=normal, outline=of_m1)
         columns = [Float64(np.ascontiguousarray(column)) for column in self.m2_axes.transpose(0, 2, 1).reshape(-1, 9).T]
         turned = [dr.gather(Float64, column, pose) for column in columns]
-        m2 = _plate(m2_centre, [Array3f64(*turned[k : k + 3]) for k in (0, 3, 6)], half[M2_WIDTH], half[M2_HEIGHT])
+        x, y, normal = (Array3f64(*turned[k : k + 3]) for k in (0, 3, 6))
+        m2 = MirrorPlane(point=m2_centre, x=x, y=y, normal=normal, outline=of_m2)
         return m1, m2
 
     def _rays(self, ray: Any) -> tuple[Any, Any]:
@@ -236,16 +242,9 @@ class CoarseScorer:
         return first | last
 
 
-def _plate(centre: Any, axes: list[Any], half_width: Any, half_height: Any) -> MirrorPlane:
-    x, y, normal = axes
-    edges = [(1, 0, half_width), (-1, 0, half_width), (0, 1, half_height), (0, -1, half_height)]
-    return MirrorPlane(point=centre, x=x, y=y, normal=normal, edges=edges)
-
-
-def _soft(plate: MirrorPlane, hit: Hit) -> Any:
+def _soft(mirror: MirrorPlane, hit: Hit) -> Any:
     """Kernel: 1 well inside an outline, 0 well outside, a logistic step of `SOFTNESS_M` at the edge."""
-    half = (plate.edges[0][2], plate.edges[2][2])
-    beyond = (dr.abs(place) - side for place, side in zip(hit.local, half, strict=True))
+    assert mirror.outline is not None
     # The hyperbolic tangent is the logistic step without an exponential that overflows, and its slope with it.
-    across, along = (0.5 - 0.5 * dr.tanh(distance / (2 * SOFTNESS_M)) for distance in beyond)
-    return across * along
+    steps = [0.5 - 0.5 * dr.tanh(distance / (2 * SOFTNESS_M)) for distance in mirror.outline.beyond(*hit.local)]
+    return prod(steps[1:], start=steps[0])

@@ -25,6 +25,7 @@ from optics.search.objectives import (
     M1_WIDTH,
     M2_HEIGHT,
     M2_WIDTH,
+    OBJECTIVES,
     Objective,
     costs,
     design_of,
@@ -96,6 +97,13 @@ class Search:
     scores: FloatArray
     front: NDArray[np.int64]
     rejected: dict[str, int]
+
+
+def all_scores(rig: Rig, parts: Sequence[PartMesh], designs: FloatArray) -> dict[str, FloatArray]:
+    """Scores of designs of a rig, shape (n, 6), by every objective there is, each of shape (n,), as a search scores."""
+    objectives = tuple(OBJECTIVES.values())
+    scores = CoarseScorer(rig, parts, GRID).scores(designs, objectives)
+    return {objective.name: scores[:, column] for column, objective in enumerate(objectives)}
 
 
 def search_designs(

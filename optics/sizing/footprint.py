@@ -17,6 +17,7 @@ from optics.kernels.arrays import FloatArray, opaque, opaque_vector, to_columns
 from optics.kernels.backend import Array3f64, Float64, Matrix3f64, UInt32, dr
 from optics.layout import Layout
 from optics.mirror import Hit, MirrorPlane, reflect_over
+from optics.sizing.outlines import reach_directions, smallest_halves
 from optics.train import Rays
 from rigs import Rig
 
@@ -59,7 +60,7 @@ def gaze_footprint(rig: Rig, rays: Rays, *, q1: FloatArray, q2: FloatArray) -> F
 
 @dataclass(frozen=True, kw_only=True)
 class Extents:
-    """Half sizes of centred rectangles for n designs, infinite where no mirror does, shape (n, 2): width, height."""
+    """Half sizes of the mirrors of n designs, infinite where no mirror does, shape (n, 2): width, height."""
 
     m1_m: FloatArray
     m2_m: FloatArray
@@ -76,22 +77,25 @@ def centred_extents(
     margin_m: float,
     angle_tolerance: float,
 ) -> Extents:
-    """Half sizes of the centred rectangles that pass all rays at all poses, for pairs of d1 and d2 (shape (n,)).
+    """Half sizes of the mirrors that pass all rays at all poses, for pairs of d1 and d2 (shape (n,)).
 
-    Nothing of the size of designs times poses is stored: lanes are reduced in the kernel.
+    The outlines are those of the rig's mirrors. Nothing of the size of designs times poses is stored: lanes are reduced
+    in the kernel.
     """
-    layout = Layout.from_rig(rig)
+    layout, gaze = Layout.from_rig(rig), rig.require_gaze()
+    names = (gaze.fold_mirror.outline, gaze.gaze_mirror.outline)
     halves = []
-    for mirror, poses in ((FOLD, (np.zeros(1), np.zeros(1))), (GAZE, (q1, q2))):
+    for name, mirror, poses in zip(names, (FOLD, GAZE), ((np.zeros(1), np.zeros(1)), (q1, q2)), strict=True):
         parameters = _parameters(layout, rays, *poses) | {"d1": Float64(d1_m), "d2": Float64(d2_m)}
         hit, spread, _ = _hit_lanes(parameters, (len(d1_m), len(poses[0]), len(rays.origin_m)), mirror)
         growth = opaque(margin_m) + opaque(angle_tolerance) * spread
         lanes = len(poses[0]) * len(rays.origin_m)
-        sides = [
-            dr.block_reduce(dr.ReduceOp.Max, dr.select(hit.front, dr.abs(side) + growth, dr.inf), lanes)
-            for side in hit.local
+        x, y = (dr.abs(side) for side in hit.local)
+        reaches = [
+            dr.block_reduce(dr.ReduceOp.Max, dr.select(hit.front, x * c + y * s + growth, dr.inf), lanes)
+            for c, s in reach_directions(name).tolist()
         ]
-        halves.append(np.stack([np.array(side) for side in sides], axis=1))
+        halves.append(smallest_halves(name, np.stack([np.array(reach) for reach in reaches], axis=1)))
     return Extents(m1_m=halves[0], m2_m=halves[1])
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from optics.feasibility.envelope import HullDistance
 from optics.layout import Layout
+from optics.mirror_outline import mirror_outline
 from optics.sizing.footprint import Footprint, fold_footprint, gaze_footprint
 from optics.sizing.gaze_range import GazeRange, Grid, Interval, pairs, pose_grid
 from optics.sizing.limits import (
@@ -32,6 +33,7 @@ from optics.sizing.outlines import Outlines, outlines_around
 from optics.sizing.window import Window
 from optics.train import OpticalTrain, Rays
 from rigs import Rig
+from rigs.gaze import FlatMirror
 
 POSE_STEPS = 41
 """Values of each range in the first grid."""
@@ -56,7 +58,7 @@ class Sizing:
     m1, m2 : Outlines or None
         None where no finite mirror does.
     rig : Rig or None
-        The rig with rectangles of these sizes, rounded up to 0.5 mm; None where there is no such rectangle.
+        The rig with mirrors of these sizes and its own outlines, rounded up to 0.5 mm; None where there are none.
     bindings : tuple of Binding
         What keeps the request from being met; empty when it is met.
     window_factor : float
@@ -93,7 +95,7 @@ def size_mirrors(rig: Rig, request: Request, hull: HullDistance | None = None) -
     ValueError
         For a rig without mirrors or a window beyond the image.
     """
-    layout = Layout.from_rig(rig)
+    layout, gaze = Layout.from_rig(rig), rig.require_gaze()
     train = OpticalTrain.bare(rig)
     request.window.check_inside(train.camera)
     grid = pose_grid(layout, request.gaze, POSE_STEPS)
@@ -109,7 +111,7 @@ def size_mirrors(rig: Rig, request: Request, hull: HullDistance | None = None) -
         if not runaway:
             m1 = _outlines([on_m1], request)
             m2 = _outlines([on_m2, *_zoomed(rig, passed, request.gaze, grid, on_m2)], request)
-            sized = with_mirrors(rig, m1.rectangle_m, m2.rectangle_m)
+            sized = with_mirrors(rig, m1.sides_m(gaze.fold_mirror.outline), m2.sides_m(gaze.gaze_mirror.outline))
             bindings += larger_than_bed(sized) + out_of_room(sized, hull)
     if sized is None:
         # What is wrong elsewhere in the rig file keeps any window from fitting: it has to be named all the same.
@@ -145,15 +147,15 @@ def passed_share(rig: Rig, window: Window, gaze: GazeRange) -> float:
     passed = rays[rays.passed]
     if not grid.reached.any() or not len(passed.origin_m):
         return 0.0
-    inside = _inside(fold_footprint(rig, passed), mirrors.fold_mirror.width_mm, mirrors.fold_mirror.height_mm)
+    inside = _inside(fold_footprint(rig, passed), mirrors.fold_mirror)
     on_m2 = gaze_footprint(rig, passed, q1=grid.q1[grid.reached], q2=grid.q2[grid.reached])
-    inside = inside & _inside(on_m2, mirrors.gaze_mirror.width_mm, mirrors.gaze_mirror.height_mm)
+    inside = inside & _inside(on_m2, mirrors.gaze_mirror)
     return float(inside.sum() / (len(rays.status) * len(grid.reached)))
 
 
-def _inside(footprint: Footprint, width_mm: float, height_mm: float) -> NDArray[np.bool_]:
-    within = np.abs(footprint.points_m) <= np.array([width_mm, height_mm]) / 2000
-    return np.asarray(footprint.front & within.all(axis=-1))
+def _inside(footprint: Footprint, mirror: FlatMirror) -> NDArray[np.bool_]:
+    x, y = footprint.points_m[..., 0], footprint.points_m[..., 1]
+    return np.asarray(footprint.front & mirror_outline(mirror).contains(x, y))
 
 
 def _outlines(footprints: list[Footprint], request: Request) -> Outlines:

@@ -18,6 +18,7 @@ from optics.feasibility.envelope import HullDistance
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
+from optics.mirror_outline import OUTLINES, mirror_outline
 from optics.sizing.footprint import centred_extents
 from optics.sizing.gaze_range import GazeRange, Grid, pose_grid
 from optics.sizing.limits import Request, larger_than_bed, out_of_room, with_mirrors
@@ -35,12 +36,6 @@ SIZING_STEPS = 31
 VIEW_STEPS = 11
 """Values of each joint at which occlusion is counted."""
 
-FACES = np.array(
-    [face for a, b, c, d in [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-     for face in ((a, b, c), (a, c, d))],
-    dtype=np.int32,
-)  # fmt: skip
-
 
 @dataclass(frozen=True, kw_only=True)
 class TradeOff:
@@ -50,8 +45,10 @@ class TradeOff:
     ----------
     d1_mm : array, shape (n1,)
     d2_mm : array, shape (n2,)
+    outlines : (str, str)
+        Of M1 and M2, by their names in the rig file.
     m1_mm, m2_mm : arrays, shape (n2, n1, 2)
-        Width and height of the centred rectangles, margins included, rounded up to 0.5 mm.
+        Width and height of the mirrors, with the outlines of the rig, margins included, rounded up to 0.5 mm.
     hull_share : array
         Share that the hull hides of what the bare mirrors show, by solid angle, over the joints' whole range.
     plate_share : array
@@ -71,6 +68,7 @@ class TradeOff:
 
     d1_mm: FloatArray
     d2_mm: FloatArray
+    outlines: tuple[str, str]
     m1_mm: FloatArray
     m2_mm: FloatArray
     hull_share: FloatArray
@@ -84,12 +82,12 @@ class TradeOff:
     @property
     def m1_cm2(self) -> FloatArray:
         """Area of M1."""
-        return np.asarray(self.m1_mm.prod(axis=-1) / 100)
+        return _area_cm2(self.outlines[0], self.m1_mm)
 
     @property
     def m2_cm2(self) -> FloatArray:
         """Area of M2."""
-        return np.asarray(self.m2_mm.prod(axis=-1) / 100)
+        return _area_cm2(self.outlines[1], self.m2_mm)
 
     @property
     def fits(self) -> NDArray[np.bool_]:
@@ -160,6 +158,7 @@ def trade_off(
     return TradeOff(
         d1_mm=d1,
         d2_mm=d2,
+        outlines=(rig.require_gaze().fold_mirror.outline, rig.require_gaze().gaze_mirror.outline),
         m1_mm=column("m1_mm"),
         m2_mm=column("m2_mm"),
         hull_share=column("hull_share"),
@@ -174,8 +173,8 @@ def trade_off(
 
 def swept_sphere_m3(mirror: FlatMirror) -> float:
     """Volume of the sphere around the crossing of the joint axes in which a plate turns."""
-    half = np.array([mirror.width_mm / 2, mirror.height_mm / 2, mirror.thickness_mm]) / 1000
-    return float(4 / 3 * np.pi * np.linalg.norm(half) ** 3)
+    radius = np.hypot(mirror_outline(mirror).radius_m, mirror.thickness_mm / 1000)
+    return float(4 / 3 * np.pi * radius**3)
 
 
 def swept_cylinder_m3(rig: Rig) -> float:
@@ -191,10 +190,24 @@ def swept_cylinder_m3(rig: Rig) -> float:
 
 
 def plate_part(name: str, mirror: FlatMirror, pose: RigidTransform, group: Group) -> PartMesh:
-    """Plate of a mirror as triangles: a box behind its face, at a pose in its group's frame."""
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-1.0, 0.0)])
-    size = np.array([mirror.width_mm, mirror.height_mm, mirror.thickness_mm]) / 1000
-    return PartMesh(name=name, group=group, role=Role.MIRROR, vertices_m=pose.apply(corners * size), faces=FACES)
+    """Plate of a mirror as triangles, behind its face, at a pose in its group's frame."""
+    rim = mirror_outline(mirror).rim()
+    levels = (-mirror.thickness_mm / 1000, 0.0)
+    vertices = np.concatenate([np.column_stack([rim, np.full(len(rim), level)]) for level in levels])
+    return PartMesh(
+        name=name, group=group, role=Role.MIRROR, vertices_m=pose.apply(vertices), faces=prism_faces(len(rim))
+    )
+
+
+def prism_faces(count: int) -> NDArray[np.int32]:
+    """Triangles of a prism between two polygons of `count` corners, counter-clockwise, the lower one first."""
+    first, second = np.arange(count), np.roll(np.arange(count), -1)
+    fan = np.stack([np.zeros(count - 2, dtype=int), first[1:-1], second[1:-1]], axis=1)
+    sides = [
+        np.stack([first, second, second + count], axis=1),
+        np.stack([first, second + count, first + count], axis=1),
+    ]
+    return np.concatenate([fan[:, ::-1], fan + count, *sides]).astype(np.int32)
 
 
 @dataclass(frozen=True)
@@ -255,7 +268,11 @@ def _at(rig: Rig, d1_mm: float, d2_mm: float) -> Rig:
 
 
 def _mass_kg(mirror: FlatMirror) -> float:
-    return GLASS_DENSITY_KG_M3 * mirror.width_mm * mirror.height_mm * mirror.thickness_mm / 1e9
+    return float(GLASS_DENSITY_KG_M3 * mirror_outline(mirror).area_m2 * mirror.thickness_mm / 1000)
+
+
+def _area_cm2(name: str, sides_mm: FloatArray) -> FloatArray:
+    return np.asarray(OUTLINES[name](half_width=sides_mm[..., 0] / 20, half_height=sides_mm[..., 1] / 20).area_m2)
 
 
 def _distances(name: str, values: ArrayLike) -> FloatArray:

@@ -22,8 +22,9 @@ from rigs.atomic_files import csv_text, write_text
 
 OUTLINE_COLOURS = {
     "rectangle": "#1c2b39",
-    "free rectangle": "#94a3b8",
     "octagon": "#e76f51",
+    "ellipse": "#8a5fbf",
+    "free rectangle": "#94a3b8",
     "convex": "#2a9d8f",
 }
 

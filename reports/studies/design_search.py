@@ -6,30 +6,38 @@ Scored batches and mounts that were looked at are remembered, so that an interru
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomlkit
 
 from cad.assembly.assembly import build_assembly
 from cad.assembly.hull_surface import hull_surface
 from cad.assembly.meshes import rig_meshes
 from cad.checks.assembly_checks import assembly_problems
+from cad.checks.rig_problems import rig_problems
 from cad.hulls.mesh_repair import manifold
 from cad.parts.clearance_envelope import gimbal_rooms_mm, with_standing_base
+from optics.coverage.field import pixels_per_degree
 from optics.kernels.arrays import FloatArray
+from optics.mesh import PartMesh
 from optics.search.choice import choose
 from optics.search.limits import BINDING_MM, binding, bounds_around, first_problem
 from optics.search.objectives import PARAMETERS, objectives_named, rig_with
-from optics.search.search import Recorded, Search, search_designs
+from optics.search.search import Recorded, Search, all_scores, search_designs
+from optics.train import OpticalTrain
 from reports.figures.search import draw_front, front_rows, write_front
 from reports.progress import Log, Stages
-from rigs import Rig, load_document, save_document
+from rigs import Rig, RigError, load_document, save_document
 from rigs.atomic_files import write_text
 
 NAMES = tuple(".".join(parameter) for parameter in PARAMETERS)
+
+MIDDLE = 31
+"""Cells along each side of the image: odd, so that one is in the middle."""
 
 Held = Callable[[FloatArray], list[str]]
 """Names what binds a design."""
@@ -139,14 +147,21 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Lo
         return _described(rig, search, row, held)
 
     chosen, problems = choose(search, wanted.count, problem_of)
+    rows = np.array([0, *chosen])
+    figures = stages.run(
+        "figures", dict[str, list[float | None]], lambda: (_figures(rig, parts, search.designs[rows]), [])
+    )
+    figures_of = {row: {name: column[k] for name, column in figures.items()} for k, row in enumerate(rows.tolist())}
     files = _write_rigs(rig, source, folder / "rigs", search, chosen)
     log("front.csv, search.png, summary.json ...")
     names = {row: f"rigs/{file.name}" for row, file in files.items()}
     write_front(front_rows(search, lambda design: _base_anchor_mm(rig, design), held, names), folder / "front.csv")
     draw_front(search, chosen, folder / "search.png")
     summary = {
-        **_summary(rig, wanted, search, described),
-        "chosen": [{"file": names[row], **described(row)} for row in chosen],
+        **_summary(rig, wanted, search),
+        "pixels_per_degree": _pixels_per_degree(rig),
+        "own": {**described(0), "figures": figures_of[0]},
+        "chosen": [{"file": names[row], **described(row), "figures": figures_of[row]} for row in chosen],
         "thrown_out": [{**described(row), "problem": problem} for row, problem in problems.items()],
     }
     write_text(folder / "summary.json", json.dumps(summary, indent=2))
@@ -186,9 +201,8 @@ def _write_rigs(rig: Rig, source: Path, folder: Path, search: Search, chosen: Se
         if rig.file_hull is not None:
             # A name relative to the source would not be found from here.
             document["hull"]["file"] = str(rig.file_hull.file)
-        for (section, key), value in zip(PARAMETERS, search.designs[row].tolist(), strict=True):
-            document[section][key] = value
-        document["mount"]["base_anchor_mm"] = list(_base_anchor_mm(rig, search.designs[row]))
+        design = search.designs[row]
+        _put_design(document, dict(zip(NAMES, design.tolist(), strict=True)), _base_anchor_mm(rig, design))
         save_document(document, file)
     return files
 
@@ -205,7 +219,59 @@ def _described(rig: Rig, search: Search, row: int, held: Held) -> dict[str, Any]
     }
 
 
-def _summary(rig: Rig, wanted: Wanted, search: Search, described: Callable[[int], dict[str, Any]]) -> dict[str, Any]:
+def _figures(rig: Rig, parts: Sequence[PartMesh], designs: FloatArray) -> dict[str, list[float | None]]:
+    """Scores of designs by every objective there is, whichever were searched by; None for designs that show nothing."""
+    scores = all_scores(rig, parts, designs)
+    return {name: [None if np.isnan(value) else float(value) for value in column] for name, column in scores.items()}
+
+
+def _pixels_per_degree(rig: Rig) -> float:
+    """Resolution in the water in the middle of the image; flat mirrors keep it, whatever the design."""
+    train = OpticalTrain.bare(rig)
+    return float(pixels_per_degree(train.camera, train.port, MIDDLE, MIDDLE)[MIDDLE**2 // 2])
+
+
+def apply_design(summary: dict[str, Any], number: int, file: Path) -> None:
+    """Write a design of a search into a rig file, comments kept, once the result is known to be a good rig.
+
+    Parameters
+    ----------
+    summary : dict
+        What `search_into` returned.
+    number : int
+        Of the design among the chosen, from 1.
+    file : Path
+        The rig file.
+
+    Raises
+    ------
+    ValueError
+        When there is no such design.
+    RigError
+        When the rig with these numbers is impossible; nothing is written then.
+    """
+    chosen = summary["chosen"]
+    if not 1 <= number <= len(chosen):
+        raise ValueError(f"expected the number of a design, 1 to {len(chosen)}, got {number}")
+    design = chosen[number - 1]
+    document = load_document(file)
+    _put_design(document, design["design_mm"], design["base_anchor_mm"])
+    changed = Rig.parse(tomlkit.dumps(document), source=str(file), folder=file.parent)
+    problems = rig_problems(changed)
+    if problems:
+        raise RigError(str(file), problems)
+    save_document(document, file)
+
+
+def _put_design(document: tomlkit.TOMLDocument, numbers: Mapping[str, float], base_anchor_mm: Sequence[float]) -> None:
+    """Change a rig file's numbers to those of a design."""
+    for name, value in numbers.items():
+        section, _, key = name.partition(".")
+        document[section][key] = value
+    document["mount"]["base_anchor_mm"] = list(base_anchor_mm)
+
+
+def _summary(rig: Rig, wanted: Wanted, search: Search) -> dict[str, Any]:
     """What was searched and how much of it is possible; members are added by the caller."""
     return {
         "rig": rig.name,
@@ -221,5 +287,4 @@ def _summary(rig: Rig, wanted: Wanted, search: Search, described: Callable[[int]
         "possible": int(np.isfinite(search.scores).all(axis=1).sum()),
         "rejected": search.rejected,
         "front": len(search.front),
-        "own": described(0),
     }

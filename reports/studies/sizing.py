@@ -67,8 +67,9 @@ def apply_sizes(sizing: Sizing, file: Path) -> None:
     document = load_document(file)
     for name in ("fold_mirror", "gaze_mirror"):
         plate = getattr(sizing.rig.require_gaze(), name)
-        for key in ("width_mm", "height_mm"):
-            document[name][key] = getattr(plate, key)
+        for key in ("width_mm", "height_mm", "outline"):
+            if key != "outline" or document[name].get(key, "rectangle") != plate.outline:
+                document[name][key] = getattr(plate, key)
     changed = Rig.parse(tomlkit.dumps(document), source=str(file), folder=file.parent)
     problems = rig_problems(changed)
     if problems:
@@ -87,8 +88,7 @@ def purchase(sizing: Sizing) -> str:
         return ""
     gaze = sizing.rig.require_gaze()
     plates = " and ".join(
-        f"{name} {plate.width_mm:g} x {plate.height_mm:g} x {plate.thickness_mm:g} mm"
-        for name, plate in (("M1", gaze.fold_mirror), ("M2", gaze.gaze_mirror))
+        f"{name} {plate.size}" for name, plate in (("M1", gaze.fold_mirror), ("M2", gaze.gaze_mirror))
     )
     spare = 1000 * sizing.request.margin_m - CUTTING_MM / 2
     covered = (
@@ -119,8 +119,10 @@ def sizing_as_dict(sizing: Sizing, drivers: Sequence[SideDriver]) -> dict[str, A
     applied = None
     if sizing.rig is not None:
         mirrors = sizing.rig.require_gaze()
-        plates = {"M1": mirrors.fold_mirror, "M2": mirrors.gaze_mirror}
-        applied = {name: [plate.width_mm, plate.height_mm] for name, plate in plates.items()}
+        applied = {
+            name: {"outline": plate.outline, "width_mm": plate.width_mm, "height_mm": plate.height_mm}
+            for name, plate in (("M1", mirrors.fold_mirror), ("M2", mirrors.gaze_mirror))
+        }
     second = sizing.second_range
     return {
         "window_px": [window.left_px, window.top_px, window.right_px, window.bottom_px],
@@ -143,7 +145,7 @@ def sizing_as_dict(sizing: Sizing, drivers: Sequence[SideDriver]) -> dict[str, A
             for driver in drivers
         ],
         "purchase": purchase(sizing),
-        "rectangles_mm": applied,
+        "mirrors": applied,
         "outlines": outlines_as_data(sizing),
         "present_mirrors_pass": sizing.passed_now,
         "bindings": [{"constraint": b.constraint, "message": b.message} for b in sizing.bindings],

@@ -196,9 +196,7 @@ class RobotLight:
         facing = dr.dot(looking, normal)
         to_plane = dr.dot(centre - origin, normal) / facing
         local = origin + looking * to_plane - centre
-        inside = (dr.abs(dr.dot(local, across)) <= mirror.half_width) & (
-            dr.abs(dr.dot(local, along)) <= mirror.half_height
-        )
+        inside = mirror.outline.contains(dr.dot(local, across), dr.dot(local, along))
         return (facing < 0) & inside & (to_plane > 0) & (to_plane <= distance)
 
     def _share_scattered_within(self, distance: FloatArray) -> FloatArray:

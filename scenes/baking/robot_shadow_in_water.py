@@ -71,14 +71,13 @@ def folded_begins(eye: FloatArray, mirror: MirrorPlate) -> FloatArray:
     Behind a mirror stands the eye's image, and lines from there meet the mirror each at a place of its own; the nearest
     one of the mirror for those that would miss it. The mirror is in the eye's frame.
     """
-    centre, sides, half = mirror.centre, (mirror.x, mirror.y), (mirror.half_width, mirror.half_height)
-    normal = np.cross(*sides)
+    centre, normal = mirror.centre, np.cross(mirror.x, mirror.y)
     image = eye - 2 * ((eye - centre) @ normal) * normal
     directions = node_directions(AZIMUTHS, ELEVATIONS)
     outwards = np.maximum(directions @ normal, LEAST_COSINE)
     hit = image + directions * (((centre - image) @ normal) / outwards)[:, np.newaxis]
-    inside = [np.clip((hit - centre) @ axis, -size, size) for axis, size in zip(sides, half, strict=True)]
-    return np.asarray(centre + inside[0][:, np.newaxis] * mirror.x + inside[1][:, np.newaxis] * mirror.y)
+    x, y = mirror.outline.drawn_in(*((hit - centre) @ axis for axis in (mirror.x, mirror.y)))
+    return np.asarray(centre + x[:, np.newaxis] * mirror.x + y[:, np.newaxis] * mirror.y)
 
 
 def _shares(

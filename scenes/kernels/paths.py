@@ -243,7 +243,7 @@ def _end_radius(inputs: Inputs, hit: Hit) -> tuple[Any, Any]:
         if front.name in inputs.state.mirrors:
             mirror = inputs.state.mirrors[front.name]
             on_mirror = (hit.primitive == int(front)) | (hit.primitive == int(back))
-            radius = dr.select(on_mirror, dr.sqrt(mirror.half_width * mirror.half_height), radius)
+            radius = dr.select(on_mirror, dr.sqrt(mirror.outline.half_width * mirror.outline.half_height), radius)
     on_part = Bool(False)
     for position, name in enumerate(inputs.geometry.groups):
         if name not in (WORLD, SNOW):

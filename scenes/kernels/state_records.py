@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group
+from optics.mirror_outline import OUTLINES
 from rigs import Rig
 from rigs.gaze import FlatMirror
 from scenes.kernels.tracing import Primitive
@@ -147,6 +148,7 @@ def _mirror_plate(pose: FloatArray, plate: FlatMirror) -> MirrorPlate:
         centre=pose[:, :3, 3],
         x=pose[:, :3, 0],
         y=pose[:, :3, 1],
-        half_width=np.full(len(pose), plate.width_mm / 2000),
-        half_height=np.full(len(pose), plate.height_mm / 2000),
+        outline=OUTLINES[plate.outline](
+            half_width=np.full(len(pose), plate.width_mm / 2000), half_height=np.full(len(pose), plate.height_mm / 2000)
+        ),
     )

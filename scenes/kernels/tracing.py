@@ -199,15 +199,13 @@ def intersect_ball(ball: BallRecord, origin: Any, direction: Any) -> Any:
 
 
 def _intersect_mirror(mirror: MirrorPlate, origin: Any, direction: Any) -> tuple[Any, Any]:
-    """Distance to a rectangle, `FAR_M` where it is missed, and the cosine to its normal: negative from the front."""
+    """Distance to a mirror, `FAR_M` where it is missed, and the cosine to its normal: negative from the front."""
     normal = mirror.normal
     approach = dr.dot(direction, normal)
     to_centre = Array3f32(*mirror.centre) - origin
     distance = dr.dot(to_centre, normal) / approach
     local = direction * distance - to_centre
-    inside = (dr.abs(dr.dot(local, Array3f32(*mirror.x))) <= mirror.half_width) & (
-        dr.abs(dr.dot(local, Array3f32(*mirror.y))) <= mirror.half_height
-    )
+    inside = mirror.outline.contains(dr.dot(local, Array3f32(*mirror.x)), dr.dot(local, Array3f32(*mirror.y)))
     return dr.select((distance > 0) & inside, distance, FAR_M), approach
 
 

@@ -15,6 +15,7 @@ from scipy.spatial.transform import RigidTransform
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import mi
 from optics.mesh import Group, PartMesh, Role
+from optics.mirror_outline import mirror_outline
 from optics.water.materials import aluminium_index
 from rigs.gaze import FlatMirror
 from scenes.light.materials import Material, colour_basis, material_of
@@ -22,6 +23,9 @@ from scenes.stage.group_mesh import vertex_normals
 from scenes.stage.targets import MeshShape, TargetShape
 from scenes.surfaces.surface import Surface
 from scenes.worlds import World
+
+RIM_POINTS = 360
+"""Of the polygon that stands for an ellipse: it leaves out 0.004 % of the half axes."""
 
 MESH_COLOUR = {"type": "mesh_attribute", "name": "vertex_albedo"}
 
@@ -67,19 +71,22 @@ def surface_shapes(
 
 def mirror_shape(
     scene_from_mirror: RigidTransform, plate: FlatMirror, n_water: float, albedo: FloatArray, wavelength_nm: FloatArray
-) -> dict[str, Any]:
+) -> Any:
     """Bare aluminium in water in front, dark behind."""
     n, k = aluminium_index(wavelength_nm)
-    scale = np.diag([plate.width_mm / 2000, plate.height_mm / 2000, 1.0, 1.0])
-    return {
-        "type": "rectangle",
-        "to_world": mi.ScalarTransform4f(scene_from_mirror.as_matrix() @ scale),
-        "bsdf": {
-            "type": "twosided",
-            "front": {"type": "conductor", "eta": _raw(n / n_water), "k": _raw(k / n_water)},
-            "back": {"type": "diffuse", "reflectance": _raw(albedo[Material.MIRROR_BACK])},
-        },
+    bsdf = {
+        "type": "twosided",
+        "front": {"type": "conductor", "eta": _raw(n / n_water), "k": _raw(k / n_water)},
+        "back": {"type": "diffuse", "reflectance": _raw(albedo[Material.MIRROR_BACK])},
     }
+    if plate.outline == "rectangle":
+        scale = np.diag([plate.width_mm / 2000, plate.height_mm / 2000, 1.0, 1.0])
+        place = mi.ScalarTransform4f(scene_from_mirror.as_matrix() @ scale)
+        return {"type": "rectangle", "to_world": place, "bsdf": bsdf}
+    rim = mirror_outline(plate).rim(RIM_POINTS)
+    fan = np.arange(1, len(rim) - 1)
+    faces = np.column_stack([np.zeros_like(fan), fan, fan + 1])
+    return _mesh(scene_from_mirror.apply(np.column_stack([rim, np.zeros(len(rim))])), faces, bsdf)
 
 
 def target_shapes(

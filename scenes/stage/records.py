@@ -5,13 +5,14 @@ The same classes hold arrays on the host, whose first axis are the states of a b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, dr
+from optics.mirror_outline import Centred
 from scenes.light.sea import SeaState
 
 WORLD, TARGET, SNOW = "world", "target", "snow"
@@ -46,13 +47,12 @@ class Pose:
 
 @dataclass(frozen=True, kw_only=True)
 class MirrorPlate:
-    """A flat mirror: centre, unit vectors along its sides, and half of its width and height."""
+    """A flat mirror: centre, unit vectors along its sides, and its outline in them."""
 
     centre: Any
     x: Any
     y: Any
-    half_width: Any
-    half_height: Any
+    outline: Centred
 
     @property
     def normal(self) -> Any:
@@ -61,7 +61,10 @@ class MirrorPlate:
 
     def __getitem__(self, number: int) -> MirrorPlate:
         """One of a batch."""
-        return MirrorPlate(**{name: values[number] for name, values in vars(self).items()})
+        sides = {name: values[number] for name, values in vars(self.outline).items()}
+        return MirrorPlate(
+            centre=self.centre[number], x=self.x[number], y=self.y[number], outline=replace(self.outline, **sides)
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

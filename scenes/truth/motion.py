@@ -152,7 +152,7 @@ def _centres(rig: Rig, rows: int, columns: int) -> list[Any]:
 
 @cache
 def compiled_motion(
-    camera: type[Camera], distorted: bool, port: type[Port], edge_counts: tuple[int, ...], with_frame: bool
+    camera: type[Camera], distorted: bool, port: type[Port], outlines: tuple[Any, ...], with_frame: bool
 ) -> Callable[..., Any]:
     """Frozen kernel of `motion` for one kind of train, with or without the other frame."""
 

@@ -87,7 +87,7 @@ def virtual_view(frame: Frame, rig: Rig, train: OpticalTrain, camera_from_world:
         "mirrors": [mirror.parameters() for mirror in train.mirrors],
         "camera_from_world": pose_rows(camera_from_world),
     }
-    kernel = compiled_unfolding(tuple(mirror.edge_count for mirror in train.mirrors))
+    kernel = compiled_unfolding(tuple(mirror.outline_kind for mirror in train.mirrors))
     lanes = {
         "point": vectors(frame.point_m),
         "normal": vectors(frame.normal),
@@ -126,7 +126,7 @@ def _exit_columns(rig: Rig, rows: int, columns: int) -> dict[str, Any]:
 
 
 @cache
-def compiled_unfolding(edge_counts: tuple[int, ...]) -> Callable[..., Any]:
+def compiled_unfolding(outlines: tuple[Any, ...]) -> Callable[..., Any]:
     """Frozen kernel of `virtual_view` for mirrors with these outlines."""
 
     @frozen()

@@ -76,7 +76,7 @@ def begun(folder: Path, hull: str) -> tomlkit.TOMLDocument:
     """What `mirrorgaze new` writes for the shape of a hull."""
     file = folder / f"{hull}.toml"
     if not file.exists():
-        create_rig_file("random", file, preset=None, hull=hull, unit=None)
+        create_rig_file("random", file, shape=hull)
     return tomlkit.parse(file.read_text(encoding="utf-8"))
 
 
@@ -164,7 +164,7 @@ def servo(**numbers: object):
         (changed(gaze_mirror={"thickness_mm": 10.0}), "gaze_mirror.thickness_mm"),
         (changed(gaze_mirror={"height_mm": 12.0}), "gaze_mirror.height_mm"),
         (changed(fold_mirror={"width_mm": 15.0}), "fold_mirror.width_mm"),
-        (changed(fold_mirror={"height_mm": 200.0}), "mount.fold_anchor_mm"),
+        (changed(fold_mirror={"height_mm": 600.0}), "mount.fold_anchor_mm"),
         (changed(servos={"tilt": servo(shaft_offset_mm=14.0)}), "servos.tilt.shaft_offset_mm"),
         (changed(servos={"pan": servo(size_mm=(31.0, 15.0, 8.0))}), "servos.pan.size_mm"),
         (changed(servos={"pan": servo(size_mm=(31.0, 4.0, 20.0))}), "servos.pan.size_mm"),

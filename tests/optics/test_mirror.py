@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.path import Path as Polygon
+from matplotlib.path import Path
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.kernels.arrays import to_columns, to_rows
 from optics.kernels.backend import Array3f64
 from optics.mirror import PlaneMirror, Reflection, intersect, unfold
+from optics.mirror_outline import Polygon, Rectangle
 
 ROUNDING = 4e-15
 """A dozen float64 operations on numbers of order one."""
@@ -75,11 +76,9 @@ def test_axes_are_right_handed_and_up_is_made_perpendicular():
 def test_a_mirror_at_a_pose_has_its_corners_there():
     """Width along the pose's x, height along its y; the face is at z = 0."""
     pose = RigidTransform.from_components([0.1, -0.2, 0.3], Rotation.from_euler("xyz", [0.3, -0.4, 1.2]))
-    mirror = PlaneMirror.from_pose(pose, width_m=0.08, height_m=0.1)
+    mirror = PlaneMirror.from_pose(pose, Rectangle(half_width=0.04, half_height=0.05))
     expected = pose.apply([[-0.04, -0.05, 0], [0.04, -0.05, 0], [0.04, 0.05, 0], [-0.04, 0.05, 0]])
     np.testing.assert_allclose(mirror.corners_m, expected, rtol=0, atol=ROUNDING)
-    with pytest.raises(ValueError, match=r"expected both width_m and height_m or neither, got 0\.08 and None"):
-        PlaneMirror.from_pose(pose, width_m=0.08)
     with pytest.raises(ValueError, match="expected a mirror with an outline, got an unbounded one"):
         _ = PlaneMirror.from_pose(pose).corners_m
 
@@ -87,7 +86,7 @@ def test_a_mirror_at_a_pose_has_its_corners_there():
 def test_a_ray_intersects_the_front_the_back_or_nothing():
     """A mirror at z = 1 that faces the origin: closed form for rays along z from both sides, away, and beside it."""
     square = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]
-    mirror = PlaneMirror(point_m=(0, 0, 1), normal=(0, 0, -1), up=(0, 1, 0), outline_m=square)
+    mirror = PlaneMirror(point_m=(0, 0, 1), normal=(0, 0, -1), up=(0, 1, 0), outline=Polygon.of(square))
     origins = np.array([[0, 0, 0], [0.05, 0, 3], [0, 0, 0], [0.2, 0, 0], [0, 0, 0], [0, 0, 1]], dtype=float)
     directions = np.array([[0, 0, 1], [0, 0, -1], [0, 0, -1], [0, 0, 1], [1, 0, 0], [0, 0, 1]], dtype=float)
     hit = intersect(mirror.parameters(), Array3f64(*to_columns(origins)), Array3f64(*to_columns(directions)))
@@ -109,11 +108,11 @@ OUTLINES = {
 @pytest.mark.parametrize("name", OUTLINES)
 def test_an_outline_lets_in_what_another_rule_does(name):
     """Half-planes against matplotlib's winding rule, on points that are not on an edge."""
-    mirror = PlaneMirror(point_m=(0, 0, 1), normal=(0, 0, -1), up=(0, 1, 0), outline_m=OUTLINES[name])
+    mirror = PlaneMirror(point_m=(0, 0, 1), normal=(0, 0, -1), up=(0, 1, 0), outline=Polygon.of(OUTLINES[name]))
     local = np.random.default_rng(4).uniform(-1.2, 1.2, (2000, 2))
     origins = np.column_stack([local @ mirror.axes[:2, :2].T, np.zeros(2000)])
     hit = intersect(mirror.parameters(), Array3f64(*to_columns(origins)), Array3f64(0, 0, 1))
-    expected = Polygon(OUTLINES[name]).contains_points(local)
+    expected = Path(OUTLINES[name]).contains_points(local)
     assert 0 < expected.sum() < 2000
     assert (np.array(hit.front) == expected).all()
 
@@ -124,21 +123,21 @@ PENTAGRAM = [[np.cos(a), np.sin(a)] for a in np.arange(5) * 4 * np.pi / 5]
 @pytest.mark.parametrize(
     ("outline", "message"),
     [
-        ([[0, 0], [1, 0]], "expected outline_m with at least three finite corners"),
-        (np.empty((0, 2)), "expected outline_m with at least three finite corners"),
-        ([[0, 0], [1, 0], [np.nan, 1]], "expected outline_m with at least three finite corners"),
-        ([[0, 0], [1, 0], [0.5, 0.1], [0.5, 1]], "expected outline_m to be convex"),
-        ([[0, 0], [1, 0], [2, 0]], "expected outline_m to be convex"),
-        ([[0, 0], [1, 0], [1, 0], [1, 1]], "expected outline_m to be convex"),
-        ([[0, 0], [1, 1], [1, 0], [0, 1]], "expected outline_m to be convex"),
-        (PENTAGRAM, "expected outline_m to be convex"),
-        ([0, 1, 2], r"expected outline_m of shape \(n, 2\)"),
+        ([[0, 0], [1, 0]], "expected outline with at least three finite corners"),
+        (np.empty((0, 2)), "expected outline with at least three finite corners"),
+        ([[0, 0], [1, 0], [np.nan, 1]], "expected outline with at least three finite corners"),
+        ([[0, 0], [1, 0], [0.5, 0.1], [0.5, 1]], "expected outline to be convex"),
+        ([[0, 0], [1, 0], [2, 0]], "expected outline to be convex"),
+        ([[0, 0], [1, 0], [1, 0], [1, 1]], "expected outline to be convex"),
+        ([[0, 0], [1, 1], [1, 0], [0, 1]], "expected outline to be convex"),
+        (PENTAGRAM, "expected outline to be convex"),
+        ([0, 1, 2], r"expected outline of shape \(n, 2\)"),
     ],
     ids=["two", "none", "nan", "dent", "line", "double", "bow tie", "pentagram", "shape"],
 )
 def test_what_is_no_convex_outline_is_refused(outline, message):
     with pytest.raises(ValueError, match=message):
-        PlaneMirror(point_m=(0, 0, 1), normal=(0, 0, -1), up=(0, 1, 0), outline_m=outline)
+        Polygon.of(outline)
 
 
 def test_up_along_the_normal_is_refused():

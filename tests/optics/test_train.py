@@ -14,6 +14,7 @@ from optics.camera import FisheyeCamera, PinholeCamera
 from optics.gaze.kinematics import virtual_camera
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
+from optics.mirror_outline import Rectangle
 from optics.ports.port import DomePort, FlatPort, NoPort
 from optics.status import Region, Status
 from optics.train import OpticalTrain, pixel_grid
@@ -48,7 +49,7 @@ ROUNDING = 1e-12
 def mirrors(count, q1=0.3, q2=0.1):
     poses = (LAYOUT.camera_from_m1, LAYOUT.camera_from_m2(q1, q2))
     # Half a metre wide: everything the camera sees after M1 also strikes M2.
-    return tuple(PlaneMirror.from_pose(pose, width_m=0.5, height_m=0.5) for pose in poses[:count])
+    return tuple(PlaneMirror.from_pose(pose, Rectangle(half_width=0.25, half_height=0.25)) for pose in poses[:count])
 
 
 def distances(count, seed=3):
@@ -258,7 +259,7 @@ def test_points_outside_the_aperture_or_a_mirror_keep_their_pixel():
     image = OpticalTrain(camera=CAMERAS["pinhole"], port=small).project([[0, 0, 1], [0.35, 0, 1]])
     assert names(image.status) == ["OK", "MISSED_PORT"]
     assert np.isfinite(image.pixels).all()
-    tiny = replace(mirrors(1)[0], outline_m=np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * 1e-3)
+    tiny = replace(mirrors(1)[0], outline=Rectangle(half_width=1e-3, half_height=1e-3))
     train = OpticalTrain(camera=CAMERAS["pinhole"], port=PORTS["flat"], mirrors=(tiny,))
     image = train.project([[0, 1, 0.095], [0, 1, 0.3]])
     assert names(image.status) == ["OK", "MISSED_M1"]

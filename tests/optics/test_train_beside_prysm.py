@@ -42,7 +42,7 @@ Bundle = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 def unbounded(port: FlatPort | DomePort) -> OpticalTrain:
     train = OpticalTrain.from_rig(Rig.load("aqua2"), q1=Q1, q2=Q2)
-    mirrors = tuple(replace(mirror, outline_m=None) for mirror in train.mirrors)
+    mirrors = tuple(replace(mirror, outline=None) for mirror in train.mirrors)
     return replace(train, port=port, mirrors=mirrors)
 
 

@@ -5,9 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 from scipy.spatial.transform import RigidTransform
 
 from optics.gaze.kinematics import virtual_camera
+from optics.gaze.mirror_edges import mirror_edges
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.status import Region
@@ -61,6 +63,26 @@ def test_regions_are_those_of_the_exact_train(aqua2, bare, pose):
     expected = regions(train.trace(pixel_grid(train.camera)).status).reshape(frame.region.shape)
     assert (frame.region != expected).mean() < EDGE_PIXELS
     assert (frame.region == Region.GAZE).sum() > 10_000
+
+
+@pytest.mark.parametrize(("m1", "m2"), [("octagon", "ellipse"), ("ellipse", "octagon")])
+def test_other_outlines_are_where_the_train_and_their_projected_edges_say(aqua2, m1, m2):
+    """Regions of the traced train, and for M2 the polygon of its edges, which are projected inwards without it."""
+    rig = aqua2.with_gaze(fold_mirror={"outline": m1}, gaze_mirror={"outline": m2})
+    q1, q2 = np.radians([10.0, -5.0])
+    frame = FastRenderer(lit(make_scene(rig, depth_m=DEPTH), rig, [])).render(q1=q1, q2=q2)
+    train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)
+    expected = regions(train.trace(pixel_grid(train.camera)).status).reshape(frame.region.shape)
+    assert (frame.region != expected).mean() < EDGE_PIXELS
+    edges = np.concatenate([edge.pixels for edge in mirror_edges(rig, q1=q1, q2=q2)])
+    inside = Path(edges).contains_points(pixel_grid(train.camera)).reshape(expected.shape)
+    over_m1 = frame.region >= Region.FOLD
+    assert ((frame.region == Region.GAZE) != inside)[over_m1].mean() < EDGE_PIXELS
+    assert (frame.region == Region.GAZE).sum() > 10_000
+    # A rectangle of the same sides shows more.
+    assert (frame.region == Region.GAZE).sum() < 0.95 * (
+        regions(OpticalTrain.from_rig(aqua2, q1=q1, q2=q2).trace(pixel_grid(train.camera)).status) == Region.GAZE
+    ).sum()
 
 
 @pytest.mark.parametrize("preset", ["aqua2", "bluerov2"])

@@ -10,6 +10,20 @@ import typer
 from mirrorgaze.options import JsonOption, RigArgument, SeedOption
 from mirrorgaze.output import print_json, print_note, print_table
 
+COLUMNS = {"coverage": "{:.3f}", "area": "{:.0f}", "swept-volume": "{:.2f}", "resolution": "{:.0f}"}
+HEADER = (
+    "design",
+    "d1 mm",
+    "d2 mm",
+    "M1 mm",
+    "M2 mm",
+    "coverage of the sphere",
+    "area cm2",
+    "swept l",
+    "gaze px",
+    "binding",
+)
+
 
 def search(
     rig: RigArgument,
@@ -30,25 +44,36 @@ def search(
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.", show_default="out/RIG-search"),
     ] = None,
+    apply: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Write design N of the table into the rig file.", min=1, show_default=False),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Search for mirrors that no other design beats.
 
     Varies distances and sizes, and writes the Pareto front (front.csv, search.png), some of its members as rig files
-    whose mounts can be built, and summary.json. An interrupted search continues where it stopped.
+    whose mounts can be built, and summary.json. Prints these members beside the rig as it is; the same command with
+    --apply N then writes one of them into the rig file. An interrupted search continues where it stopped.
 
     \b
     Example:
       mirrorgaze search aqua2 --objective coverage,area,resolution --designs 10000 -o out/search
     """
-    from mirrorgaze.loading import load_usable_rig
-    from reports.studies.design_search import Wanted, search_into
+    from mirrorgaze.loading import load_usable_rig, own_rig_file
+    from reports.studies.design_search import Wanted, apply_design, search_into
     from rigs.files import find_rig
 
+    if apply is not None:
+        own_rig_file(rig)
+        if apply > rigs:
+            raise ValueError(f"--apply {apply}: expected at most {rigs}, the number of designs that become rig files")
     wanted = Wanted(objectives=tuple(objective.split(",")), designs=designs, seed=seed, factor=factor, count=rigs)
     loaded = load_usable_rig(rig)
     folder = output or Path("out") / f"{loaded.name}-search"
     found = search_into(loaded, find_rig(rig), folder, wanted, log=print_note)
+    if apply is not None:
+        apply_design(found, apply, own_rig_file(rig))
     if json:
         print_json(found)
         return
@@ -60,10 +85,16 @@ def search(
         typer.echo(f"  of {looked} mounts built and moved, {len(found['thrown_out'])} rejected:")
         for place, (count, example) in _by_place(found["thrown_out"]).items():
             typer.echo(f"    {place}: {count}, such as {example}")
-    names = [item["name"] for item in found["objectives"]]
-    rows = [("", *names, "binding"), _row("this rig", found["own"], names)]
-    print_table(rows + [_row(item["file"], item, names) for item in found["chosen"]])
+    own = found["own"]
+    rows = [HEADER, _row("this rig", own, own)]
+    print_table(rows + [_row(str(number), item, own) for number, item in enumerate(found["chosen"], start=1)])
+    typer.echo(f"{found['pixels_per_degree']:.2f} px per degree in the middle of the image, whatever the mirrors")
     typer.echo(f"{folder}: front.csv, search.png, summary.json, {len(found['chosen'])} rig files")
+    if apply is not None:
+        file = own_rig_file(rig)
+        typer.echo(f"{file}: design {apply} written; check that the mount fits: mirrorgaze check {file} --cad")
+    elif found["chosen"]:
+        typer.echo("the same with --apply N writes design N into the rig file")
 
 
 def _by_place(thrown_out: list[dict[str, Any]]) -> dict[str, tuple[int, str]]:
@@ -76,6 +107,20 @@ def _by_place(thrown_out: list[dict[str, Any]]) -> dict[str, tuple[int, str]]:
     return dict(sorted(places.items(), key=lambda entry: -entry[1][0]))
 
 
-def _row(label: str, item: dict[str, Any], names: list[str]) -> tuple[str, ...]:
-    scores = ("-" if item["scores"][name] is None else f"{item['scores'][name]:.4g}" for name in names)
-    return (label, *scores, "; ".join(item["binding"]))
+def _row(label: str, item: dict[str, Any], own: dict[str, Any]) -> tuple[str, ...]:
+    """A design in the table: its figures, each with what it is more than the present design's."""
+    numbers, figures, present = item["design_mm"], item["figures"], own["figures"]
+    d1, d2 = (numbers[f"{mirror}.distance_mm"] for mirror in ("fold_mirror", "gaze_mirror"))
+    sizes = [
+        f"{numbers[f'{mirror}.width_mm']:g} x {numbers[f'{mirror}.height_mm']:g}"
+        for mirror in ("fold_mirror", "gaze_mirror")
+    ]
+    cells = [f"{d1:g}", f"{d2:g}", *sizes]
+    for name, shown in COLUMNS.items():
+        value, before = figures[name], present[name]
+        if value is None:
+            cells.append("-")
+            continue
+        same = item is own or before is None
+        cells.append(shown.format(value) + ("" if same else f" ({value / before - 1:+.0%})"))
+    return (label, *cells, "; ".join(item["binding"]))

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class Outline(StrEnum):
-    """Outlines whose corners can be printed."""
+    """Outlines of a rig file."""
 
     RECTANGLE = "rectangle"
     OCTAGON = "octagon"
-    CONVEX = "convex"
+    ELLIPSE = "ellipse"
 
 
 def size(
@@ -48,12 +48,14 @@ def size(
     angle_tolerance_deg: Annotated[
         float, typer.Option(help="Largest angular error of camera, M1 and M2 each, in degrees.")
     ] = 0.25,
-    outline: Annotated[Outline, typer.Option(help="Print the corners of this outline.")] = Outline.RECTANGLE,
+    outline: Annotated[
+        Outline | None, typer.Option(help="Outline of both mirrors, in place of those in the rig file.")
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="Write outlines and the trade-off to this folder."),
     ] = None,
-    apply: Annotated[bool, typer.Option("--apply", help="Write the rectangles into the rig file.")] = False,
+    apply: Annotated[bool, typer.Option("--apply", help="Write sides and outlines into the rig file.")] = False,
     json: JsonOption = False,
 ) -> None:
     """Size both mirrors for an image window and gaze range.
@@ -69,6 +71,7 @@ def size(
     import numpy as np
 
     from cad.assembly.hull_surface import file_hull_distance
+    from mirrorgaze.loading import own_rig_file
     from optics.sizing.drivers import side_drivers
     from optics.sizing.gaze_range import GazeRange
     from optics.sizing.limits import Request
@@ -77,12 +80,11 @@ def size(
     from rigs import Rig
 
     if apply:
-        file = _own_file(rig)
-        if outline is not Outline.RECTANGLE:
-            raise ValueError(
-                f"--apply: expected --outline rectangle, all that a rig file can hold, got {outline.value}"
-            )
+        file = own_rig_file(rig)
     loaded = Rig.load(rig)
+    if outline is not None:
+        both = {"outline": outline.value}
+        loaded = loaded.with_gaze(fold_mirror=both, gaze_mirror=both)
     request = Request(
         window=_window(loaded, window),
         gaze=GazeRange(first=_radians(azimuth_deg), second=_radians(elevation_deg), in_joints=False),
@@ -94,7 +96,7 @@ def size(
     if json:
         print_json(sizing_as_dict(sizing, drivers))
     else:
-        _print(rig, sizing, outline)
+        _print(rig, sizing)
         for driver in drivers:
             typer.echo(f"  {driver_sentence(driver, request.gaze.names)}")
         if not sizing.bindings:
@@ -149,16 +151,6 @@ def _window(rig: Rig, text: str) -> Window:
     return window
 
 
-def _own_file(rig: str) -> Path:
-    """The user's rig file, to be written; presets are refused."""
-    from rigs.files import PRESETS, find_rig
-
-    file = find_rig(rig)
-    if file.resolve().parent == PRESETS.resolve():
-        raise ValueError(f"--apply: {rig!r} is a preset; copy it first: mirrorgaze new my-rig --from {file.stem}")
-    return file
-
-
 def _how_to_apply(rig: str) -> str:
     """The next step, in words."""
     from rigs.files import PRESETS, find_rig
@@ -169,7 +161,7 @@ def _how_to_apply(rig: str) -> str:
     return f"the same with --apply writes them into {rig}"
 
 
-def _print(name: str, sizing: Sizing, outline: Outline) -> None:
+def _print(name: str, sizing: Sizing) -> None:
     import math
 
     window, gaze = sizing.request.window, sizing.request.gaze
@@ -180,11 +172,6 @@ def _print(name: str, sizing: Sizing, outline: Outline) -> None:
     typer.echo(f"{name}: a window of {window.size_px[0]:.0f} x {window.size_px[1]:.0f} px, {', '.join(ranges)} degrees")
     print_table(_rows(sizing))
     typer.echo(f"  the present mirrors pass {sizing.passed_now:.1%} of it (without margins)")
-    if outline is not Outline.RECTANGLE:
-        for label, outlines in (("M1", sizing.m1), ("M2", sizing.m2)):
-            if outlines is not None:
-                corners = ", ".join(f"({1000 * x:.2f}, {1000 * y:.2f})" for x, y in outlines.corners_m(outline.value))
-                typer.echo(f"  {label} {outline.value} (mm): {corners}")
     for binding in sizing.bindings:
         typer.echo(f"  cannot be met, {binding.constraint}: {binding.message}")
     if sizing.bindings:
@@ -197,7 +184,7 @@ def _rows(sizing: Sizing) -> list[tuple[str, ...]]:
         if outlines is None:
             rows.append((f"  {label}", "no finite mirror", ""))
             continue
-        for kind in ("rectangle", "free rectangle", "octagon", "convex"):
+        for kind in outlines.kinds:
             width, height = 1000 * (outlines.corners_m(kind).max(axis=0) - outlines.corners_m(kind).min(axis=0))
             area = f"{1e4 * outlines.area_m2(kind):.1f} cm²"
             rows.append((f"  {label} {kind}", f"{width:.1f} x {height:.1f} mm", area))

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from optics.gaze.virtual_pinhole import VirtualPinhole
     from rigs import Rig
 
-EDGES = ("bottom", "right", "top", "left")
-"""Of M2, in its own frame, in the order of `optics.gaze.mirror_edges`."""
-
 
 def virtual_camera(
     rig: RigArgument,
@@ -83,8 +80,7 @@ def _virtual_as_json(
         "pixel_count": virtual.pixel_count,
         "residuals": [vars(row) for row in virtual.residuals],
         "edge_deviation_px": {
-            name: edge.deviation_px if math.isfinite(edge.deviation_px) else None
-            for name, edge in zip(EDGES, edges, strict=True)
+            edge.name: edge.deviation_px if math.isfinite(edge.deviation_px) else None for edge in edges
         },
         "files": [str(file) for file in files],
     }
@@ -111,5 +107,6 @@ def _print_virtual(virtual: VirtualPinhole, edges: tuple[MirrorEdge, ...]) -> No
         typer.echo(
             f"  {row.distance_m:g} m: rms {row.rms_px:.4f} px, at most {row.largest_px:.4f} px at ({u:g}, {v:g})"
         )
-    bent = ", ".join(f"{name} {edge.deviation_px:.2f}" for name, edge in zip(EDGES, edges, strict=True))
-    typer.echo(f"edges of the gaze mirror off their chords: {bent} px")
+    if len(edges) > 1:
+        bent = ", ".join(f"{edge.name} {edge.deviation_px:.2f}" for edge in edges)
+        typer.echo(f"edges of the gaze mirror off their chords: {bent} px")

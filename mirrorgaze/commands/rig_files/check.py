@@ -93,8 +93,7 @@ def _key_facts(rig: Rig) -> list[tuple[str, str]]:
         facts.append(("  port", f"{port.shape}, {port.material}, {port.thickness_mm:g} mm"))
     if rig.gaze is not None:
         for label, distance, mirror in (("M1", "d1", rig.gaze.fold_mirror), ("M2", "d2", rig.gaze.gaze_mirror)):
-            size = f"{mirror.width_mm:g} x {mirror.height_mm:g} mm"
-            facts.append((f"  {label}", f"{size}, {distance} = {mirror.distance_mm:g} mm"))
+            facts.append((f"  {label}", f"{mirror.size}, {distance} = {mirror.distance_mm:g} mm"))
         for label, joint in (("q1 (pan)", rig.gaze.joints.pan), ("q2 (tilt)", rig.gaze.joints.tilt)):
             facts.append((f"  {label}", f"{joint.min_deg:g} to {joint.max_deg:g} degrees"))
     return facts

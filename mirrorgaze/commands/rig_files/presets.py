@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mirrorgaze.options import JsonOption
-from mirrorgaze.output import print_json, print_table
+from mirrorgaze.output import print_json, print_note, print_table
 
 
 def rigs(json: JsonOption = False) -> None:
@@ -36,11 +36,26 @@ def new(
         str | None,
         typer.Option(
             metavar="SHAPE|FILE",
-            help="Use this hull: box, open-frame or torpedo picks the preset that has it; a STEP, STL, OBJ or PLY file "
-            "replaces the preset's.",
+            help="Use this hull: box, open-frame or torpedo picks the preset that has it; a STEP, STL, OBJ, PLY, 3MF, "
+            "GLB, glTF, COLLADA, URDF or SDF file replaces the preset's.",
         ),
     ] = None,
-    unit: Annotated[str | None, typer.Option(help="Unit of the numbers in a hull file: mm, cm, m or inch.")] = None,
+    unit: Annotated[
+        str | None,
+        typer.Option(
+            metavar="mm|cm|m|inch",
+            help="Unit of the numbers in a hull file.",
+            show_default="what the file says, or the size",
+        ),
+    ] = None,
+    forward: Annotated[
+        str | None,
+        typer.Option(metavar="AXIS", help="Axis of a hull file that is forward, such as -y.", show_default="by shape"),
+    ] = None,
+    up: Annotated[
+        str | None,
+        typer.Option(metavar="AXIS", help="Axis of a hull file that is up, such as +z.", show_default="by shape"),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Write this rig file.", show_default="NAME.toml"),
@@ -48,16 +63,31 @@ def new(
 ) -> None:
     """Create a rig file from a preset.
 
-    The preset is copied with its comments. A file that exists is never overwritten. With a hull's file, `mirrorgaze
-    check FILE --cad` then says where the anchors have to go.
+    The preset is copied with its comments. A file that exists is never overwritten. A hull's file is opened: what it
+    holds is said, and what it is taken for and why. --unit is asked for where neither file nor size say it. The hull's
+    middle becomes the body's origin, a robot's base link stays it. `mirrorgaze check FILE --cad` then says where the
+    anchors have to go.
 
     \b
     Example:
       mirrorgaze new reef-camera --from bluerov2
-      mirrorgaze new glider --hull glider.stl --unit mm
+      mirrorgaze new glider --hull glider.stl --unit mm --forward +y
     """
-    from rigs.new_rig import create_rig_file
+    from rigs.new_rig import DEFAULT_PRESET, create_rig_file
 
     file = output or Path(f"{name}.toml")
-    copied = create_rig_file(name, file, preset=preset, hull=hull, unit=unit)
-    typer.echo(f"{file}: a copy of {copied}; change it, then: mirrorgaze check {file}")
+    if hull is None or not Path(hull).suffix:
+        told = {"--unit": unit, "--forward": forward, "--up": up}
+        given = [f"{option} {value}" for option, value in told.items() if value is not None]
+        if given:
+            raise ValueError(f"{' '.join(given)}: expected with the file of a hull only")
+        preset = create_rig_file(name, file, preset=preset, shape=hull)
+    else:
+        from reports.studies.new_rig import new_rig_on_hull
+
+        preset = preset or DEFAULT_PRESET
+        taken = new_rig_on_hull(
+            name, file, Path(hull), preset=preset, unit=unit, forward=forward, up=up, log=print_note
+        )
+        typer.echo(taken.describe())
+    typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")

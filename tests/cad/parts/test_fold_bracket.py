@@ -12,13 +12,16 @@ from manifold3d import Manifold
 
 from cad.assembly.assembly import Assembly, build_assembly
 from cad.assembly.meshes import rig_meshes
+from cad.assembly.tessellation import LINEAR_TOLERANCE_MM, tessellated
+from cad.checks.printing.orientation import print_pose
 from cad.overlaps import manifold_mm
 from cad.parts.bracket_placement import fold_stance
+from cad.parts.flange import hull_side
 from cad.parts.fold_bracket import fold_bracket_solid
 from cad.parts.mirrors import mirror_plate
 from cad.parts.stow_bracket import arm_solid, deck_solid
 from cad.parts.stow_hinge import stow_hinge
-from cad.shapes import location_mm
+from cad.shapes import box, location_mm
 from optics.gaze.stowed_view import direct_view_loss
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -59,6 +62,12 @@ def stowable(name: str, *, max_deg: float = 90.0, servo: bool = False, fixing: s
         servos={"stow": rig.gaze.servos.pan if servo else None},
         mount={"mirror_fixing": fixing},
     )
+
+
+def meshed(solid) -> PartMesh:
+    surface = tessellated(solid, LINEAR_TOLERANCE_MM)
+    vertices, faces = np.asarray(surface.vertices) / 1000, np.asarray(surface.faces, dtype=np.int32)
+    return PartMesh(name="solid", group=Group.FIXED, role=Role.MOUNT, vertices_m=vertices, faces=faces)
 
 
 @cache
@@ -109,18 +118,63 @@ def test_a_fold_up_holds_its_mirror_where_the_layout_says():
 
 def test_messages_of_a_fold_up_speak_of_the_rig_files_numbers():
     rig = folding_up(Rig.load("aqua2"))
-    low = changed(rig, mount={"fold_anchor_mm": (270.0, 60.0, -20.0)})
-    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm = \(270.*expected z of at most -38\.\d.*got z = -20"):
+    low = changed(rig, mount={"fold_anchor_mm": (270.0, 60.0, 120.0), "fold_normal": (0.0, 0.0, -1.0)})
+    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm = \(270.*z of at most 10\d\.\d.*got z = 120"):
         fold_stance(low, Layout.from_rig(low))
-    beside = changed(rig, mount={"fold_anchor_mm": (270.0, 40.0, -65.0)})
-    with pytest.raises(ValueError, match=r"expected y = 60, as the camera has, got y = 40"):
+    beside = changed(rig, mount={"fold_anchor_mm": (270.0, -60.0, -65.0)})
+    with pytest.raises(ValueError, match=r"expected y from -53\.\d to 173\.\d, so that the girders.*got y = -60"):
         fold_stance(beside, Layout.from_rig(beside))
+    ahead = changed(rig, mount={"fold_anchor_mm": (440.0, 60.0, -65.0)})
+    with pytest.raises(ValueError, match=r"expected x of at most 41\d\.\d.*the front of M1's cell, got x = 440"):
+        fold_stance(ahead, Layout.from_rig(ahead))
 
 
 def test_an_anchor_on_a_flank_is_refused():
-    rig = changed(Rig.load("aqua2"), mount={"fold_normal": (0.0, 0.7, 0.7)})
-    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*within 35 degrees of up, got 45 degrees"):
+    rig = changed(Rig.load("aqua2"), mount={"fold_normal": (0.0, 0.9, 0.4)})
+    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*within 60 degrees of up, got 66 degrees"):
         fold_stance(rig, Layout.from_rig(rig))
+
+
+@pytest.mark.parametrize(
+    ("point", "normal"),
+    [
+        ((270.0, 110.0, 65.0), (0.0, 0.0, 1.0)),
+        ((270.0, 10.0, 30.0), (0.0, -0.5, 1.0)),
+        ((300.0, 60.0, 50.0), (1.5, 0.0, 1.0)),
+        ((270.0, 90.0, -20.0), (0.6, 0.6, 1.0)),
+        ((385.0, 60.0, 65.0), (0.0, 0.0, 1.0)),
+    ],
+    ids=["beside", "beside and sloping", "nose", "low and aslant", "over M1"],
+)
+def test_a_bracket_reaches_m1_from_many_places(point, normal):
+    """One valid solid with a closed surface that has room for M1, stays out of its light and on the hull's plane."""
+    rig = changed(Rig.load("aqua2"), mount={"fold_anchor_mm": point, "fold_normal": normal})
+    layout = Layout.from_rig(rig)
+    stance = fold_stance(rig, layout)
+    bracket = fold_bracket_solid(stance)
+    assert bracket.is_valid
+    assert manifold_mm(meshed(bracket)).volume() == pytest.approx(bracket.volume, rel=0.01)
+    mirror = rig.gaze.fold_mirror
+    place = location_mm(layout.body_from_m1)
+    assert shared_mm3(bracket, place * mirror_plate(mirror)) < TOUCHING_MM3
+    half_width, half_height = mirror.width_mm / 2 - 2, mirror.height_mm / 2 - 2
+    light = place * box((-half_width, half_width), (-half_height, half_height), (0.0, 60.0))
+    assert shared_mm3(bracket, light) < TOUCHING_MM3
+    unit = np.array(normal) / np.linalg.norm(normal)
+    under = hull_side(stance.seat)
+    assert shared_mm3(bracket, under) < TOUCHING_MM3
+    assert shared_mm3(bracket, under.translate(tuple(unit))) > 300
+
+
+def test_the_bracket_prints_on_its_roof_without_support():
+    """Less than a square centimetre leans out by more than 45 degrees: vents, bonding holes and rounded corners."""
+    for name in ("aqua2", "bluerov2"):
+        rig = Rig.load(name)
+        mesh = next(mesh for mesh in rig_meshes(rig) if mesh.name == "fold_bracket")
+        pose = print_pose(mesh, rig.gaze.mount)
+        np.testing.assert_allclose(pose.bed_from_part.apply([0, 0, 1]), [0, 0, -1], atol=1e-9)
+        assert pose.overhang_mm2 < 100
+        assert pose.support_mm3 < 1000
 
 
 def test_a_sloping_flange_is_one_solid_that_leaves_the_hull_alone():
@@ -217,7 +271,7 @@ def test_the_train_with_m1_stowed_is_the_camera_alone():
 
 def test_a_hinge_without_room_is_named():
     near = changed(stowable("aqua2"), mount={"fold_anchor_mm": (340.0, 60.0, 65.0)})
-    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*expected x of at most 323\.\d.*got x = 340"):
+    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*expected x of at most 324\.\d.*got x = 340"):
         stow_hinge(near, Layout.from_rig(near))
     narrow = changed(stowable("aqua2", servo=True), fold_mirror={"width_mm": 40.0})
     with pytest.raises(ValueError, match=r"fold_mirror\.width_mm = 40: expected at least \d+, so that.*its servo fit"):

@@ -22,7 +22,11 @@ def test_it_searches_and_prints(tmp_path, monkeypatch):
     result = mirrorgaze(*options)
     assert result.exit_code == 0, result.stderr
     assert "on the front" in result.stdout.splitlines()[0]
-    assert any(line.startswith("this rig") for line in result.stdout.splitlines())
+    table = [line.split() for line in result.stdout.splitlines()]
+    (present,) = [line for line in table if line[:2] == ["this", "rig"]]
+    assert present[2:10] == ["95", "125", "80", "x", "90", "80", "x", "100"]
+    assert all(any(line[:1] == [str(number)] and "%)" in "".join(line) for line in table) for number in (1, 2))
+    assert "--apply N" in result.stdout
     assert len(list((tmp_path / "out/rigs").glob("aqua2-*.toml"))) == 2
     found = json.loads(mirrorgaze(*options, "--json").stdout)
     assert [item["name"] for item in found["objectives"]] == ["area", "resolution"]
@@ -34,6 +38,7 @@ def test_it_searches_and_prints(tmp_path, monkeypatch):
         (("aqua2", "--objective", "beauty,area"), "two or more of the objectives"),
         (("aqua2", "--factor", "0.9"), "a factor above 1"),
         (("bench",), "expected a rig with mirrors"),
+        (("aqua2", "--apply", "1"), "is a preset; copy it first"),
     ],
 )
 def test_bad_input_is_a_sentence_and_2(tmp_path, arguments, message):

@@ -41,7 +41,7 @@ def test_sizes_are_printed_for_people_and_machines(own):
     assert f"M2 height {driver['length_mm']:.1f} mm: at azimuth {driver['azimuth_deg']:.0f}, " in result.stdout
     assert answer["met"] is True and answer["bindings"] == []
     assert answer["window_px"] == [255.5, 191.5, 383.5, 287.5]
-    width, height = answer["rectangles_mm"]["M2"]
+    width, height = (answer["mirrors"]["M2"][side] for side in ("width_mm", "height_mm"))
     assert f"{answer['outlines']['M2']['rectangle']['area_cm2']:.1f} cm²" in result.stdout
     assert answer["outlines"]["M2"]["rectangle"]["area_cm2"] <= width * height / 100
 
@@ -62,10 +62,22 @@ def test_apply_changes_the_four_numbers_and_keeps_the_comments(own):
     assert all(a.partition("#")[2] == b.partition("#")[2] for a, b in changed)
     rig = Rig.load(own)
     answer = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--json").stdout)
-    assert answer["rectangles_mm"]["M1"] == [rig.gaze.fold_mirror.width_mm, rig.gaze.fold_mirror.height_mm]
-    assert answer["rectangles_mm"]["M2"] == [rig.gaze.gaze_mirror.width_mm, rig.gaze.gaze_mirror.height_mm]
+    for name, mirror in (("M1", rig.gaze.fold_mirror), ("M2", rig.gaze.gaze_mirror)):
+        assert answer["mirrors"][name] == mirror.model_dump(include={"outline", "width_mm", "height_mm"})
     assert answer["present_mirrors_pass"] == 1
     assert [file.name for file in own.parent.iterdir()] == ["mine.toml"]
+
+
+def test_another_outline_is_applied_with_its_sides(own):
+    """An ellipse holds what a rectangle need not: both of its sides are longer, its area less than theirs."""
+    rectangles = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--json").stdout)["mirrors"]
+    result = mirrorgaze("size", "mine.toml", *LEVEL, "--outline", "ellipse", "--apply")
+    assert result.exit_code == 0, result.stderr
+    gaze = Rig.load(own).gaze
+    for name, mirror in (("M1", gaze.fold_mirror), ("M2", gaze.gaze_mirror)):
+        assert mirror.outline == "ellipse"
+        assert mirror.width_mm > rectangles[name]["width_mm"] and mirror.height_mm > rectangles[name]["height_mm"]
+    assert json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--json").stdout)["present_mirrors_pass"] == 1
 
 
 def test_apply_writes_nothing_when_the_request_cannot_be_met(own):
@@ -104,7 +116,6 @@ def test_output_holds_outlines_and_trade_off(own, monkeypatch):
     monkeypatch.setattr(sizing, "DISTANCE_FACTORS", (1.0, 1.2))
     result = mirrorgaze("size", "mine.toml", *LEVEL, "-o", "out", "--outline", "octagon")
     assert result.exit_code == 0, result.stderr
-    assert "M1 octagon (mm): (" in result.stdout
     files = sorted(file.name for file in (own.parent / "out").iterdir())
     assert files == ["outlines.json", "outlines.png", "trade_off.csv", "trade_off.png"]
     assert len((own.parent / "out" / "trade_off.csv").read_text(encoding="utf-8").splitlines()) == 5
@@ -124,7 +135,7 @@ def test_output_holds_outlines_and_trade_off(own, monkeypatch):
         ),
         (["--elevation-deg", "0", "120"], "expected elevations between -90 and 90 deg, got 0 to 120"),
         (["--margin-mm", "-1"], "expected margin_m of at least 0, got -0.001"),
-        (["--apply", "--outline", "octagon"], "--apply: expected --outline rectangle, all that a rig file can hold"),
+        (["--outline", "star"], "'star' is not one of 'rectangle', 'octagon', 'ellipse'"),
         (["-o", "mine.toml"], "expected a folder to write into"),
     ],
 )

@@ -7,6 +7,7 @@ import json
 import jsonschema
 import pytest
 import tomlkit
+import trimesh
 from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
@@ -48,15 +49,42 @@ def test_new_begins_with_the_preset_that_has_a_hull(here, shape, preset):
     assert Rig.load(here / "reef.toml").model_copy(update={"name": preset}) == Rig.load(preset)
 
 
-def test_new_puts_a_hulls_file_in_the_presets_place(here):
-    (here / "hulls").mkdir()
-    (here / "hulls" / "mine.stl").write_text("solid", encoding="utf-8")
-    (here / "rigs").mkdir()
-    arguments = ("new", "reef", "--from", "torpedo", "--hull", "hulls/mine.stl", "--unit", "m", "-o", "rigs/reef.toml")
-    assert mirrorgaze(*arguments).exit_code == 0
+def test_new_puts_a_hulls_file_in_the_presets_place_and_says_what_it_found(here):
+    """The middle of the box, at 1 m along the file's z, is the body's origin; its y is forward."""
+    for folder in ("hulls", "rigs"):
+        (here / folder).mkdir()
+    box = trimesh.creation.box(extents=(0.2, 1.6, 0.3))
+    box.apply_translation((0, 0, 1)).export(here / "hulls" / "mine.stl")
+    result = mirrorgaze("new", "reef", "--from", "torpedo", "--hull", "hulls/mine.stl", "-o", "rigs/reef.toml")
+    assert result.exit_code == 0, result.stderr
     rig = Rig.load(here / "rigs" / "reef.toml")
-    assert (rig.gaze.hull.file, rig.gaze.hull.unit) == (here / "hulls" / "mine.stl", "m")
+    hull = rig.gaze.hull
+    assert (hull.file, hull.unit, hull.position_mm) == (here / "hulls" / "mine.stl", "m", (0, 0, -1000))
+    assert (hull.yaw_deg, hull.pitch_deg, hull.roll_deg) == (-90, 0, 0)
     assert rig.gaze.mount.fold_plane is None
+    first, *lines, last = result.stdout.splitlines()
+    assert first == "mine.stl: 1 body, 12 triangles"
+    assert [line.split(":")[0].strip() for line in lines[:3]] == ["unit", "forward is +y", "up is +z"]
+    assert last == "rigs/reef.toml: a copy of torpedo; change it, then: mirrorgaze check rigs/reef.toml"
+    assert "yaw_deg = -90.0 # turns the file to the left" in (here / "rigs" / "reef.toml").read_text(encoding="utf-8")
+
+
+def test_new_takes_axes_and_unit_as_told(here):
+    trimesh.creation.box(extents=(2, 4, 16)).export(here / "mine.obj")
+    told = ("--unit", "inch", "--forward", "-y", "--up", "+x")
+    result = mirrorgaze("new", "reef", "--hull", "mine.obj", *told)
+    assert result.exit_code == 0, result.stderr
+    assert "forward is -y: as told" in result.stdout
+    assert "length x width x height 102 x 406 x 51 mm" in result.stdout
+
+
+def test_new_takes_a_robots_mass(here):
+    link = '<link name="b"><inertial><mass value="7.5"/></inertial>{}</link>'
+    box = '<visual><geometry><box size="0.6 0.2 0.1"/></geometry></visual>'
+    (here / "eel.urdf").write_text(f'<robot name="eel">{link.format(box)}</robot>', encoding="utf-8")
+    assert mirrorgaze("new", "reef", "--hull", "eel.urdf").exit_code == 0
+    rig = Rig.load(here / "reef.toml")
+    assert (rig.vehicle.mass_kg, rig.gaze.hull.unit, rig.gaze.hull.position_mm) == (7.5, None, (0, 0, 0))
 
 
 def test_new_writes_where_it_is_told(here):
@@ -72,15 +100,12 @@ def test_new_writes_where_it_is_told(here):
         (["reef", "-o", "nowhere/reef.toml"], "expected an existing folder, but there is no nowhere"),
         (["reef", "-o", "."], "expected a new file, but there is one already"),
         (["reef", "--hull", "sphere"], "hull 'sphere': expected box, open-frame, torpedo or the name of a file"),
-        (["reef", "--hull", "mine.stl"], "expected --unit mm, cm, m or inch"),
-        (["reef", "--hull", "mine.stl", "--unit", "ft"], "hull.unit = 'ft': expected 'mm', 'cm', 'm' or 'inch'"),
-        (["reef", "--hull", "mine.stl", "--unit", "mm"], "hull.file = 'mine.stl': expected a file; there is none at"),
-        (["reef", "--hull", "box", "--unit", "mm"], "expected with the file of a hull only"),
-        (["reef", "--hull", "box", "--from", "aqua2"], "expected --from or the shape of a hull, got both"),
+        (["reef", "--hull", "mine.stl"], "mine.stl: expected a file, found nothing"),
         (
-            ["reef", "--hull", "mine.step", "--from", "bench"],
-            "expected a preset with mirrors, got one that has no hull",
+            ["reef", "--hull", "box", "--unit", "mm", "--up", "+z"],
+            "--unit mm --up +z: expected with the file",
         ),
+        (["reef", "--hull", "box", "--from", "aqua2"], "expected --from or the shape of a hull, got both"),
     ],
 )
 def test_new_writes_nothing_on_bad_input(here, arguments, words):
@@ -88,6 +113,26 @@ def test_new_writes_nothing_on_bad_input(here, arguments, words):
     assert result.exit_code == 2
     assert words in result.stderr
     assert not list(here.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            [],
+            "mine.stl: expected --unit mm or cm or inch: the file does not say what its numbers mean, and",
+        ),
+        (["--unit", "ft"], "mine.stl: --unit ft: expected mm, cm, m, inch"),
+        (["--unit", "mm", "--forward", "+x", "--up", "-x"], "forward +x and up -x: expected two different axes"),
+        (["--unit", "mm", "--from", "bench"], "expected a preset with mirrors, got one that has no hull"),
+    ],
+)
+def test_new_says_what_it_needs_of_a_hulls_file(here, arguments, words):
+    trimesh.creation.box(extents=(300, 100, 50)).export(here / "mine.stl")
+    result = mirrorgaze("new", "reef", "--hull", "mine.stl", *arguments)
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert [path.name for path in here.iterdir()] == ["mine.stl"]
 
 
 def test_new_does_not_overwrite(here):

@@ -179,7 +179,7 @@ def test_a_flat_port_bends_the_edges_by_pixels():
         edges, zip(c := train.mirrors[1].corners_m, np.roll(c, -1, axis=0), strict=True), strict=True
     ):
         assert edge.visible.all()
-        mirrors = tuple(replace(mirror, outline_m=None) for mirror in train.mirrors)
+        mirrors = tuple(replace(mirror, outline=None) for mirror in train.mirrors)
         rays = replace(train, mirrors=mirrors).trace(edge.pixels)
         along = np.linspace(0, 1, len(edge.pixels))[:, np.newaxis]
         np.testing.assert_allclose(rays.origin_m, start + along * (end - start), rtol=0, atol=1e-12)

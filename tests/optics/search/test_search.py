@@ -101,9 +101,9 @@ def test_wrong_objectives_are_sentences() -> None:
 def test_area_and_swept_volume_are_closed_forms(rig: Rig) -> None:
     design = design_of(rig)[np.newaxis]
     m1, m2 = rig.gaze.fold_mirror, rig.gaze.gaze_mirror
-    assert area_cm2(design)[0] == pytest.approx((m1.width_mm * m1.height_mm + m2.width_mm * m2.height_mm) / 100)
+    assert area_cm2(rig, design)[0] == pytest.approx((m1.width_mm * m1.height_mm + m2.width_mm * m2.height_mm) / 100)
     # The sizing's sphere, written for one mirror.
-    assert swept_volume_l(design, m2.thickness_mm)[0] == pytest.approx(1000 * swept_sphere_m3(m2))
+    assert swept_volume_l(rig, design)[0] == pytest.approx(1000 * swept_sphere_m3(m2))
 
 
 def test_a_design_becomes_a_rig_and_back(rig: Rig) -> None:

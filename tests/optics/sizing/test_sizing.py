@@ -13,6 +13,7 @@ from optics.camera import camera_from_spec
 from optics.gaze.kinematics import inverse_gaze
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
+from optics.mirror_outline import Polygon
 from optics.ports.port import port_from_spec
 from optics.sizing.footprint import gaze_footprint
 from optics.sizing.gaze_range import GazeRange
@@ -63,7 +64,7 @@ def statuses(m1_m, m2_m, poses, window):
     layout, bare = Layout.from_rig(AQUA2), OpticalTrain.bare(AQUA2)
     of_m2 = [layout.camera_from_m2(q1, q2) for q1, q2 in poses]
     mirrors = tuple(
-        dataclasses.replace(PlaneMirror.from_pose(pose), outline_m=outline)
+        PlaneMirror.from_pose(pose, Polygon.of(outline))
         for pose, outline in ((layout.camera_from_m1, m1_m), (of_m2[0], m2_m))
     )
     pixels = np.concatenate([window.boundary(7), window.cells(13, 10)])
@@ -71,7 +72,7 @@ def statuses(m1_m, m2_m, poses, window):
     return dataclasses.replace(bare, mirrors=mirrors).trace_poses(pixels, matrices).status
 
 
-@pytest.mark.parametrize("kind", ["rectangle", "free rectangle", "octagon", "convex"])
+@pytest.mark.parametrize("kind", ["rectangle", "octagon", "ellipse", "free rectangle", "convex"])
 def test_mirrors_of_that_size_pass_the_window_at_every_pose(exact, kind):
     """The convex outline follows the grid of poses, 3 degrees apart: its arcs rise 4e-4 of their radius in between."""
     grown = 1 + (1e-3 if kind == "convex" else BETWEEN_POSES)
@@ -97,7 +98,7 @@ def test_the_furthest_pose_is_found_between_those_of_the_first_grid():
     """
     joints = GazeRange(first=(-1.2, 0.97), second=(-0.2, 0.3), in_joints=True)
     request = Request(window=image_part(0.2), gaze=joints, margin_m=0.0, angle_tolerance=0.0)
-    width = size_mirrors(AQUA2, request).m2.rectangle_m[0]
+    width = size_mirrors(AQUA2, request).m2.sides_m("rectangle")[0]
     corners = OpticalTrain.bare(AQUA2).trace(request.window.boundary(1))
     pans = np.linspace(-1.2, 0.97, 20001)
     widest = max(
@@ -132,7 +133,7 @@ def test_margins_keep_the_window_when_mounts_are_off():
         # The camera is turned by turning everything else the other way about the pinhole.
         turned = off()
         mirrors = tuple(
-            dataclasses.replace(PlaneMirror.from_pose(turned * pose * off()), outline_m=outlines.corners_m("octagon"))
+            PlaneMirror.from_pose(turned * pose * off(), outlines.centred["octagon"])
             for pose, outlines in ((layout.camera_from_m1, sizing.m1), (layout.camera_from_m2(q1, q2), sizing.m2))
         )
         assert (dataclasses.replace(bare, mirrors=mirrors).trace(pixels).status == 0).all()
@@ -140,9 +141,14 @@ def test_margins_keep_the_window_when_mounts_are_off():
 
 def test_the_share_that_mirrors_pass_is_what_the_train_counts(exact):
     """Whole at the size asked for; with half of M1 the share of cells whose rays a train of M1 alone reflects."""
-    assert passed_share(with_mirrors(AQUA2, exact.m1.rectangle_m, exact.m2.rectangle_m), image_part(0.2), RANGE) == 1
-    width, height = exact.m1.rectangle_m
-    halved = with_mirrors(AQUA2, (width / 2, height / 2), exact.m2.rectangle_m)
+    assert (
+        passed_share(
+            with_mirrors(AQUA2, exact.m1.sides_m("rectangle"), exact.m2.sides_m("rectangle")), image_part(0.2), RANGE
+        )
+        == 1
+    )
+    width, height = exact.m1.sides_m("rectangle")
+    halved = with_mirrors(AQUA2, (width / 2, height / 2), exact.m2.sides_m("rectangle"))
     train = OpticalTrain.from_rig(halved)
     alone = dataclasses.replace(train, mirrors=train.mirrors[:1])
     expected = np.mean(alone.trace(image_part(0.2).cells(24, 18)).status == Status.OK)

@@ -40,7 +40,7 @@ def test_outlines_are_written_with_their_areas(sizing, tmp_path):
     write_outlines(sizing, tmp_path / "outlines.json")
     data = json.loads((tmp_path / "outlines.json").read_text(encoding="utf-8"))
     for name, outlines in (("M1", sizing.m1), ("M2", sizing.m2)):
-        assert list(data[name]) == ["rectangle", "free rectangle", "octagon", "convex"]
+        assert list(data[name]) == ["rectangle", "octagon", "ellipse", "free rectangle", "convex"]
         for kind, outline in data[name].items():
             assert outline["area_cm2"] == pytest.approx(1e4 * outlines.area_m2(kind), abs=5e-4)
             np.testing.assert_allclose(outline["corners_mm"], 1000 * outlines.corners_m(kind), atol=5e-4)

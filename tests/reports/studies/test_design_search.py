@@ -12,11 +12,11 @@ from cad.assembly.assembly import build_assembly
 from cad.checks.assembly_checks import assembly_problems
 from optics.feasibility.feasibility import feasibility_problems
 from optics.search import search
-from optics.search.objectives import design_of
+from optics.search.objectives import OBJECTIVES, design_of
 from optics.search.score import Grid
 from reports.studies import design_search
-from reports.studies.design_search import Wanted, search_into
-from rigs import Rig, preset_path
+from reports.studies.design_search import Wanted, apply_design, search_into
+from rigs import Rig, RigError, preset_path
 
 SMALL = Grid(pan_steps=7, tilt_steps=9, columns=16, rows=12, nside=8)
 
@@ -73,6 +73,33 @@ def test_rig_files_keep_comments_and_can_be_built(made):
     np.testing.assert_array_equal(design_of(rig), list(item["design_mm"].values()))
     assert feasibility_problems(rig) == []
     assert assembly_problems(build_assembly(rig)) == []
+
+
+def test_every_objective_has_a_figure_whether_it_was_searched_by_or_not(made):
+    _, summary = made
+    for item in (summary["own"], *summary["chosen"]):
+        assert set(item["figures"]) == set(OBJECTIVES)
+        assert {name: item["figures"][name] for name in WANTED.objectives} == item["scores"]
+    # The middle of a flat port magnifies by the index of water: f / n pixels per radian.
+    assert summary["pixels_per_degree"] == pytest.approx(500 * 1.339 * np.pi / 180, rel=2e-3)
+
+
+def test_a_design_is_written_into_the_users_file(made, tmp_path):
+    _, summary = made
+    file = tmp_path / "mine.toml"
+    file.write_text(preset_path("aqua2").read_text(encoding="utf-8"), encoding="utf-8")
+    apply_design(summary, 1, file)
+    np.testing.assert_array_equal(design_of(Rig.load(file)), list(summary["chosen"][0]["design_mm"].values()))
+    assert "# nominal (d1 of figure 3)" in file.read_text(encoding="utf-8")
+    before = file.read_bytes()
+    with pytest.raises(ValueError, match=f"1 to {len(summary['chosen'])}, got 9"):
+        apply_design(summary, 9, file)
+    impossible = summary["chosen"][0] | {
+        "design_mm": summary["chosen"][0]["design_mm"] | {"fold_mirror.distance_mm": 30.0}
+    }
+    with pytest.raises(RigError, match="M1"):
+        apply_design({"chosen": [impossible]}, 1, file)
+    assert file.read_bytes() == before
 
 
 def test_a_second_run_computes_nothing_and_changes_nothing(made, monkeypatch):

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from optics.mesh import Group
+from optics.mirror_outline import Rectangle
 from scenes.baking.ambient import cached, gathered, with_ambient
 from scenes.baking.irradiance_volume import irradiance_volume
 from scenes.baking.light_quality import LightQuality
@@ -98,7 +99,10 @@ def test_a_mirror_close_by_sends_what_comes_from_above(light):
     """
     depth = 5.0
     level = MirrorPlate(
-        centre=np.array([0, 0, -depth]), x=np.array([1, 0, 0]), y=np.array([0, 1, 0]), half_width=3.0, half_height=3.0
+        centre=np.array([0, 0, -depth]),
+        x=np.array([1, 0, 0]),
+        y=np.array([0, 1, 0]),
+        outline=Rectangle(half_width=3.0, half_height=3.0),
     )
     mirror = replace(plate(3.0, -depth - 1e-3, Material.MIRROR_BACK), mirrors={"M1": level})
     cosine = np.linspace(0.05, 1, 50)

@@ -7,6 +7,7 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.kernels.backend import Array3f32, Float32, UInt32
 from optics.kernels.packing import halves_of
+from optics.mirror_outline import OUTLINES
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
 from scenes.baking.sample_directions import SampleDirections, scattered_density, scattered_directions
@@ -140,23 +141,26 @@ def test_nothing_is_kept_far_away(shares):
     assert np.abs(level).max() < 2e-3
 
 
-def test_folded_lines_begin_where_the_mirror_is_met():
+@pytest.mark.parametrize("name", OUTLINES)
+def test_folded_lines_begin_where_the_mirror_is_met(name):
     """A mirror of 80 x 100 mm, 0.1 m before the eye at the origin, tilted by 45 degrees: the law of reflection.
 
     Expected: where a line begins is on the mirror, and the way there from the eye, reflected, is the line's direction;
     for directions that no ray from the eye is folded into, it begins at the mirror's border.
     """
     across, along = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 1.0]) / np.sqrt(2)
-    normal, half = np.cross(across, along), np.array([0.04, 0.05])
+    normal = np.cross(across, along)
     if normal[0] > 0:
         across, normal = -across, -normal
     centre = np.array([0.1, 0.0, 0.0])
-    mirror = MirrorPlate(centre=centre, x=across, y=along, half_width=half[0], half_height=half[1])
+    outline = OUTLINES[name](half_width=0.04, half_height=0.05)
+    mirror = MirrorPlate(centre=centre, x=across, y=along, outline=outline)
     begins = folded_begins(np.zeros(3), mirror)
     places = (begins - centre) @ np.column_stack([across, along, normal])
     assert np.abs(places[:, 2]).max() < 1e-12
-    assert (np.abs(places[:, :2]) <= half + 1e-12).all()
-    border = (np.abs(places[:, :2]) > half - 1e-12).any(axis=1)
+    beyond = np.max(outline.beyond(*places[:, :2].T), axis=0)
+    assert beyond.max() < 1e-12
+    border = beyond > -1e-12
     assert 10 < (~border).sum() < len(border) / 4
     way = begins / np.linalg.norm(begins, axis=1, keepdims=True)
     folded = way - 2 * (way @ normal)[:, np.newaxis] * normal

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from optics.kernels.backend import Array3f32, Float32, UInt32
+from optics.mirror_outline import Rectangle
 from scenes.kernels.paths import _behind_what_is_seen, _end_radius
 from scenes.kernels.tracing import Primitive
 from scenes.stage.records import WORLD
 
 RADIUS_M = 0.1
 HALF_WIDTH_M, HALF_HEIGHT_M = 0.2, 0.1
-MIRROR = SimpleNamespace(half_width=Float32(HALF_WIDTH_M), half_height=Float32(HALF_HEIGHT_M))
+MIRROR = SimpleNamespace(outline=Rectangle(half_width=Float32(HALF_WIDTH_M), half_height=Float32(HALF_HEIGHT_M)))
 MIRROR_RADIUS_M = (HALF_WIDTH_M * HALF_HEIGHT_M) ** 0.5
 SUN = np.array([0.0, np.sin(0.4), np.cos(0.4)])
 

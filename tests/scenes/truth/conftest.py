@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.layout import camera_pose
@@ -70,7 +71,7 @@ def meet_plates(origin, direction, region, mirrors):
         approach = direction @ axes[:, 2]
         reach = (np.asarray(mirror.point_m) - origin) @ axes[:, 2] / approach
         across = (origin + reach[:, np.newaxis] * direction - np.asarray(mirror.point_m)) @ axes[:, :2]
-        inside = (np.abs(across) <= np.abs(mirror.outline_m).max(axis=0)).all(axis=1)
+        inside = Path(mirror.outline.rim()).contains_points(across)
         hit = inside & (reach > 0) & (region != Region.FOLD + position) & (reach < nearest)
         nearest = np.where(hit, reach, nearest)
         normal[hit] = -np.sign(approach[hit, np.newaxis]) * axes[:, 2]

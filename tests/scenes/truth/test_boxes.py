@@ -87,7 +87,7 @@ def test_inside_fraction_is_what_the_mirror_holds(plain, make_state, aqua2):
     truth = ground_truth(plain(aqua2, state, SHAPE), aqua2, state, target_radius_m=RADIUS)
     (ball,) = [thing for thing in things(truth)[0] if (thing.label, thing.region) == (Label.TARGET, Region.GAZE)]
     train = OpticalTrain.from_rig(aqua2)
-    unbounded = replace(train, mirrors=[replace(mirror, outline_m=None) for mirror in train.mirrors])
+    unbounded = replace(train, mirrors=[replace(mirror, outline=None) for mirror in train.mirrors])
     rays = unbounded.trace(pixel_grid(train.camera, SHAPE[1], SHAPE[0]))
     pose = np.linalg.inv(truth.world_from_virtual()[Region.DIRECT])
     centre = pose[:3, :3] @ state.world_from_target.translation + pose[:3, 3]
