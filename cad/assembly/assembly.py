@@ -226,8 +226,7 @@ def _horn(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
 
 
 def _mirror(name: str, group: Group, solid: Solid, mirror: FlatMirror) -> Part:
-    size = f"{mirror.width_mm:g} x {mirror.height_mm:g} x {mirror.thickness_mm:g} mm"
-    return Part(name=name, group=group, role=Role.MIRROR, solid=solid, catalogue=f"Front-surface mirror {size}")
+    return Part(name=name, group=group, role=Role.MIRROR, solid=solid, catalogue=f"Front-surface mirror {mirror.size}")
 
 
 def _bought(piece: Hardware) -> Part:

@@ -13,6 +13,7 @@ from cad.overlaps import manifold_mm
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh
+from optics.mirror_outline import mirror_outline
 from rigs import DomePortSpec, FlatPortSpec, Problem, Rig
 
 ANCHOR_CHECK = "anchor on the hull"
@@ -79,8 +80,8 @@ def _light_to_fold_mirror(rig: Rig, layout: Layout) -> manifold3d.Manifold:
         start = (rig.port.distance_mm + rig.port.thickness_mm) * normal
         end = start + gaze.fold_mirror.distance_mm * normal
         return _hull_of(body_from_camera.apply(np.vstack([rim + start, rim + end]) / 1000))
-    half = np.array([gaze.fold_mirror.width_mm, gaze.fold_mirror.height_mm]) / 2000
-    corners = [[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)]
+    rim = mirror_outline(gaze.fold_mirror).rim()
+    corners = np.column_stack([rim, np.zeros(len(rim))])
     light = _hull_of(np.vstack([body_from_camera.translation, layout.body_from_m1.apply(corners)]))
     if isinstance(rig.port, DomePortSpec):
         dome = manifold3d.Manifold.sphere(rig.port.inner_radius_mm + rig.port.thickness_mm, DOME_SEGMENTS)

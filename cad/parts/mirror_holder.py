@@ -21,7 +21,7 @@ from cad.parts.hardware import (
     spacer_sleeve,
     washer,
 )
-from cad.parts.mirrors import FIT_MM, LIP_OVERLAP_MM, mirror_tray, tray_depth_mm
+from cad.parts.mirrors import FIT_MM, LIP_OVERLAP_MM, mirror_tray, tray_depth_mm, tray_straight_mm
 from cad.parts.servo import (
     HORN_CENTRE_HOLE_DIAMETER_MM,
     HORN_SCREW,
@@ -103,7 +103,7 @@ def _pivot_hole(d: GimbalDimensions) -> Part:
 def _cheek(dimensions: GimbalDimensions, limits: tuple[float, float]) -> Part:
     """Disc about the tilt axis with straight flanks down to the back of the tray."""
     back = -tray_depth_mm(dimensions.mirror, dimensions.mount.wall_mm)
-    base = min(CHEEK_BASE_MM, dimensions.mirror.height_mm / 2)
+    base = min(CHEEK_BASE_MM, tray_straight_mm(dimensions.mirror))
     flank, edge = 0.85 * CHEEK_RADIUS_MM, back + dimensions.mount.wall_mm
     rise = CHEEK_RADIUS_MM / 2
     side = [(-base, back), (base, back), (base, edge), (flank, rise), (-flank, rise), (-base, edge)]
