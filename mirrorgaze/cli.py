@@ -13,7 +13,7 @@ from collections.abc import Callable
 import typer
 
 from mirrorgaze.commands.calibration import calibrate, calibrate_study
-from mirrorgaze.commands.design import coverage, design, search, size, tolerance
+from mirrorgaze.commands.design import compare_designs, coverage, design, search, size, tolerance
 from mirrorgaze.commands.dives import (
     angular_speed,
     bag,
@@ -35,7 +35,14 @@ from mirrorgaze.option_groups import with_option_groups
 
 COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
     "Rig files": (presets.rigs, presets.new, check.check, show.show, schema.schema),
-    "Design": (design.design, size.size, coverage.coverage, tolerance.tolerance, search.search),
+    "Design": (
+        design.design,
+        size.size,
+        coverage.coverage,
+        tolerance.tolerance,
+        search.search,
+        compare_designs.compare_designs,
+    ),
     "Mount": (export.export, loads.loads),
     "Optics": (gaze.gaze, virtual_camera.virtual_camera, port.port, water.water),
     "Images": (render.render, compare.compare),

@@ -18,5 +18,7 @@ from .studies.calibration_in_water import Model as Model
 from .studies.calibration_in_water import calibration_study as calibration_study
 from .studies.calibration_in_water import even_disc_ratio as even_disc_ratio
 from .studies.calibration_in_water import port_in as port_in
+from .studies.compare_designs import DesignComparison as DesignComparison
+from .studies.compare_designs import compare_designs as compare_designs
 from .studies.show import RigView as RigView
 from .studies.show import show_rig as show_rig

@@ -32,6 +32,9 @@ from rigs import Rig
 MAP_COLUMNS, MAP_ROWS = 720, 360
 """Half a degree: finer than the sphere's cells, so that none is lost."""
 
+OF_TWO_COLOURS = ("#e9c46a", "#2a9d8f", "#264653", "#d9dee5")
+"""Of what the first alone sees, the second alone, both, and neither."""
+
 GAZE_COLOUR = "#d1495b"
 REACH_COLOUR = "#d9dee5"
 CAUSE_COLOURS = {OUT_OF_REACH: REACH_COLOUR, **{int(outcome): OUTCOME_COLOURS[outcome] for outcome in BLOCKERS}}
@@ -62,6 +65,23 @@ def draw_coverage(coverage: Coverage, rig: Rig, path: Path) -> None:
         figure.legend(marks, names, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
         axes.set_title(f"Directions seen through both mirrors: {coverage.covered_fraction:.1%} of the sphere", pad=14)
         figure.colorbar(image, ax=axes, label=f"poses that see it, of {coverage.solid_angle_sr.size}", shrink=0.75)
+        save_figure(figure, path)
+
+
+def draw_coverage_of_two(first: Coverage, second: Coverage, names: tuple[str, str], path: Path) -> None:
+    """Map of the directions that both of two rigs see, or only one of them; their spheres have the same cells."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.5, 5.2), layout="constrained")
+        axes = _map_axes(figure, 111)
+        a, b = first.covered, second.covered
+        shares = ((f"only {names[0]}", a & ~b), (f"only {names[1]}", b & ~a), ("both", a & b), ("neither", ~a & ~b))
+        marks = []
+        for (name, cells), colour in zip(shares, OF_TWO_COLOURS, strict=True):
+            if cells.any():
+                _paint(axes, first.nside, np.where(cells, 1.0, np.nan), colour=colour)
+            marks.append(Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=f"{name}: {cells.mean():.1%}"))
+        figure.legend(handles=marks, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+        axes.set_title(f"Directions seen through both mirrors: {names[0]} and {names[1]}", pad=14)
         save_figure(figure, path)
 
 
