@@ -159,7 +159,8 @@ def _choose_unit(found: FoundHull, unit: str | None) -> tuple[Unit | None, str]:
             raise ValueError(f"--unit {unit}: expected none; a {found.file.suffix} file says what its numbers mean")
         return unit, f"{unit}, as told"
     if found.unit_mm is not None:
-        return None, f"the file's own, {found.unit_mm:g} mm in one of its numbers"
+        known = {millimetres: name for name, millimetres in MILLIMETRES.items()}
+        return None, f"{known.get(found.unit_mm, f'{found.unit_mm:g} mm')}, as the format has it or the file says"
     longest = float(found.size.max())
     better = plausible_units(longest)
     if len(better) == 1:
