@@ -112,7 +112,7 @@ def take_hull(
         taken = TakenHull(
             found=found, unit=chosen, unit_because=because, axes=choose_axes(found, forward=forward, up=up)
         )
-        check_size(taken.size_mm, chosen)
+        _check_size(taken)
     except ValueError as error:
         raise ValueError(f"{found.file}: {error}") from None
     return taken
@@ -149,6 +149,19 @@ def turn_deg(body_from_file: FloatArray) -> tuple[float, float, float]:
         if np.allclose(turn, body_from_file, atol=1e-9):
             return yaw, pitch, roll
     raise ValueError(f"expected a rotation that takes axes to axes, got {body_from_file.tolist()}")
+
+
+def _check_size(taken: TakenHull) -> None:
+    """Refuse what is no vehicle by its size; of a file that may say its unit wrong, with the units that make it one."""
+    try:
+        check_size(taken.size_mm, taken.unit)
+    except ValueError as error:
+        longest = float(taken.found.size.max())
+        better = plausible_units(longest)
+        if taken.unit is not None or not better or taken.found.file.suffix.lower() in FIXED_UNIT_SUFFIXES:
+            raise
+        would = _in_units(longest, better)
+        raise ValueError(f"{error}; if that is wrong, say --unit {' or '.join(better)}: {would}") from None
 
 
 def _choose_unit(found: FoundHull, unit: str | None) -> tuple[Unit | None, str]:

@@ -114,6 +114,8 @@ def test_a_unit_that_makes_no_vehicle_is_refused(tmp_path):
     box = trimesh.creation.box(extents=(1.0, 0.3, 0.3))
     with pytest.raises(ValueError, match=r'got one of 1 mm with unit = "mm"; unit = "m" would make it 1 m'):
         take_hull(found(box, tmp_path / "a.stl"), unit="mm")
+    with pytest.raises(ValueError, match=r"1 mm in the file's own unit; if that is wrong, say --unit m: 1 m with m"):
+        take_hull(found(box, tmp_path / "a.dae", unit_mm=1.0))
     with pytest.raises(ValueError, match=r"expected mm, cm, m, inch"):
         take_hull(found(box, tmp_path / "a.stl"), unit="ft")
     with pytest.raises(ValueError, match=r"--unit mm: expected none; a \.step file says"):
