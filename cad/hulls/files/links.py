@@ -121,6 +121,8 @@ def put_together(file: Path, description: Description, problems: Problems, read_
         for shape in description.visuals or description.collisions
         for vertices, faces in source.triangles(shape)
     ]
+    if not pieces and not problems.missing:
+        problems.said.append("expected links with visuals or collision shapes, got none that has a size")
     problems.raise_any(file)
     return found_hull(
         file,

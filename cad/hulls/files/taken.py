@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cad.hulls.files.axes import HullAxes, choose_axes
-from cad.hulls.files.found import FoundHull
+from cad.hulls.files.found import EXPORT_AGAIN, FoundHull
 from cad.hulls.files.openings import Openings, openings
 from cad.hulls.files.units import MILLIMETRES, check_size, length_text, plausible_units
 from optics.kernels.arrays import FloatArray
@@ -108,6 +108,8 @@ def take_hull(
         does not go together; the message names the file and what to say.
     """
     try:
+        if np.sort(found.size)[1] <= 0:
+            raise ValueError(f"expected a surface, got triangles on a line; {EXPORT_AGAIN}")
         chosen, because = _choose_unit(found, unit)
         taken = TakenHull(
             found=found, unit=chosen, unit_because=because, axes=choose_axes(found, forward=forward, up=up)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from cad.hulls.files.collada import read_collada
-from cad.hulls.files.found import Faces, FoundHull
+from cad.hulls.files.found import EXPORT_AGAIN, Faces, FoundHull
 from cad.hulls.files.links import mesh_uris
 from cad.hulls.files.meshes import gltf_buffers, read_gltf, read_mesh
 from cad.hulls.files.sdf import read_sdf, sdf_model
@@ -28,6 +28,13 @@ MESHES: Mapping[str, Callable[[Path], FoundHull]] = {
     ".glb": read_gltf,
     ".gltf": read_gltf,
     ".3mf": read_3mf,
+}
+HEAD = 200
+"""Bytes by which a file is known that was never a mesh."""
+NO_MESH = {
+    b"version https://git-lfs": "a pointer of Git LFS; fetch the file itself with: git lfs pull",
+    b"<!doctype html": "a web page; download the file itself (on GitHub: raw)",
+    b"<html": "a web page; download the file itself (on GitHub: raw)",
 }
 READERS: Mapping[str, Callable[[Path], FoundHull]] = {
     **MESHES,
@@ -112,6 +119,11 @@ def _read(file: Path, readers: Mapping[str, Callable[[Path], FoundHull]] | None 
     reader = readers.get(file.suffix.lower())
     if reader is None:
         raise ValueError(f"expected a file that ends in {', '.join(readers)}")
-    if not file.stat().st_size:
-        raise ValueError("expected a mesh, got an empty file")
+    with file.open("rb") as opened:
+        head = opened.read(HEAD).lstrip().lower()
+    for start, what in NO_MESH.items():
+        if head.startswith(start):
+            raise ValueError(f"expected a mesh, got {what}")
+    if not head:
+        raise ValueError(f"expected a mesh, got an empty file; {EXPORT_AGAIN}")
     return reader(file)

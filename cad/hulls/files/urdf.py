@@ -81,7 +81,7 @@ def _poses(root: ET.Element, links: set[str], problems: Problems) -> dict[str, R
     children = {child for _, child, _ in joints}
     bases = sorted(links - children)
     if len(bases) != 1:
-        got = ", ".join(bases) if bases else "none: the joints go round in a circle"
+        got = ", ".join(bases) or ("none: the joints go round in a circle" if links else "no link at all")
         problems.said.append(f"expected one link that is no joint's child, got {got}")
     poses = {base: RigidTransform.identity() for base in bases[:1]}
     ahead = list(poses)

@@ -129,6 +129,11 @@ WRONG = {
     "zeros.stl": (b"\x00" * 200, "expected (a mesh|triangles), got"),
     "none.stl": (b"solid nothing\nendsolid nothing\n", "expected (a mesh|triangles), got"),
     "cut.stl": (BINARY_STL, "expected 3 triangles in a binary STL, got 2: the file is cut off or no STL"),
+    "pointer.stl": (
+        b"version https://git-lfs.github.com/spec/v1\noid sha256:0",
+        "expected a mesh, got a pointer of Git",
+    ),
+    "page.dae": (b"\n<!DOCTYPE html><html></html>", "expected a mesh, got a web page; download the file itself"),
     "text.obj": (b"hello", "expected (a mesh|triangles), got"),
     "text.ply": (b"hello", "expected (a mesh|triangles), got"),
     "far.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", "expected (a mesh|triangles)"),
@@ -143,6 +148,10 @@ WRONG = {
     "text.3mf": (b"hello", "expected 3MF, got what cannot be read as one"),
     "text.step": (b"hello", "expected a STEP file"),
     "text.urdf": (b"hello", "expected a URDF, got what is no XML"),
+    "none.urdf": (
+        b"<robot name='a'/>",
+        "expected one link that is no joint's child, got no link at all; expected links with",
+    ),
     "text.sdf": (b"<robot/>", "expected an SDF, whose first element is sdf, got robot"),
     "hull.blend": (b"hello", r"expected a file that ends in \.stl, \.obj"),
 }

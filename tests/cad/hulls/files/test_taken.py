@@ -124,6 +124,12 @@ def test_a_unit_that_makes_no_vehicle_is_refused(tmp_path):
         take_hull(found(box.apply_scale(1e7), tmp_path / "a.stl"))
 
 
+def test_triangles_on_a_line_are_no_hull(tmp_path):
+    line = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False)
+    with pytest.raises(ValueError, match=r"a\.stl: expected a surface, got triangles on a line"):
+        take_hull(found(line, tmp_path / "a.stl"))
+
+
 def test_a_robots_base_link_stays_the_bodys_origin(tmp_path):
     robot = found(torpedo().apply_translation((3, 0, 0)), tmp_path / "a.urdf", has_frame=True, unit_mm=1000.0, up="+z")
     section = take_hull(robot).section()
