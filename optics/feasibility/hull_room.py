@@ -29,6 +29,8 @@ JOINT_SAMPLES = 25
 COARSE_SAMPLES = 7
 """Points along each side of a plate, at all joint values; at the `CLOSEST_POSES` all points of `plate_points` count."""
 
+BURIED_SAMPLES = 3
+
 CLOSEST_POSES = 8
 
 LARGEST_CAMERA_GAP_M = 0.15
@@ -40,10 +42,10 @@ LARGEST_ANCHOR_GAP_M = 0.005
 ROUNDING_M = 1e-9
 """Touching counts as clear: a millimetre written in a rig file must survive its conversion to metres."""
 
-FURTHEST_M, STEPS_M = 1.5, (0.02, 0.001)
-"""How far a way out of the hull is looked for, and in which steps."""
+FURTHEST_M, STEP_M, ACCURACY_M = 1.5, 0.02, 0.001
+"""How far a way out of the hull is looked for, in which steps, and to what it is found."""
 
-ADVICE_POSES, ADVICE_SAMPLES = 7, 5
+ADVICE_POSES, ADVICE_SAMPLES = 5, 5
 """Joint values over each range, and points along a plate's sides, for which a way out is looked for."""
 
 NEAREST_STEPS, SLOPE_M = 20, 1e-5
@@ -91,7 +93,9 @@ def closest_gaze_mirror(distance: HullDistance, mirror: GazeMirror, layout: Layo
         # The sphere in which it turns is clear already.
         return Deepest(float(room), 0.0, 0.0)
     q = layout.joint_grid(JOINT_SAMPLES)
-    coarse = _lowest(distance, plate_points(mirror, COARSE_SAMPLES), layout, q, around)
+    # With its middle inside already, how deep its edges are to a few millimetres is all there is to know.
+    samples = COARSE_SAMPLES if around > 0 else BURIED_SAMPLES
+    coarse = _lowest(distance, plate_points(mirror, samples), layout, q, around)
     closest = q[np.argsort(coarse)[:CLOSEST_POSES]]
     gaps = _lowest(distance, plate, layout, closest, around)
     best = int(gaps.argmin())
@@ -193,9 +197,8 @@ def _gaze_mirror(gaze: Gaze, layout: Layout, distance: HullDistance, moved: Floa
     gap, q1, q2 = closest_gaze_mirror(distance, gaze.gaze_mirror, layout)
     if gap >= -ROUNDING_M:
         return
-    poses, plate = layout.joint_grid(ADVICE_POSES), plate_points(gaze.gaze_mirror, ADVICE_SAMPLES)
-    deepest = layout.body_from_m2(q1, q2).apply(plate_points(gaze.gaze_mirror))
-    swept = np.vstack([_placed(plate, layout, poses).reshape(-1, 3), deepest]) + moved
+    poses = np.vstack([layout.joint_grid(ADVICE_POSES), [(q1, q2)]])
+    swept = _placed(plate_points(gaze.gaze_mirror, ADVICE_SAMPLES), layout, poses).reshape(-1, 3) + moved
     directions = {
         "distance_mm": (gaze.gaze_mirror.distance_mm, layout.fold_direction),
         "fold_mirror.distance_mm": (gaze.fold_mirror.distance_mm, np.array([0.0, 0.0, 1.0])),
@@ -224,17 +227,23 @@ def _advice(ways: dict[str, tuple[float, float | None]], moved: FloatArray) -> s
 
 
 def _way_out(distance: HullDistance, points: FloatArray, direction: FloatArray) -> float | None:
-    """Least distance along a direction that brings points out of the hull, to a millimetre; None when there is none."""
-    low = 0.0
-    high = FURTHEST_M
-    for step in STEPS_M:
-        away = np.arange(low, high + step / 2, step)
-        gaps = distance(points + away[:, np.newaxis, np.newaxis] * direction).min(axis=1)
-        clear = np.flatnonzero(gaps >= -ROUNDING_M)
-        if not len(clear):
+    """Least distance along a direction that brings points out of the hull, to a millimetre; None when there is none.
+
+    What is so deep has to go that far at least: such steps pass no way out, and those of `STEP_M` only narrow ones.
+    """
+
+    def gap(away: float) -> float:
+        return float(distance(points + away * direction).min())
+
+    low = high = 0.0
+    while (deep := -gap(high)) > ROUNDING_M:
+        low, high = high, high + max(deep, STEP_M)
+        if high > FURTHEST_M:
             return None
-        low, high = away[max(clear[0] - 1, 0)], away[clear[0]]
-    return float(high)
+    while high - low > ACCURACY_M:
+        middle = (low + high) / 2
+        low, high = (low, middle) if gap(middle) >= -ROUNDING_M else (middle, high)
+    return high
 
 
 def _nearest(distance: HullDistance, point: FloatArray) -> FloatArray:
