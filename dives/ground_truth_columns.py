@@ -19,6 +19,7 @@ from optics.gaze.kinematics import gaze_mirror_normal, virtual_camera
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout, camera_pose
 from optics.mirror import PlaneMirror, Reflection
+from optics.mirror_outline import Rectangle, mirror_outline
 from optics.train import OpticalTrain
 from rigs import Rig
 from scenes.stage.frame import Label
@@ -62,6 +63,7 @@ class GroundTruthColumns:
         self._bare_train = OpticalTrain.bare(rig)
         self._m1 = PlaneMirror.from_pose(self._layout.body_from_m1).reflection
         self._corners = ExactCorners(rig)
+        self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
         servos = rig.require_gaze().servos
         self._speed_rad_per_s = np.radians([servos.pan.speed_deg_per_s, servos.tilt.speed_deg_per_s])
 
@@ -84,9 +86,10 @@ class GroundTruthColumns:
         corners = self._corners.corners(q)
         row = self._directions(q, body_from_target)
         centre, full_px, outlines = self._silhouette(q, body_from_target)
-        crop = Crop.of(corners, *step.crop.shape[1::-1])
+        height, width = step.crop.shape[:2]
+        crop = Crop.of(corners, width, height, self._outline)
         size = exposure.label.shape[1::-1]
-        mirror = _filled([corners], size)
+        mirror = _filled([corners if isinstance(self._outline, Rectangle) else crop.rim_px()], size)
         would_show = cv2.bitwise_and(_filled(outlines, size), mirror)
         # Beside the mirror the crop goes on to a horizon, towards which its pixels grow beyond all bounds.
         x, y = crop.from_image(centre[np.newaxis])[0].tolist() if would_show.any() else (np.nan, np.nan)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from optics.kernels.arrays import FloatArray
 from optics.status import Region
+from tracking.calibration.observations import corners_problem
 from tracking.perception.corner_samples import CornerSamples
 from tracking.perception.crop import CORNER_COUNT
 from tracking.perception.exact_corners import ExactCorners
@@ -63,12 +64,15 @@ def collect_samples(renderer: FastRenderer, q: ArrayLike) -> CornerSamples:
     Raises
     ------
     ValueError
-        For joint values outside their limits, and when fewer than four poses show the mirror.
+        For joint values outside their limits, a mirror that is no rectangle, and when fewer than four poses show the
+        mirror.
     """
     q = np.asarray(q, dtype=np.float64)
     if q.ndim != 2 or q.shape[1] != 2:
         raise ValueError(f"expected q of shape (n, 2), got {q.shape}")
     rig, (rows, columns) = renderer.rig, renderer.shape
+    if problem := corners_problem(rig):
+        raise ValueError(problem)
     nominal = ExactCorners(rig)
     finer = np.array([columns / rig.camera.width_px, rows / rig.camera.height_px])
     found = []

@@ -13,6 +13,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
 from tracking.calibration.estimate import NOISE_PX, calibrate
+from tracking.calibration.observations import corners_problem
 from tracking.calibration.prior import PRINT_TOLERANCES, draw_perturbations
 
 POSE_COUNTS = (6, 12, 24, 48)
@@ -124,7 +125,9 @@ def session_study(
     """
     # Each is chosen as far as possible from those before: the first few of many are the poses of a short session.
     poses = useful_poses(rig, max(pose_counts))
-    runs = list(product(pose_counts, sessions, seeds))
+    # Corners that a mirror does not have are not found.
+    held = [session for session in sessions if not (session.edges and corners_problem(rig))]
+    runs = list(product(pose_counts, held, seeds))
     outcomes: list[Outcome] = []
     for count, session, seed in runs:
         progress(len(outcomes), len(runs))

@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
+from optics.mirror_outline import mirror_outline
 from optics.status import Region
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
@@ -129,7 +130,7 @@ def evaluation_images(
     sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)
     card = renderer.scene.light.white_radiance(renderer.scene.depth_m)
     images = []
-    layout = Layout.from_rig(renderer.rig)
+    layout, outline = Layout.from_rig(renderer.rig), mirror_outline(renderer.rig.require_gaze().gaze_mirror)
     for number in range(count):
         progress(number, count)
         drawn = _drawn(renderer, rng, empty=number % EMPTY_EVERY == EMPTY_EVERY - 1)
@@ -144,7 +145,7 @@ def evaluation_images(
         exposure = settled_settings(frame.radiance, sensor, card_radiance=card)
         image = capture(frame.radiance, sensor, exposure, frame_generator(seed, number)).image
         corners = model.corners(drawn.q)
-        crop = Crop.of(corners)
+        crop = Crop.of(corners, outline=outline)
         target = (frame.label == Label.TARGET) & (frame.region == Region.GAZE)
         shown = crop.take(np.repeat(np.where(target, np.uint8(255), np.uint8(0))[..., np.newaxis], 3, axis=2))
         images.append(

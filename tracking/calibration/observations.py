@@ -115,8 +115,24 @@ def joint_problems(rig: Rig, q: FloatArray, places: Sequence[str]) -> list[str]:
 
 def edge_problems(rig: Rig, edges: CornerSamples) -> list[str]:
     """What keeps corner samples from being used for a rig."""
+    if problem := corners_problem(rig):
+        return [problem]
     places = [f"sample {index}" for index in range(len(edges.q))]
     return [*joint_problems(rig, edges.q, places), *_pose_problems(edges.q)]
+
+
+def corners_problem(rig: Rig) -> str:
+    """What keeps the gaze mirror's corners from being found in images; empty for a rectangle.
+
+    An octagon's long sides are too short to lead to the corners of the rectangle around it: 1.4 px off on aqua2.
+    """
+    outline = rig.require_gaze().gaze_mirror.outline
+    if outline == "rectangle":
+        return ""
+    return (
+        f"gaze_mirror.outline = {outline!r}: expected a rectangle, whose corners can be found in images; calibrate "
+        "this mirror with the points of a board alone"
+    )
 
 
 def _pose_problems(q: FloatArray) -> list[str]:

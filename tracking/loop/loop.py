@@ -12,6 +12,7 @@ import numpy as np
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
+from optics.mirror_outline import mirror_outline
 from rigs import ImageSensorSpec, Rig
 from tracking.control.crop_follower import CropFollower
 from tracking.control.crop_scale import crop_scale, level_pose
@@ -81,6 +82,7 @@ class TrackingLoop:
         self._variant = variant
         self._detector = RED_BALL if detector is None else detector
         self._gimbal = Gimbal(Layout.from_rig(rig))
+        self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
         self._corners = _corner_model(rig, variant, samples, self._gimbal)
         lines_of_sight = LinesOfSight(rig, variant.target_distance_m)
         scale = crop_scale(lines_of_sight, self._crop_at, level_pose(self._gimbal))
@@ -135,7 +137,7 @@ class TrackingLoop:
             )
         q = np.array(report.q if np.isfinite(report.q).all() else self._q_command, dtype=np.float64)
         corners = self._corners.corners(q)
-        crop = Crop.of(corners)
+        crop = Crop.of(corners, outline=self._outline)
         image = crop.take(camera_frame.image)
         # Nothing is refused from here on: an image that is leaves no trace.
         elapsed_s = self._note_time(camera_frame.time_s)

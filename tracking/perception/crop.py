@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Self
 
 import cv2
@@ -10,9 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.kernels.arrays import FloatArray
+from optics.mirror_outline import Centred, Rectangle
 
 WIDTH_PX, HEIGHT_PX = 320, 240
 """Size of the crop unless said otherwise."""
+
+WHOLE = Rectangle(half_width=1.0, half_height=1.0)
+"""Outline of a mirror that fills the crop."""
 
 CORNER_COUNT = 4
 NEXT_CORNER = [1, 2, 3, 0]
@@ -22,22 +27,28 @@ NEXT_CORNER = [1, 2, 3, 0]
 class Crop:
     """Maps between an image and the crop of the gaze mirror in it.
 
-    The mirror's outline is the crop's border: the outer corner of its first pixel, at (-0.5, -0.5), is the mirror's top
-    left corner. Right is right and down is down as the virtual camera has it, which turns with the mirror.
+    The rectangle that the mirror's outline fills is the crop's border: the outer corner of its first pixel, at
+    (-0.5, -0.5), is its top left corner. Right is right and down is down as the virtual camera has it, which turns with
+    the mirror. What an octagon or an ellipse leaves of the rectangle shows something else, and is black.
 
     Attributes
     ----------
     width_px, height_px : int
     image_from_crop : array, shape (3, 3)
         Homography of pixels (x, y, 1); all nan when there is no mirror to be seen.
+    outline : Centred
+        Of the mirror, in any unit.
     """
 
     width_px: int
     height_px: int
     image_from_crop: FloatArray
+    outline: Centred = WHOLE
 
     @classmethod
-    def of(cls, corners_px: ArrayLike, width_px: int = WIDTH_PX, height_px: int = HEIGHT_PX) -> Self:
+    def of(
+        cls, corners_px: ArrayLike, width_px: int = WIDTH_PX, height_px: int = HEIGHT_PX, outline: Centred = WHOLE
+    ) -> Self:
         """Crop between four corners, shape (4, 2): top left, top right, bottom right, bottom left.
 
         Corners that are not finite, or not clockwise around a convex outline, give an empty crop: there is no mirror to
@@ -49,11 +60,12 @@ class Crop:
         if min(width_px, height_px) < 1:
             raise ValueError(f"expected a crop of at least 1 x 1 px, got {width_px} x {height_px}")
         if not runs_clockwise(corners):
-            return cls(width_px=width_px, height_px=height_px, image_from_crop=np.full((3, 3), np.nan))
+            empty = np.full((3, 3), np.nan)
+            return cls(width_px=width_px, height_px=height_px, image_from_crop=empty, outline=outline)
         right, bottom = width_px - 0.5, height_px - 0.5
         border = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]], dtype=np.float32)
         matrix = cv2.getPerspectiveTransform(border, corners.astype(np.float32))
-        return cls(width_px=width_px, height_px=height_px, image_from_crop=np.asarray(matrix))
+        return cls(width_px=width_px, height_px=height_px, image_from_crop=np.asarray(matrix), outline=outline)
 
     @property
     def empty(self) -> bool:
@@ -66,7 +78,7 @@ class Crop:
         return (self.width_px - 1) / 2, (self.height_px - 1) / 2
 
     def take(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Crop of an image, shape (height_px, width_px, 3), bilinear; black where the image ends.
+        """Crop of an image, shape (height_px, width_px, 3), bilinear; black where image and mirror end.
 
         Parameters
         ----------
@@ -78,7 +90,14 @@ class Crop:
             return np.zeros((self.height_px, self.width_px, 3), dtype=np.uint8)
         size = (self.width_px, self.height_px)
         crop = cv2.warpPerspective(image, self.image_from_crop, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+        if not isinstance(self.outline, Rectangle):
+            crop[beside(self.outline, *size)] = 0
         return np.asarray(crop, dtype=np.uint8)
+
+    def rim_px(self) -> FloatArray:
+        """The mirror's outline in the image, shape (k, 2), straight between its points; nan for an empty crop."""
+        size, half = np.array([self.width_px, self.height_px]), [self.outline.half_width, self.outline.half_height]
+        return self.to_image((self.outline.rim() / half + 1) / 2 * size - 0.5)
 
     def to_image(self, points_px: ArrayLike) -> FloatArray:
         """Where points of the crop, shape (n, 2), are in the image; nan for an empty crop."""
@@ -88,6 +107,14 @@ class Crop:
         """Where points of the image, shape (n, 2), are in the crop; nan for an empty crop."""
         # nan stays nan: the inverse of nothing is nothing.
         return _mapped(np.asarray(np.linalg.inv(self.image_from_crop), dtype=np.float64), points_px)
+
+
+@lru_cache(maxsize=8)
+def beside(outline: Centred, width_px: int, height_px: int) -> NDArray[np.bool_]:
+    """Pixels of a crop whose centres are beside the mirror, shape (height_px, width_px)."""
+    x = (2 * np.arange(width_px) + 1) / width_px - 1
+    y = (2 * np.arange(height_px)[:, np.newaxis] + 1) / height_px - 1
+    return np.asarray(~outline.contains(x * outline.half_width, y * outline.half_height))
 
 
 def runs_clockwise(corners_px: FloatArray) -> NDArray[np.bool_]:

@@ -1,5 +1,8 @@
 """Corners of the gaze mirror in the image from joint values, exact: what section 3.1.1 of the paper gave up on.
 
+They are those of the rectangle that the mirror's outline fills: the crop's, also where the mirror is an octagon or an
+ellipse and has none there.
+
 The outline of M2 is seen through the port and over M1 alone, so its corners are projected by the train without M2,
 which does not depend on the pose. They are smooth functions of the joints, so they are projected once, at Chebyshev
 nodes over the joints' range, and kept as polynomials: rounding is all that is lost, and a pose costs tens of
@@ -124,7 +127,10 @@ class ExactCorners:
 
 
 def crop_outline_m(rig: Rig) -> FloatArray:
-    """Corners of M2 along its x and y, shape (4, 2), in the crop's order; `ValueError` for a rig without mirrors."""
+    """Corners of the rectangle that M2 fills, shape (4, 2), along its x and y, in the crop's order.
+
+    `ValueError` for a rig without mirrors.
+    """
     gaze = rig.require_gaze()
     sense = -1.0 if gaze.fold_mirror.direction == "up" else 1.0
     return np.asarray(

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from dives.calibration.corner_collection import outline_corners
 from rigs import Rig
+from tracking.calibration.observations import corners_problem, edge_problems
 from tracking.perception import CornerSamples, exact_samples
 from tracking.perception.corner_samples import COLUMNS
 
@@ -154,3 +155,11 @@ def test_nothing_is_found_without_a_mirror():
     for mirror in (np.zeros((480, 640), dtype=bool), np.ones((480, 640), dtype=bool)):
         assert np.isnan(outline_corners(mirror, QUADRILATERAL)).all()
     assert np.isnan(outline_corners(drawn(QUADRILATERAL), np.full((4, 2), np.nan))).all()
+
+
+@pytest.mark.parametrize("outline", ["octagon", "ellipse"])
+def test_a_mirror_without_the_rectangles_corners_has_none_to_be_found(outline):
+    rig = Rig.load("aqua2").with_gaze(gaze_mirror={"outline": outline})
+    (problem,) = edge_problems(rig, None)
+    assert problem.startswith(f"gaze_mirror.outline = '{outline}': expected a rectangle, whose corners")
+    assert not corners_problem(Rig.load("aqua2"))

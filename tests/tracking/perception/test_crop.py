@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
+from optics.mirror_outline import Ellipse, Octagon
 from optics.train import OpticalTrain
 from rigs import Rig
 from tracking.perception import Crop, ExactCorners
@@ -54,6 +55,19 @@ def test_ramp_is_sampled_where_the_map_says():
     expected = np.stack([u * 0.7, v, (u + v) * 0.4], axis=-1).reshape(80, 100, 3)
     found = crop.take(np.rint(image).astype(np.uint8))
     assert np.abs(found - expected).max() <= GREY_LEVELS + 0.5
+
+
+@pytest.mark.parametrize("kind", [Octagon, Ellipse])
+def test_beside_the_mirror_is_black_and_its_rim_is_where_the_crop_maps_it(kind):
+    """Its area in closed form, in pixels of the crop; its rim in the image beside the crop's border."""
+    outline = kind(half_width=4.0, half_height=3.0)
+    corners = np.array([[50.5, 20.5], [370.5, 20.5], [370.5, 260.5], [50.5, 260.5]])
+    crop = Crop.of(corners, 320, 240, outline)
+    shown = crop.take(np.full((300, 400, 3), 200, dtype=np.uint8))[..., 0] == 200
+    # Pixels of the rim, some 1000, are in or out by their centres.
+    assert shown.sum() == pytest.approx(40 * 40 * outline.area_m2, abs=100)
+    x, y = (crop.rim_px() - [210.5, 140.5]).T / 40
+    np.testing.assert_allclose(np.max(outline.beyond(x, y), axis=0), 0, atol=HOMOGRAPHY_PX)
 
 
 def test_outside_the_image_is_black():
