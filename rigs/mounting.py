@@ -72,6 +72,10 @@ class Servo(Section):
     How it moves: `deadband_us` is the change of pulse that it ignores at rest, `pulse_period_ms` the time from pulse to
     pulse, `latency_ms` the time from a pulse to the motor's answer, `backlash_deg` the whole play between motor and
     horn, `jitter_us` the largest error of a pulse's width.
+
+    How it is held: `ear_hole_spacing_mm` is from the holes of one ear to those of the other (without it they are in the
+    ears' middle), `ear_hole_pitch_mm` from hole to hole of one ear, 0 for one hole; `ear_screw` and `shaft_screw` are
+    the threads that go through the ears and into the shaft. `depth_rating_m` is the depth that its maker states.
     """
 
     name: str
@@ -83,6 +87,11 @@ class Servo(Section):
     mass_g: Positive
     deadband_us: NotNegative
     pulse_us: tuple[Positive, Positive]
+    ear_hole_spacing_mm: Positive | None = None
+    ear_hole_pitch_mm: NotNegative = 0.0
+    ear_screw: Literal["M2", "M3"] = "M2"
+    shaft_screw: Literal["M2", "M3"] = "M3"
+    depth_rating_m: Positive | None = None
     pulse_period_ms: Positive = 20.0
     latency_ms: NotNegative = 5.0
     backlash_deg: NotNegative = 0.5

@@ -21,7 +21,7 @@ from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.parts.hardware import Hardware
 from cad.parts.mirror_holder import holder_hardware, mirror_holder_solid, tilt_horn_in_m2
 from cad.parts.mirrors import clip_hardware, mirror_clip, mirror_plate
-from cad.parts.servo import HORN_DIAMETER_MM, HORN_SCREW, check_servo, servo_solid
+from cad.parts.servo import HORN_DIAMETER_MM, HORN_SCREW, HORN_SCREW_CIRCLE_MM, check_servo, servo_solid
 from cad.parts.stow_bracket import arm_solid, deck_solid, hinge_hardware, stow_servo_in_body
 from cad.parts.stow_hinge import StowHinge, stow_hinge
 from cad.parts.yoke import pan_horn_in_pan, tilt_servo_in_pan, yoke_hardware, yoke_solid
@@ -184,7 +184,7 @@ def _hull(rig: Rig, layout: Layout) -> Part:
 
 def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
     """Fold bracket, M1 and what holds them, in the body frame; in two parts where M1 can be stowed."""
-    place = location_mm(stance.body_from_fold) * location_mm(stance.fold_from_m1)
+    place = location_mm(stance.body_from_fold) * stance.fold_from_cell
     swinging = [
         _mirror("fold_mirror", Group.FIXED, place * mirror_plate(stance.mirror), stance.mirror),
         *_clip("fold_mirror", Group.FIXED, stance.mirror, stance.mount, place),
@@ -221,7 +221,8 @@ def _servo(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
 
 
 def _horn(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
-    catalogue = f"Round horn {HORN_DIAMETER_MM:g} mm with {HORN_SCREW} holes for servo {servo.name}"
+    circle = 2 * HORN_SCREW_CIRCLE_MM
+    catalogue = f"Round horn {HORN_DIAMETER_MM:g} mm for servo {servo.name}, tapped 4 x {HORN_SCREW} on {circle:g} mm"
     return Part(name=name, group=group, role=Role.SERVO, solid=solid, catalogue=catalogue)
 
 

@@ -31,6 +31,7 @@ SERVO_WITHOUT_SHAPE: IncEx = {
     "latency_ms",
     "backlash_deg",
     "jitter_us",
+    "depth_rating_m",
 }
 WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "name": True,
@@ -46,7 +47,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
 
 
-MESH_VERSION = 2
+MESH_VERSION = 3
 """Raised when a part of the same rig gets another shape: in `cad`, or in what of `optics` places and shapes parts."""
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.assembly.assembly import Assembly
-from cad.checks.access import access_findings
 from cad.checks.attachment import attachment_findings
 from cad.checks.clearance.admissible import AdmissibleRegion, admissible_region
 from cad.checks.clearance.axes import axis_findings
@@ -21,6 +20,8 @@ from cad.checks.clearance.stowing import stowing_findings
 from cad.checks.printing.orientation import print_findings
 from cad.checks.printing.slicer import slice_finding
 from cad.checks.printing.walls import wall_finding
+from cad.checks.sequence.findings import sequence_findings
+from cad.checks.sequence.steps import assembly_steps
 from cad.checks.solidity import solidity
 from cad.finding import Finding, Sense, Verdict
 from cad.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, checked_poses, overlaps, smallest_gaps
@@ -128,8 +129,8 @@ def assembly_checks(assembly: Assembly, *, slicing: bool = True, log: Log = lamb
     findings += clearances
     findings += stow_clearance_findings(assembly, meshes, mount.clearance_mm)
     admissible = _admissible(list(zip(pairs, clearances, strict=True)), assembly.layout)
-    log("screws ...")
-    findings += access_findings(assembly, meshes)
+    log("steps of putting it together ...")
+    findings += sequence_findings(assembly_steps(assembly))
     if slicing:
         log("slicer ...")
         findings += [slice_finding(mesh, mount) for mesh in printed]

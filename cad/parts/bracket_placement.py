@@ -13,11 +13,12 @@ from itertools import product
 from math import hypot
 
 import numpy as np
+from build123d import Location, Rot
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.parts.flange import Seat, bolt_places, fold_seat
 from cad.parts.mirrors import Fixing, tray_depth_mm, tray_foot_mm, tray_half_width_mm, tray_head_mm
-from cad.shapes import Limits
+from cad.shapes import Limits, location_mm
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import FoldMirror, Mount, Rig
@@ -120,12 +121,17 @@ class FoldStance:
     @property
     def upper_mm(self) -> tuple[float, float]:
         """Upper corner of the cell's back, as (x, z)."""
-        return self.in_side_view(tray_head_mm(self.mirror, self.fixing), -tray_depth_mm(self.mirror, self.wall_mm))
+        return self.in_side_view(tray_foot_mm(self.mirror), -tray_depth_mm(self.mirror, self.wall_mm))
 
     @property
     def lower_mm(self) -> tuple[float, float]:
         """Lower corner of the cell's back, as (x, z)."""
-        return self.in_side_view(-tray_foot_mm(self.mirror), -tray_depth_mm(self.mirror, self.wall_mm))
+        return self.in_side_view(-tray_head_mm(self.mirror, self.fixing), -tray_depth_mm(self.mirror, self.wall_mm))
+
+    @property
+    def fold_from_cell(self) -> Location:
+        """Pose of M1's cell, which opens downwards: over its upper edge is the roof, and the mirror slides in."""
+        return location_mm(self.fold_from_m1) * Rot(0, 0, 180)
 
     def in_side_view(self, up_mm: float, out_mm: float) -> tuple[float, float]:
         """Point of M1's frame, up its face and along its normal, as (x, z) of the fold frame."""

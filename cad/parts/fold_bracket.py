@@ -56,7 +56,7 @@ def fold_bracket_solid(stance: FoldStance) -> Solid:
 
 def cell_in_fold(stance: FoldStance) -> Part:
     """M1's cell in the fold frame."""
-    return location_mm(stance.fold_from_m1) * mirror_tray(stance.mirror, stance.wall_mm, stance.fixing)
+    return stance.fold_from_cell * mirror_tray(stance.mirror, stance.wall_mm, stance.fixing)
 
 
 def windowed_cell(stance: FoldStance) -> Part:

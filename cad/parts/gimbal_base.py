@@ -18,7 +18,7 @@ from cad.parts.flange import FLANGE_LENGTH_MM, Seat, base_seat, fastener_room, f
 from cad.parts.gimbal_dimensions import EAR_MARGIN_MM, PAN_BUSH, GimbalDimensions
 from cad.parts.hardware import Hardware, along, flanged_bush, insert_hole, screw_in_insert
 from cad.parts.mirrors import FIT_MM
-from cad.parts.servo import EAR_LENGTH_MM, EAR_SCREW, EAR_THICKNESS_MM, HORN_HEIGHT_MM, case_ends, ear_hole_positions
+from cad.parts.servo import EAR_LENGTH_MM, EAR_THICKNESS_MM, HORN_HEIGHT_MM, case_ends, ear_hole_positions
 from cad.shapes import along_x, along_y, box, carved, cylinder, filleted, location_mm, single_solid
 from optics.layout import Layout
 from optics.mesh import Group
@@ -117,11 +117,10 @@ def base_hardware(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) 
     d = dimensions
     ears = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM
     pieces: list[Hardware] = []
-    for number, x in enumerate(ear_hole_positions(d.servos.pan), start=1):
-        room = d.foot_top_mm - d.pan_ledge_mm
-        grip = EAR_THICKNESS_MM + FIT_MM
+    servo, room, grip = d.servos.pan, d.foot_top_mm - d.pan_ledge_mm, EAR_THICKNESS_MM + FIT_MM
+    for number, (x, y) in enumerate(ear_hole_positions(servo), start=1):
         pieces += screw_in_insert(
-            f"pan_ear_{number}", Group.FIXED, EAR_SCREW, (x, 0, ears), (0, 0, -1), grip, min(room, grip + 2)
+            f"pan_ear_{number}", Group.FIXED, servo.ear_screw, (x, y, ears), (0, 0, -1), grip, min(room, grip + 2)
         )
     bush = along((0, 0, d.pan_bush_seat_mm), (0, 0, 1))
     pieces.append(Hardware(name="pan_bush", group=Group.FIXED, piece=flanged_bush(PAN_BUSH), pose=bush))
@@ -222,8 +221,9 @@ def _servo_opening(d: GimbalDimensions) -> list[Part]:
         box((far - FIT_MM, near + FIT_MM), (-half, half), (bottom, case_top + FIT_MM)),
         box((far - EAR_LENGTH_MM - FIT_MM, near + EAR_LENGTH_MM + FIT_MM), (-half, half), (bottom, d.pan_ledge_mm)),
     ]
-    for x in ear_hole_positions(servo):
-        cuts.append(insert_hole(EAR_SCREW, (x, 0, d.pan_ledge_mm), (0, 0, 1), d.foot_top_mm - d.pan_ledge_mm))
+    for x, y in ear_hole_positions(servo):
+        cuts.append(insert_hole(servo.ear_screw, (x, y, d.pan_ledge_mm), (0, 0, 1), d.foot_top_mm - d.pan_ledge_mm))
+    for x in {x for x, _ in ear_hole_positions(servo)}:
         # Air that gathers under an ear leaves through the foot's sides.
         level = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM - WEEP_DIAMETER_MM / 2
         cuts.append(cylinder((x, -PAN_BUSH.flange_mm, level), (x, PAN_BUSH.flange_mm, level), WEEP_DIAMETER_MM / 2))

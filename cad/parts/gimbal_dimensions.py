@@ -180,4 +180,4 @@ class GimbalDimensions:
         At least an insert and its relief above the ledge, whatever the servo.
         """
         level = self.pan_horn_mm - HORN_HEIGHT_MM - CASE_OVER_FOOT_MM
-        return max(level, self.pan_ledge_mm + insert("M2").length_mm + 1.0)
+        return max(level, self.pan_ledge_mm + insert(self.servos.pan.ear_screw).length_mm + 1.0)

@@ -28,6 +28,7 @@ from cad.parts.servo import (
     HORN_THICKNESS_MM,
     horn_screw_positions,
     horn_solid,
+    shaft_screw,
 )
 from cad.shapes import along_x, carved, cylinder, single_solid
 from optics.mesh import Group
@@ -51,11 +52,11 @@ def mirror_holder_solid(dimensions: GimbalDimensions) -> Solid:
 
 def tilt_horn_in_m2(dimensions: GimbalDimensions) -> Solid:
     """Tilt servo's horn in the m2 frame: its outer face towards the cheek."""
-    return Pos(dimensions.tilt_horn_mm, 0, 0) * Rot(0, -90, 0) * horn_solid()
+    return Pos(dimensions.tilt_horn_mm, 0, 0) * Rot(0, -90, 0) * horn_solid(dimensions.servos.tilt)
 
 
 def holder_hardware(dimensions: GimbalDimensions) -> list[Hardware]:
-    """Screws of the horn, and the pivot: an insert in the cheek, a sleeve, a washer and the screw through them."""
+    """Screws of horn and shaft, and the pivot: an insert in the cheek, a sleeve, a washer and their screw."""
     d = dimensions
     seat = d.tilt_horn_mm - FIT_MM - HORN_GRIP_MM
     screw = cap_screw(HORN_SCREW, screw_length_mm(HORN_GRIP_MM + FIT_MM + HORN_THICKNESS_MM + HORN_ROOM_MM))
@@ -73,7 +74,8 @@ def holder_hardware(dimensions: GimbalDimensions) -> list[Hardware]:
         "pivot_washer": (washer("M3"), d.pivot_sleeve_end_mm),
         "pivot_screw": (cap_screw("M3", screw_length_mm(grip + cheek)), d.pivot_sleeve_end_mm + PIVOT_WASHER_MM),
     }
-    return screws + [
+    horn = Pos(d.tilt_horn_mm, 0, 0) * Rot(0, -90, 0)
+    return [shaft_screw("tilt_shaft_screw", Group.TILT, d.servos.tilt, horn), *screws] + [
         Hardware(name=name, group=Group.TILT, piece=piece, pose=along((-x, 0, 0), (-1, 0, 0)))
         for name, (piece, x) in pivot.items()
     ]

@@ -29,7 +29,6 @@ from cad.parts.hardware import (
 )
 from cad.parts.mirrors import FIT_MM
 from cad.parts.servo import (
-    EAR_SCREW,
     EAR_THICKNESS_MM,
     HORN_CENTRE_HOLE_DIAMETER_MM,
     HORN_HEIGHT_MM,
@@ -41,6 +40,7 @@ from cad.parts.servo import (
     horn_screw_positions,
     horn_solid,
     servo_solid,
+    shaft_screw,
 )
 from cad.parts.stow_hinge import BAR_MM, GAP_MM, LUG_RADIUS_MM, Point, StowHinge
 from cad.shapes import Limits, along_y, box, cylinder, location_mm, single_solid
@@ -111,7 +111,7 @@ def stow_servo_in_body(hinge: StowHinge) -> tuple[Solid, Solid]:
     """Servo, its shaft on the axis and its case towards the flange, and its horn; body frame in use."""
     assert hinge.servo is not None
     place = location_mm(hinge.stance.body_from_fold) * _servo_place(hinge)
-    return place * servo_solid(hinge.servo), place * horn_solid()
+    return place * servo_solid(hinge.servo), place * horn_solid(hinge.servo)
 
 
 def hinge_hardware(hinge: StowHinge) -> tuple[list[Hardware], list[Hardware]]:
@@ -254,8 +254,8 @@ def _servo_cuts(hinge: StowHinge) -> list[Part]:
     inner, outer = _shifted(hinge.stance.y_mm, hinge.servo_lug_limits_mm)
     opening = box((x + far - FIT_MM, x + near + FIT_MM), (inner - 1, outer + 1), (z - half, z + half))
     holes = [
-        insert_hole(EAR_SCREW, (x + place, inner, z), (0, 1, 0), outer - inner)
-        for place in ear_hole_positions(hinge.servo)
+        insert_hole(hinge.servo.ear_screw, (x + along_case, inner, z - across), (0, 1, 0), outer - inner)
+        for along_case, across in ear_hole_positions(hinge.servo)
     ]
     return [opening, *holes]
 
@@ -268,9 +268,15 @@ def _ear_hardware(hinge: StowHinge) -> list[Hardware]:
     grip = EAR_THICKNESS_MM + FIT_MM
     return [
         piece
-        for number, place in enumerate(ear_hole_positions(hinge.servo), start=1)
+        for number, (along_case, across) in enumerate(ear_hole_positions(hinge.servo), start=1)
         for piece in screw_in_insert(
-            f"stow_ear_{number}", Group.FIXED, EAR_SCREW, (x + place, ears, z), (0, -1, 0), grip, outer - inner
+            f"stow_ear_{number}",
+            Group.FIXED,
+            hinge.servo.ear_screw,
+            (x + along_case, ears, z - across),
+            (0, -1, 0),
+            grip,
+            outer - inner,
         )
     ]
 
@@ -287,10 +293,11 @@ def _horn_cuts(hinge: StowHinge) -> list[Part]:
 
 
 def _horn_hardware(hinge: StowHinge) -> list[Hardware]:
+    assert hinge.servo is not None
     (x, z), y = hinge.axis_mm, hinge.stance.y_mm
     screw = cap_screw(HORN_SCREW, screw_length_mm(HORN_GRIP_MM + FIT_MM + HORN_THICKNESS_MM + HORN_ROOM_MM))
     seat = y + hinge.arm_mm[0] + HORN_GRIP_MM
-    return [
+    return [shaft_screw("stow_shaft_screw", Group.FIXED, hinge.servo, _servo_place(hinge))] + [
         Hardware(
             name=f"stow_horn_screw_{number}",
             group=Group.FIXED,

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.parts.bracket_placement import ALIGNMENT_MM, FoldStance, fold_stance
-from cad.parts.mirrors import FIT_MM, cell_front_mm, tray_head_mm
+from cad.parts.mirrors import FIT_MM, LIP_THICKNESS_MM, tray_foot_mm
 from cad.parts.servo import EAR_LENGTH_MM, case_bottom, case_ends, ear_levels
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -98,8 +98,8 @@ class StowHinge:
     @property
     def axis_mm(self) -> Point:
         """The axis, as (x, z)."""
-        stance, head = self.stance, tray_head_mm(self.stance.mirror, self.stance.fixing)
-        front = stance.in_side_view(head, cell_front_mm(stance.mirror, stance.fixing))
+        stance = self.stance
+        front = stance.in_side_view(tray_foot_mm(stance.mirror), LIP_THICKNESS_MM)
         return min(front[0], stance.upper_mm[0]) - GAP_MM, stance.roof_mm + self.rise_mm
 
     @property

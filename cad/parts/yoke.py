@@ -6,7 +6,7 @@ bush of the pan axis and holds the horn; its arms grow out of the plate with fil
 
 from __future__ import annotations
 
-from build123d import Axis, Part, Pos, Rot, Solid
+from build123d import Axis, Location, Part, Pos, Rot, Solid
 
 from cad.parts.cable import yoke_cable_cuts
 from cad.parts.gimbal_dimensions import PAN_BUSH, PIVOT_BUSH, PIVOT_RADIUS_MM, PIVOT_WASHER_RADIUS_MM, GimbalDimensions
@@ -22,7 +22,6 @@ from cad.parts.hardware import (
 )
 from cad.parts.mirrors import FIT_MM
 from cad.parts.servo import (
-    EAR_SCREW,
     EAR_THICKNESS_MM,
     HORN_CENTRE_HOLE_DIAMETER_MM,
     HORN_DIAMETER_MM,
@@ -34,6 +33,7 @@ from cad.parts.servo import (
     ear_levels,
     horn_screw_positions,
     horn_solid,
+    shaft_screw,
 )
 from cad.shapes import along_x, along_y, box, carved, cylinder, filleted, single_solid
 from optics.mesh import Group
@@ -67,24 +67,25 @@ def tilt_servo_in_pan(dimensions: GimbalDimensions, servo: Solid) -> Solid:
 
 def pan_horn_in_pan(dimensions: GimbalDimensions) -> Solid:
     """Pan servo's horn in the pan frame, in the pocket of the yoke's hub."""
-    return Pos(0, 0, dimensions.pan_horn_mm) * horn_solid()
+    return Pos(0, 0, dimensions.pan_horn_mm) * horn_solid(dimensions.servos.pan)
 
 
 def yoke_hardware(dimensions: GimbalDimensions) -> list[Hardware]:
-    """Screws of the pan servo's horn, screws and inserts of the tilt servo's ears, and the pivot's bush."""
+    """Screws of the pan servo's horn and shaft, screws and inserts of the tilt servo's ears, and the pivot's bush."""
     d = dimensions
     screw = cap_screw(HORN_SCREW, screw_length_mm(HUB_GRIP_MM + FIT_MM + HORN_THICKNESS_MM + HORN_ROOM_MM))
     seat = _well_floor(d)
-    pieces = [
+    pieces = [shaft_screw("pan_shaft_screw", Group.PAN, d.servos.pan, Location((0, 0, d.pan_horn_mm)))]
+    pieces += [
         Hardware(name=f"pan_horn_screw_{number}", group=Group.PAN, piece=screw, pose=along((*place, seat), (0, 0, 1)))
         for number, place in enumerate(horn_screw_positions(), start=1)
     ]
-    outside = d.tilt_horn_mm - ear_levels(d.servos.tilt)[0]
+    servo = d.servos.tilt
+    outside = d.tilt_horn_mm - ear_levels(servo)[0]
     room = d.servo_arm_outer_mm - d.servo_arm_inner_mm
-    for number, z in enumerate(ear_hole_positions(d.servos.tilt), start=1):
-        pieces += screw_in_insert(
-            f"tilt_ear_{number}", Group.PAN, EAR_SCREW, (0, outside, z), (0, 1, 0), EAR_THICKNESS_MM + FIT_MM, room
-        )
+    for number, (z, x) in enumerate(ear_hole_positions(servo), start=1):
+        name, head = f"tilt_ear_{number}", (x, outside, z)
+        pieces += screw_in_insert(name, Group.PAN, servo.ear_screw, head, (0, 1, 0), EAR_THICKNESS_MM + FIT_MM, room)
     bush = along((0, -d.pivot_inner_mm, 0), (0, 1, 0))
     return [*pieces, Hardware(name="pivot_bush", group=Group.PAN, piece=flanged_bush(PIVOT_BUSH), pose=bush)]
 
@@ -154,8 +155,8 @@ def _servo_opening(d: GimbalDimensions) -> list[Part]:
     far, near = case_ends(servo)
     half, outer, inner = servo.size_mm[1] / 2 + FIT_MM, d.servo_arm_outer_mm, d.servo_arm_inner_mm
     cuts = [box((-half, half), (inner - 1, outer + 1), (far - FIT_MM, near + FIT_MM))]
-    for z in ear_hole_positions(servo):
-        cuts.append(insert_hole(EAR_SCREW, (0, outer, z), (0, -1, 0), outer - inner))
+    for z, x in ear_hole_positions(servo):
+        cuts.append(insert_hole(servo.ear_screw, (x, outer, z), (0, -1, 0), outer - inner))
     return cuts
 
 

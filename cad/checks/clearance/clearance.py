@@ -35,7 +35,7 @@ PLAY_TOLERANCE_MM = 0.005
 
 def clearance_bodies(meshes: Sequence[PartMesh]) -> list[Body]:
     """Each part a body, but the screws, inserts and washers of a group, which are one together."""
-    alone = [mesh for mesh in meshes if mesh.role is not Role.HARDWARE or _is_bush(mesh.name)]
+    alone = [mesh for mesh in meshes if mesh.role is not Role.HARDWARE or _meets_others(mesh.name)]
     bodies = [Body.of(mesh.name, [mesh]) for mesh in alone]
     for group in Group:
         small = [mesh for mesh in meshes if mesh.group is group and all(mesh is not other for other in alone)]
@@ -49,9 +49,9 @@ def hardware_name(group: Group) -> str:
     return f"{group} hardware"
 
 
-def _is_bush(name: str) -> bool:
-    """Bushes meet others by design, so they are looked at one by one."""
-    return name.endswith("_bush")
+def _meets_others(name: str) -> bool:
+    """Bushes and the screws in the servos' shafts meet others by design, so they are looked at one by one."""
+    return name.endswith(("_bush", "_shaft_screw"))
 
 
 def pair_finding(pair: MovingPair, assembly: Assembly, clearance_mm: float) -> Finding:
@@ -133,7 +133,7 @@ def _parts(body: Body, assembly: Assembly) -> list[Part]:
         return [
             part
             for part in assembly.parts
-            if part.group is body.group and part.role is Role.HARDWARE and not _is_bush(part.name)
+            if part.group is body.group and part.role is Role.HARDWARE and not _meets_others(part.name)
         ]
     return [assembly.part(body.name)]
 

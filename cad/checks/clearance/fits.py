@@ -47,6 +47,8 @@ BEARING, RUNNING = FitKind.BEARING, FitKind.RUNNING
 FITS = (
     Fit(moving="pan_horn", other="pan_servo", kind=BEARING, gap_mm=0.05, why="horn over the pan servo's shaft"),
     Fit(moving="tilt_horn", other="tilt_servo", kind=BEARING, gap_mm=0.05, why="horn over the tilt servo's shaft"),
+    Fit(moving="pan_shaft_screw", other="pan_servo", kind=BEARING, gap_mm=0.05, why="screw in its shaft"),
+    Fit(moving="tilt_shaft_screw", other="tilt_servo", kind=BEARING, gap_mm=0.05, why="screw in its shaft"),
     Fit(moving="yoke", other="pan_bush", kind=BEARING, gap_mm=0.05, why="hub in the pan bush"),
     Fit(moving="tilt hardware", other="pivot_bush", kind=BEARING, gap_mm=0.05, why="sleeve in the pivot's bush"),
     Fit(moving="tilt hardware", other="yoke", kind=BEARING, gap_mm=0.2, why="washer before the pivot's boss"),

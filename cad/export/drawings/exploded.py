@@ -14,7 +14,8 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from cad.assembly.assembly import Assembly
-from cad.export.drawings.assembly_steps import Step, assembly_steps
+from cad.checks.sequence.findings import check_steps
+from cad.checks.sequence.steps import Step, assembly_steps
 from cad.export.drawings.projection import ISOMETRIC, outline
 from cad.export.drawings.sheet import STYLE
 from cad.shapes import location_mm
@@ -29,8 +30,9 @@ MARGIN = 0.06
 
 
 def write_steps(assembly: Assembly, folder: Path) -> list[Path]:
-    """Write `steps.md` and an image of each step."""
+    """Write `steps.md` and an image of each step; raises as `check_steps` for a mount that cannot be put together."""
     steps = assembly_steps(assembly)
+    check_steps(steps)
     written = []
     text = [f"# How to put {assembly.rig.name} together", ""]
     for number, step in enumerate(steps, 1):
@@ -86,8 +88,7 @@ def _paths(axes: mpl.axes.Axes, assembly: Assembly, meshes: Mapping[str, PartMes
     for move in step.moves:
         for name in move.names[:1]:
             start = _on_paper(assembly, meshes[name], np.zeros(3)).mean(axis=0)
-            end = start + ISOMETRIC.project(1000 * move.shift_m)
-            tracks.append(np.array([start, end]))
+            tracks.append(np.vstack([start, start + ISOMETRIC.project(1000 * move.way_m)]))
     chain = LineCollection(tracks, colors="#b3261e", linewidths=0.7, linestyles=[(0, (8, 3, 1, 3))])
     axes.add_collection(chain, autolim=False)
 

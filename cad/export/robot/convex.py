@@ -10,6 +10,7 @@ import manifold3d
 import numpy as np
 import trimesh
 
+from cad.assembly.closed_body import closed_body
 from optics.mesh import PartMesh
 
 MOST_PIECES = 12
@@ -40,16 +41,6 @@ def convex_pieces(mesh: PartMesh) -> list[trimesh.Trimesh]:
         else:
             finished.append(worst)
     return [_surface(piece.hull()) for piece in [*finished, *pieces]]
-
-
-def closed_body(mesh: PartMesh) -> manifold3d.Manifold:
-    """Part as a body that can be cut and intersected, metres; raises `ValueError` when its surface is not closed."""
-    # Copies: manifold3d takes no arrays that are read-only.
-    vertices, faces = np.array(mesh.vertices_m, dtype=np.float64), np.array(mesh.faces, dtype=np.uint64)
-    body = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces))
-    if body.is_empty():
-        raise ValueError(f"{mesh.name}: expected a closed surface")
-    return body
 
 
 def _best_cut(body: manifold3d.Manifold, least: float) -> list[manifold3d.Manifold]:

@@ -10,12 +10,10 @@ import trimesh
 from build123d import Pos, Rot
 
 from cad.assembly.assembly import Part
-from cad.checks.access import CHECK, KEYS_MM, access_findings, is_screw, screw_of
 from cad.checks.clearance.axes import AXIS_TOLERANCE_MM, axis_findings, face_of_mirror
 from cad.checks.printing.walls import wall_finding, wall_thickness
 from cad.checks.solidity import solidity
 from cad.finding import Finding, Verdict
-from cad.parts.hardware import SCREW_SIZES, along, cap_screw
 from cad.shapes import box
 from optics.mesh import Group, PartMesh, Role
 from rigs import Mount
@@ -102,38 +100,6 @@ def test_a_tenth_of_a_micrometre_off_the_axes_is_found(aqua2, name, pose, wrong)
     """A mirror or a horn that is moved by 0.1 micrometre, or turned by a thousandth of a degree."""
     moved = replaced(aqua2, name, pose * aqua2.part(name).solid)
     assert {finding.subject for finding in axis_findings(moved) if finding.problem} >= wrong
-
-
-@pytest.mark.parametrize("thread", list(SCREW_SIZES))
-def test_a_screw_is_read_off_its_solid(thread):
-    """A cap screw with its head on (1, 2, 3), looking along (0, -1, 0): its top is a thread's width above."""
-    solid = cap_screw(thread, 10).shape.moved(along((1, 2, 3), (0, -1, 0)))
-    screw = screw_of(Part(name="screw", group=Group.PAN, role=Role.HARDWARE, solid=solid))
-    size = float(thread[1:])
-    assert screw.thread_mm == size
-    assert size in KEYS_MM
-    assert screw.outwards == pytest.approx([0, -1, 0], abs=1e-9)
-    assert screw.top_mm == pytest.approx([1, 2 - size, 3], abs=1e-6)
-
-
-def test_every_screw_of_the_presets_is_looked_at(built, checked):
-    screws = [part.name for part in built.parts if is_screw(part)]
-    assert [finding.subject for finding in checked.of(CHECK)] == screws
-    assert len(screws) > 10
-
-
-def test_a_screw_behind_a_plate_is_named_with_the_plate(aqua2):
-    """A plate on the base itself, 20 mm under the screws of the pan servo's ears: no step frees them."""
-    base = next(mesh for mesh in aqua2.meshes if mesh.name == "gimbal_base")
-    screw = screw_of(aqua2.part("pan_ear_1_screw"))
-    plate = trimesh.creation.box(extents=(80, 80, 2))
-    plate.apply_translation(screw.top_mm + 20 * screw.outwards)
-    surface = trimesh.util.concatenate([trimesh.Trimesh(1000 * base.vertices_m, base.faces, process=False), plate])
-    blocked = replace(base, vertices_m=np.asarray(surface.vertices) / 1000, faces=surface.faces.astype(np.int32))
-    meshes = [blocked if mesh is base else mesh for mesh in aqua2.meshes]
-    failed = {f.subject: f.note for f in access_findings(aqua2, meshes) if f.problem}
-    assert set(failed) == {"pan_ear_1_screw", "pan_ear_2_screw"}
-    assert "gimbal_base" in failed["pan_ear_1_screw"]
 
 
 def test_a_finding_says_its_verdict_and_reads_as_a_line():

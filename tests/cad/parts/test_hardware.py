@@ -24,6 +24,7 @@ from cad.parts.hardware import (
     screw_length_mm,
 )
 from cad.parts.mirror_holder import holder_hardware
+from cad.parts.servo import ear_hole_positions
 from cad.parts.yoke import yoke_hardware
 from cad.shapes import cylinder
 from optics.mesh import Group, Role
@@ -104,7 +105,8 @@ def test_each_piece_is_a_part_of_the_assembly(built):
 def test_screws_hold_in_their_inserts_and_end_within_the_plastic(built):
     pieces, meshes = gimbal_hardware(built), {mesh.name: mesh for mesh in built.meshes}
     inserts = [name for name in pieces if name.endswith("_insert")]
-    assert len(inserts) == 5
+    ears = sum(len(ear_hole_positions(servo)) for servo in (built.rig.gaze.servos.pan, built.rig.gaze.servos.tilt))
+    assert len(inserts) == ears + 1
     for name in inserts:
         screw = pieces[name.replace("_insert", "_screw")]
         (seat, inwards), (mouth, _) = vectors(screw), vectors(pieces[name])
@@ -127,7 +129,7 @@ def test_the_wall_around_an_insert_is_what_its_maker_asks_for(built, name):
     """A tube of plastic around each insert, as long as the insert and as thick as the maker says, is all there."""
     piece = gimbal_hardware(built)[f"{name}_insert"]
     mouth, inwards = vectors(piece)
-    size = insert("M3" if name == "pivot" else "M2")
+    size = insert("M3" if name == "pivot" else built.rig.gaze.servos.pan.ear_screw)
     end = mouth + (size.length_mm - END_MM) * inwards
     start = mouth + END_MM * inwards
     wall = cylinder(start, end, size.boss_radius_mm) - cylinder(start, end, size.hole_diameter_mm / 2)

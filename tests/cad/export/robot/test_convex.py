@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad.export.robot.convex import MOST_PIECES, closed_body, convex_pieces
+from cad.assembly.closed_body import closed_body
+from cad.export.robot.convex import MOST_PIECES, convex_pieces
 from optics.mesh import Group, PartMesh, Role
 
 ROUNDING = 1e-6

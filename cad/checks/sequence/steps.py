@@ -1,0 +1,254 @@
+"""In which order the mount is put together, which way each piece comes in, and whether its screws can be turned then.
+
+The order is that of `docs/explanation/mount.md`: each servo after what sits on its horn, M2 after both, then onto the
+hull. Small bought pieces belong to the first step at which all that they touch is there.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from cad.assembly.assembly import Assembly
+from cad.checks.sequence.bench import Bench, is_pressed
+from cad.checks.sequence.lines import Surface, free_way_mm
+from cad.checks.sequence.screw_keys import Screw, is_screw, key_blockers, screw_of
+from cad.checks.sequence.ways import BEYOND_MM, way_out
+from optics.kernels.arrays import FloatArray
+from optics.mesh import Group, Role
+from rigs import Problem
+
+GIMBAL = (
+    ("pan_horn", "yoke"),
+    ("yoke", "gimbal_base"),
+    ("pan_servo", "gimbal_base"),
+    ("tilt_horn", "mirror_holder"),
+    ("mirror_holder", "yoke"),
+    ("tilt_servo", "yoke"),
+    ("gaze_mirror", "mirror_holder"),
+    ("gaze_mirror_clip", "mirror_holder"),
+)
+"""What is put to what, in this order."""
+FIXED_BRACKET = (("fold_mirror", "fold_bracket"), ("fold_mirror_clip", "fold_bracket"))
+HINGED_BRACKET = (
+    ("fold_mirror", "fold_arm"),
+    ("fold_mirror_clip", "fold_arm"),
+    ("stow_horn", "fold_arm"),
+    ("fold_arm", "fold_bracket"),
+    ("stow_servo", "fold_bracket"),
+)
+VERBS = {Role.SERVO: "Fit", Role.MIRROR: "Slide"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Move:
+    """Pieces that come in together, and their way.
+
+    Attributes
+    ----------
+    names : tuple of str
+    way_m : array, shape (k, 3)
+        Corners of the way from their place outwards, as shifts; body frame. They are shown at the last.
+    """
+
+    names: tuple[str, ...]
+    way_m: FloatArray
+
+    @property
+    def shift_m(self) -> FloatArray:
+        """From their place to where they are shown, shape (3,)."""
+        return np.asarray(self.way_m[-1])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """A screw that is driven, and what is in the way of the long and of the short arm of its key, if anything is."""
+
+    screw: Screw
+    met: dict[str, str]
+
+    @property
+    def problem(self) -> Problem | None:
+        """That neither end of the key gets to the screw."""
+        if len(self.met) < 2:
+            return None
+        words = ", ".join(f"{end} of its key meets {others}" for end, others in self.met.items())
+        return Problem(place=self.screw.name, value=words, expected="a hexagon key's way to the screw's head")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """One step of the assembly.
+
+    Attributes
+    ----------
+    title : str
+        What to do, as a sentence.
+    part : str
+        What is brought, or what small pieces are pressed into.
+    present : tuple of str
+        Parts that are there already, as far as this step needs them.
+    moves : tuple of Move
+        What is added.
+    driven : tuple of Drive
+        Screws that are driven.
+    blocked : tuple of Problem
+        Pieces that have no way in.
+    """
+
+    title: str
+    part: str
+    present: tuple[str, ...]
+    moves: tuple[Move, ...]
+    driven: tuple[Drive, ...]
+    blocked: tuple[Problem, ...]
+
+    @property
+    def problems(self) -> list[Problem]:
+        """Pieces that have no way in, and screws that no key gets to."""
+        return [*self.blocked, *(drive.problem for drive in self.driven if drive.problem is not None)]
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Names of all parts that come in."""
+        return tuple(name for move in self.moves for name in move.names)
+
+
+def assembly_steps(assembly: Assembly) -> list[Step]:
+    """Steps that put every part of a mount in its place, each part once; the hull is there from the beginning.
+
+    A piece without a way in, or a screw that no key gets to, is among the problems of its step.
+    """
+    bench = Bench.of(assembly)
+    hull = next(part.name for part in assembly.parts if part.role is Role.HULL)
+    steps = list(chain.from_iterable(_press(bench, part.name) for part in assembly.parts if part.printed))
+    bracket = FIXED_BRACKET if assembly.stow is None else HINGED_BRACKET
+    for name, host in (*bracket, *GIMBAL):
+        if name in bench.parts:
+            steps.append(_put(bench, name, host))
+    for cluster in [cluster for cluster in bench.clusters if hull not in cluster]:
+        name = next(name for name in bench.parts if name in cluster and bench.parts[name].printed)
+        steps.append(_put(bench, name, hull))
+    return steps
+
+
+def _press(bench: Bench, host: str) -> Iterator[Step]:
+    """Inserts and bushes that go into a printed part."""
+    names = [name for name in bench.held_by({host}) if is_pressed(bench.parts[name])]
+    if names:
+        pieces = _Pieces(bench, {host})
+        pieces.add(names, bench.cluster_of(host), {})
+        yield pieces.step(f"Press into the {_words(host)}: {_listed(bench, names)}", host, (host,))
+
+
+def _put(bench: Bench, name: str, host: str) -> Step:
+    """Bring a part, and what is in one piece with it, to another; then the small pieces that hold it."""
+    moving, still = set(bench.cluster_of(name)), set(bench.cluster_of(host))
+    pieces = _Pieces(bench, still)
+    carried = pieces.bring(name, moving)
+    joined = bench.join(name, host)
+    small = bench.held_by(joined)
+    pieces.add(small, joined, carried)
+    verb = "Fasten" if bench.parts[host].role is Role.HULL else VERBS.get(bench.parts[name].role, "Join")
+    into = "into" if verb == "Slide" else "to"
+    extra = f", with {_listed(bench, small)}" if small else ""
+    return pieces.step(f"{verb} the {_words(name)} {into} the {_words(host)}{extra}", name, bench.ordered(still))
+
+
+class _Pieces:
+    """What comes in at one step, one after the other."""
+
+    def __init__(self, bench: Bench, present: set[str]) -> None:
+        self.bench, self.present = bench, set(present)
+        self.moves: list[Move] = []
+        self.driven: list[Drive] = []
+        self.blocked: list[Problem] = []
+
+    def step(self, title: str, part: str, present: Sequence[str]) -> Step:
+        return Step(
+            title=title,
+            part=part,
+            present=tuple(present),
+            moves=tuple(self.moves),
+            driven=tuple(self.driven),
+            blocked=tuple(self.blocked),
+        )
+
+    def bring(self, name: str, moving: set[str]) -> dict[str, FloatArray]:
+        """Bring what is in one piece with a part; its shift, by name."""
+        bench, directions = self.bench, _directions(self.bench, name)
+        surface, still = bench.surface(moving), bench.surface(self.present)
+        # To a hull from above or below, wherever it lets it: that is where the bolts are.
+        on_hull = any(bench.parts[other].role is Role.HULL for other in self.present)
+        way_mm = way_out(surface, still, directions, shortest=not on_hull)
+        if way_mm is None:
+            way_mm = np.array([BEYOND_MM * directions[0]])
+            self._no_way(name, surface, directions)
+        self.moves.append(Move(names=bench.ordered(moving), way_m=way_mm / 1000))
+        self.present |= moving
+        return dict.fromkeys(moving, way_mm[-1])
+
+    def add(self, names: Sequence[str], cluster: set[str], carried: dict[str, FloatArray]) -> None:
+        """Bring small pieces to a cluster along the axes that they are driven in by, in their order."""
+        for name in names:
+            needs = self.bench.loose.pop(name)
+            axis, surface = self.bench.axis_of(name), self.bench.surfaces[name]
+            way_mm = way_out(surface, self.bench.surface(self.present), [axis], then=_directions(self.bench, name))
+            if way_mm is None:
+                self._no_way(name, surface, [axis])
+            if is_screw(self.bench.parts[name]):
+                self._drive(name)
+            if way_mm is None or len(way_mm) == 1:
+                way_mm = (float(np.ptp(surface.vertices_mm @ axis)) + BEYOND_MM) * axis[np.newaxis]
+            # What sits in a piece that has been drawn out, or goes in through it, is shown with it, and then further.
+            along = [carried[other] for other in sorted(needs) if other in carried]
+            if along and (needs <= carried.keys() or along[0] @ axis > 0.5 * np.linalg.norm(along[0])):
+                way_mm = way_mm + along[0]
+            self.moves.append(Move(names=(name,), way_m=way_mm / 1000))
+            self.present.add(name)
+        cluster.update(names)
+
+    def _drive(self, name: str) -> None:
+        bench, part = self.bench, self.bench.parts[name]
+        pose = bench.assembly.pose(part, 0.0, 0.0).as_matrix()
+        bodies = {other: bench.bodies[other] for other in self.present}
+        screw = screw_of(part)
+        self.driven.append(Drive(screw=screw, met=key_blockers(screw, pose, bodies)))
+
+    def _no_way(self, name: str, surface: Surface, directions: Sequence[FloatArray]) -> None:
+        """Say what is met first along each direction."""
+        first = set()
+        for direction in directions:
+            free = {
+                n: free_way_mm(surface, self.bench.surfaces[n], direction) for n in self.bench.ordered(self.present)
+            }
+            first.add(min(free, key=lambda n: free[n]))
+        met = ", ".join(self.bench.ordered(first))
+        self.blocked.append(
+            Problem(
+                place=name, value=f"meets {met} in every direction", expected="a way in of one or two straight moves"
+            )
+        )
+
+
+def _directions(bench: Bench, name: str) -> list[FloatArray]:
+    """Axes to try: those of the part's frame, the vertical ones first, and of M1 for the fold mirror."""
+    part, assembly = bench.parts[name], bench.assembly
+    frame = assembly.pose(part, 0.0, 0.0)
+    if name.startswith("fold_mirror") and part.group is Group.FIXED:
+        frame = assembly.layout.body_from_m1
+    axes = frame.rotation.as_matrix().T[[2, 1, 0]]
+    return [np.asarray(sign * axis) for axis in axes for sign in (1.0, -1.0)]
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _listed(bench: Bench, names: Sequence[str]) -> str:
+    counts = Counter(bench.parts[name].catalogue for name in names)
+    return "; ".join(f"{count} x {catalogue}" for catalogue, count in sorted(counts.items()))

@@ -1,0 +1,78 @@
+"""Ways out of a place: straight moves one after the other, the last without an end, none of which meets anything.
+
+A piece comes in the way it can be taken out, so ways are sought from the place outwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cad.checks.sequence.lines import LINE_MM, Surface, free_way_mm
+from optics.kernels.arrays import FloatArray
+
+ROUGH_MM = 0.5
+"""Between the lines of a first look: what is met there, some 1.5 mm wide, is met."""
+SHORTEST_MM = 1.0
+"""A first move that ends before this leads nowhere new."""
+SHARES = (1.0, 0.5, 0.25)
+"""Of a first move's free length, where a second one is tried."""
+SPARE_MM = 0.2
+"""That a first move ends before what is in its way."""
+BEYOND_MM = 20.0
+"""How far a piece is shown beyond what it came out of."""
+FURTHEST_MM = 160.0
+
+
+def way_out(
+    moving: Surface,
+    still: Surface,
+    directions: Sequence[FloatArray],
+    *,
+    then: Sequence[FloatArray] = (),
+    shortest: bool = True,
+) -> FloatArray | None:
+    """Corners of a way, as shifts from the place in millimetres, shape (k, 3); None when none was found.
+
+    The first move is along one of `directions`, a second one along one of these or of `then`.
+
+    A single move is taken before two, and of several the shortest, or else the first. The last corner is where the
+    piece is shown: from there it is free for ever in the same direction.
+    """
+    rough = [free_way_mm(moving, still, direction, line_mm=ROUGH_MM) for direction in directions]
+    shown = [_shown_mm(moving, still, direction) for direction in directions]
+    straight = [number for number, length in enumerate(rough) if np.isinf(length)]
+    for number in sorted(straight, key=lambda number: round(shown[number], 3) if shortest else 0.0):
+        if _is_free(moving, still, directions[number]):
+            return np.array([shown[number] * directions[number]])
+    return _round_a_corner(moving, still, directions, (*directions, *then))
+
+
+def _round_a_corner(
+    moving: Surface, still: Surface, directions: Sequence[FloatArray], then: Sequence[FloatArray]
+) -> FloatArray | None:
+    """A way of two moves, a long one along one of `directions` first, and one along one of `then`."""
+    lengths = [free_way_mm(moving, still, direction) for direction in directions]
+    for number in np.argsort(lengths)[::-1]:
+        for share in SHARES:
+            distance = share * lengths[number] - SPARE_MM
+            if distance < SHORTEST_MM:
+                continue
+            first = distance * directions[number]
+            there = moving.moved(first)
+            for direction in then:
+                if abs(direction @ directions[number]) < 0.99 and _is_free(there, still, direction):
+                    return np.array([first, first + _shown_mm(there, still, direction) * direction])
+    return None
+
+
+def _is_free(moving: Surface, still: Surface, direction: FloatArray) -> bool:
+    """Whether nothing is met along a direction: looked at roughly, and where nothing is met, closely."""
+    return all(np.isinf(free_way_mm(moving, still, direction, line_mm=pitch)) for pitch in (ROUGH_MM, LINE_MM))
+
+
+def _shown_mm(moving: Surface, still: Surface, direction: FloatArray) -> float:
+    """Distance along a direction after which the boxes of two bodies are apart, as far as that can be shown."""
+    length = float((still.vertices_mm @ direction).max() - (moving.vertices_mm @ direction).min())
+    return min(max(length, 0.0) + BEYOND_MM, FURTHEST_MM)
