@@ -51,7 +51,7 @@ html_theme_options = {
     "footer_end": [],
     "header_links_before_dropdown": 6,
 }
-html_sidebars: dict[str, list[str]] = {"index": [], "changelog": [], "contributing": []}
+html_sidebars: dict[str, list[str]] = {"index": [], "gallery": [], "changelog": [], "contributing": []}
 
 
 PACKAGES = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports")

@@ -16,9 +16,10 @@ other, and are found by iteration.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from optics.kernels.arrays import FloatArray
@@ -34,6 +35,9 @@ from scenes.stage.group_mesh import GroupMesh
 SPACING_M = 0.35
 INSET_M = 0.02
 """Points of the grid keep off the world's bounding box, where a basin has its walls."""
+
+LARGE_GRID = 1000
+"""Points, from which on most iterations are made on a grid with an eighth of them: three or so are left for all."""
 
 SUN_RINGS_RAD = np.radians(np.geomspace(0.7, 15, 10))
 SUN_AROUND = 12
@@ -63,9 +67,32 @@ def source_volume(axes: list[FloatArray], source: FloatArray) -> GridTable:
 def _iterated(
     mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Irradiance at the vertices and source at the points: each iteration adds one reflection and one scattering."""
-    water, reflection = _Water(light, grid_points(axes)), Reflection(mesh, light, quality)
-    ambient, source = reflection.open_water, water.dark
+    """Irradiance at the vertices and source at the points, of a large grid beginning with those of a coarser one."""
+    reflection = Reflection(mesh, light, quality)
+    ambient, source = reflection.open_water, _dark(axes)
+    if len(source) > LARGE_GRID:
+        coarse = [np.linspace(axis[0], axis[-1], len(axis) // 2 + 1) for axis in axes]
+        ambient, found = _settled(mesh, light, quality, reflection, coarse, ambient, _dark(coarse))
+        source = resampled(coarse, found, axes)
+    return _settled(mesh, light, quality, reflection, axes, ambient, source)
+
+
+def _dark(axes: list[FloatArray]) -> FloatArray:
+    """Source of a world that changes nothing, shape (n, elevations, azimuths, 3)."""
+    return np.zeros((len(grid_points(axes)), SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3), dtype=np.float32)
+
+
+def _settled(  # noqa: PLR0917
+    mesh: GroupMesh,
+    light: Light,
+    quality: LightQuality,
+    reflection: Reflection,
+    axes: list[FloatArray],
+    ambient: FloatArray,
+    source: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Irradiance and source once they have settled: each iteration adds one reflection and one scattering."""
+    water = _Water(light, grid_points(axes))
     for iteration in range(1, quality.iterations + 1):
         volume = source_volume(axes, source)
         lit, ambient = ambient, reflection.once(ambient, volume)
@@ -75,6 +102,15 @@ def _iterated(
         if change < quality.iterations_settled:
             break
     return ambient, source
+
+
+def resampled(axes: list[FloatArray], source: FloatArray, finer: list[FloatArray]) -> FloatArray:
+    """Source, shape (n, elevations, azimuths, 3), on the points of another grid over the same box: linear between."""
+    values = source.reshape(*(len(axis) for axis in axes), -1)
+    for k, (nodes, places) in enumerate(zip(axes, finer, strict=True)):
+        weights = np.stack([np.interp(places, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
+        values = np.moveaxis(np.tensordot(weights.astype(np.float32), values, axes=(1, k)), 0, k)
+    return values.reshape(-1, *source.shape[1:])
 
 
 class _Water:
@@ -98,11 +134,6 @@ class _Water:
         column = np.stack([0 * heights, 0 * heights, heights], axis=-1)
         self._open_water = self._seen(Surroundings(None, light, depth_m=self._depth), column)
         self.mean_source = float(self._scattered(self._open_water)[self._height].mean())
-
-    @property
-    def dark(self) -> FloatArray:
-        """Source of a world that changes nothing, shape (n, elevations, azimuths, 3)."""
-        return np.zeros((len(self._points), SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3), dtype=np.float32)
 
     def source(self, mesh: GroupMesh, volume: GridTable) -> FloatArray:
         """Source at the points beside a lit mesh, shape (n, elevations, azimuths, 3)."""
@@ -147,19 +178,35 @@ def direction_weights(light: Light, molecular: FloatArray, directions: FloatArra
     Shape (3, nodes, directions): by channel, for the shares that molecules have of the scattering; without what is
     scattered by so little that it counts as not scattered.
     """
+    middle, solid = _rings()
+    weight = [np.repeat(light.phase_without_peak(middle, share) * solid, AROUND) for share in molecular]
+    nearest = _nearest(directions.tobytes())
+    result = np.zeros((3, len(nearest), len(directions)))
+    for k, numbers in enumerate(nearest):
+        result[:, k] = [np.bincount(numbers, each, minlength=len(directions)) for each in weight]
+    return result
+
+
+def _rings() -> tuple[FloatArray, FloatArray]:
+    """Angles at which the phase function is taken, and the solid angle of each point there, shapes (RINGS,)."""
     ring = np.radians(np.geomspace(0.2, 180, RINGS + 1))
     ring[0] = 0
-    middle = (ring[:-1] + ring[1:]) / 2
-    solid = 2 * np.pi * (np.cos(ring[:-1]) - np.cos(ring[1:])) / AROUND
-    weight = [np.repeat(light.phase_without_peak(middle, share) * solid, AROUND) for share in molecular]
-    angle = np.repeat(middle, AROUND)[:, np.newaxis]
+    return (ring[:-1] + ring[1:]) / 2, 2 * np.pi * (np.cos(ring[:-1]) - np.cos(ring[1:])) / AROUND
+
+
+@lru_cache(maxsize=2)
+def _nearest(directions: bytes) -> NDArray[np.int32]:
+    """Number of the direction that is nearest to each point around each node, shape (nodes, RINGS * AROUND).
+
+    It depends on the sun's place alone, and takes a second.
+    """
+    tree = cKDTree(np.frombuffer(directions).reshape(-1, 3))
+    angle = np.repeat(_rings()[0], AROUND)[:, np.newaxis]
     around = np.tile(np.arange(AROUND) * (2 * np.pi / AROUND), RINGS)[:, np.newaxis]
-    tree = cKDTree(directions)
     nodes = node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS)
-    result = np.zeros((3, len(nodes), len(directions)))
+    result = np.empty((len(nodes), RINGS * AROUND), dtype=np.int32)
     for k, node in enumerate(nodes):
         across = np.linalg.svd(node[np.newaxis])[2][1:]
         beside = np.cos(around) * across[0] + np.sin(around) * across[1]
-        nearest = tree.query(np.cos(angle) * node + np.sin(angle) * beside)[1]
-        result[:, k] = [np.bincount(nearest, each, minlength=len(directions)) for each in weight]
+        result[k] = tree.query(np.cos(angle) * node + np.sin(angle) * beside)[1]
     return result

@@ -6,8 +6,9 @@ from scipy.interpolate import RegularGridInterpolator
 
 from optics.water.pure_water import molecular_phase
 from scenes.baking.light_quality import LightQuality
-from scenes.baking.source_volume import direction_weights, lit_world, sample_directions
+from scenes.baking.source_volume import direction_weights, lit_world, resampled, sample_directions
 from scenes.kernels.direction_grid import node_directions
+from scenes.kernels.grid import grid_points
 from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
 from scenes.light.materials import Material
 from scenes.stage.frame import Label
@@ -116,3 +117,11 @@ def test_over_a_white_floor_the_water_shines_most_downwards(light):
     assert (near[0] > 2 * near[level]).all()
     assert (near[level] > 2 * near[-1]).all()
     assert (near[0] > far[0]).all()
+
+
+def test_on_a_finer_grid_a_source_that_varies_evenly_is_the_same():
+    """Linear interpolation is exact for a source linear in x, y and z, on grids of unequal sides (float32: 1e-5)."""
+    coarse, fine = ([np.linspace(-1, 2, 2 * n), np.linspace(0, 5, n + 2), np.linspace(-6, -5, n)] for n in (3, 7))
+    slopes = np.random.default_rng(0).normal(size=(3, 2, 4, 3))
+    before, expected = (np.tensordot(grid_points(axes), slopes, axes=1).astype(np.float32) for axes in (coarse, fine))
+    np.testing.assert_allclose(resampled(coarse, before, fine), expected, atol=1e-5)
