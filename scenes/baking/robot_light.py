@@ -88,7 +88,7 @@ class RobotLight:
         from_sun = self._scattered_sun(way, -point.z, distance)
         from_around = self._missing_around(point, way)
         result = []
-        # Dark water is seen through dark water: what is scattered on the way comes from the shadow as well.
+        # Dark water is seen through dark water: what is scattered on the path comes from the shadow as well.
         share = self._share_scattered_within(np.array(distance))
         for mean, s, a in zip(self._mean, from_sun, from_around, strict=True):
             reaching = mean["scattering"] * float(np.exp(-mean["attenuation"] * distance))
@@ -110,9 +110,9 @@ class RobotLight:
         return channels(light, once)
 
     def missing_from_plane(self, points: FloatArray) -> FloatArray:
-        """Irradiance, shape (n, 3), that the robot keeps from planes at points that face its middle.
+        """Irradiance, shape (n, 3), that the robot occludes for planes at points that face its middle.
 
-        What the water scatters on the way to a plane comes mostly from the robot's side of it, and is missing as well.
+        What the water scatters on the path to a plane comes mostly from the robot's side of it, and is missing as well.
         """
         point = vectors(points)
         cone, samples = self._cone(point), SampleDirections.of(dr.width(point), self._count)
@@ -164,7 +164,7 @@ class RobotLight:
     def _missing(
         self, point: Any, samples: SampleDirections, looking: Any, weights: Callable[[Any, Any], list[Any]]
     ) -> list[Any]:
-        """Light that the robot keeps from points, by channel: a weighted sum over their samples.
+        """Light that the robot occludes for points, by channel: a weighted sum over their samples.
 
         Weights are told which points the samples belong to that meet the robot, and their directions. What the gaze
         mirror shows is left out: it depends on the joints.

@@ -1,7 +1,7 @@
-"""How hull and mount keep light from each other: which share of the light around reaches each place of the robot.
+"""How hull and mount occlude light from each other: which share of the light around reaches each place of the robot.
 
-The shares are found once, for the robot in open water as a scene hangs it, its joints at zero, by the gathering of
-`scenes.baking.ambient`. They hold for the light from above that a hull keeps from what is below it; that they turn
+The shares are found once, for the robot in open water in a scene's attitude, its joints at zero, by the gathering of
+`scenes.baking.ambient`. They hold for the light from above that a hull occludes for what is below it; that they turn
 with the robot, and move with the joints, is an approximation.
 """
 
@@ -23,7 +23,7 @@ LONGEST_EDGE_M = 0.05
 """Faces are divided until the light can vary over them so finely."""
 
 DEPTH_M = 5.0
-"""Where the robot is taken to hang; the shares hardly depend on it."""
+"""Where the robot is taken to be; the shares hardly depend on it."""
 
 NORMAL_STEPS = 8
 """Corners whose faces' normals agree to one part in so many share their light."""

@@ -1,14 +1,14 @@
-"""What the robot keeps from the water around it: its shadow in the light that is scattered into a line of sight.
+"""What the robot occludes from the water around it: its shadow in the light that is scattered into a line of sight.
 
-Open water shines by light from everywhere. Near the robot some of that light is kept by hull and mount, which send less
+Open water shines by light from everywhere. Near the robot hull and mount occlude some of that light and send less
 of their own. The difference is scattered once: from points along lines of sight the robot is looked at, and what it
 shows there instead of open water, and instead of the sun, is scattered into the view,
 
     D(w, r) = int_0^r exp(-c s) b int p(w, w') (L(w') - F(w')) dw' ds.
 
-Found once, for the robot as it hangs with its joints at zero, for lines that begin at the port, on the fold mirror and
-at the gaze mirror's centre. It is kept as a share of the radiance of open water, by direction in the body frame and
-length.
+Found once, for the robot in its pose with its joints at zero, for lines that begin at the port, on the fold mirror and
+at the gaze mirror's centre. The table holds it as a share of the radiance of open water, by direction in the body
+frame and length.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ LEAST_COSINE = 1e-3
 def shadow_in_water(
     robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light, quality: LightQuality
 ) -> Any:
-    """Share of open water's radiance that the robot keeps, a row per piece of `scenes.kernels.veiling_light`'s lines.
+    """Share of open water's radiance that the robot occludes, a row per segment of a line of sight.
 
     Parameters
     ----------
     robot : GroupMesh
         All parts in the world frame, lit (`scenes.baking.ambient`).
     world_from_body : RigidTransform
-        Where it hangs.
+        Its pose.
     begins_m : array, shape (e, ELEVATIONS * AZIMUTHS, 3)
         Where lines of sight of the table's directions begin, body frame.
     light : Light

@@ -27,7 +27,7 @@ def shadow_on_world(
     robot : GroupMesh
         All parts in the world frame, lit (`scenes.baking.ambient`).
     world_from_body : RigidTransform
-        Where it hangs.
+        Its pose.
     light : Light
     quality : LightQuality
     """

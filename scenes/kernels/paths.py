@@ -142,7 +142,7 @@ def _through_water(path: Path, inputs: Inputs, hit: Hit, world_direction: Any) -
         active=path.active,
         sunlit=_sunlit_share(inputs, path.origin, world_direction, hit.distance, path.active)
         * (1 - _behind_what_is_seen(inputs, world_direction, hit, radius)),
-        # What the robot keeps from the water is in the veiling light already, but for what the gaze mirror hides.
+        # What the robot occludes from the water is in the veiling light already, but for what the gaze mirror hides.
         end_radius=dr.select((on_part | at_m1) & (inputs.geometry.shadow_in_water is not None), 0, radius),
         leans=at_m1,
         veiling_light=_veiling_light(inputs, path, world_direction, hit.distance),

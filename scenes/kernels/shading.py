@@ -76,7 +76,7 @@ class Segment:
     leans : Bool
         Whether that thing is the fold mirror, which leans over the way.
     veiling_light : list of Float32
-        Light by channel that robot and world add to what open water scatters into it; negative when they keep light.
+        Light by channel that robot and world add to what open water scatters into it; negative where they occlude.
     """
 
     direction: Any
@@ -167,7 +167,7 @@ def _added(
         behind = hidden * dr.select(segment.leans, 1, straight_on)
         more = (1 - behind) * dr.fma(-passed[k], far[channel], near[channel])
         more = share * dr.fma(1 - hidden, segment.veiling_light[channel], more)
-        # What robot and world keep is known between nodes only: it cannot be more than there is.
+        # What robot and world occlude is known between nodes only: it cannot be more than there is.
         new = dr.maximum(dr.fma(light.sun_scattering[k] * p, once[k], more), 0)
         added[channel] = dr.fma(light.weight[k] * t, new, added[channel])
         left.append(t * passed[k] * (1 + gain_of_light(light.scattering_without_peak[k], segment.length, hidden)))
@@ -208,7 +208,7 @@ def _short_mean(y: Any) -> Any:
 
 
 def _sun_on_way(x: Any, length: Any, near: Any, far: Any) -> Any:
-    """Integral over a way of ``near exp(-x s)``, which ends at `far`; x may be zero or negative for a finite length."""
+    """Integral over a length of ``near exp(-x s)``, which ends at `far`; x may be zero or negative for a finite one."""
     y = x * length
     small = dr.abs(y) < SMALL_ATTENUATION
     return dr.select(small, near * length * _short_mean(y), (near - far) / dr.select(small, 1, x))

@@ -1,8 +1,8 @@
 """Kernels of the veiling light: light scattered into a line of sight by water that does not see what open water sees.
 
-Robot and world keep light from the water around them, and send other light. Along a line of sight both are the integral
-of a source (`scenes.baking.source_volume`, `scenes.baking.robot_shadow_in_water`). A frame has it in a table, by the
-place where lines begin, their direction in the body frame and their length: it is filled once for each state.
+Robot and world occlude light from the water around them, and send other light. Along a line of sight both are the
+integral of a source (`scenes.baking.source_volume`, `scenes.baking.robot_shadow_in_water`). A frame has it in a table,
+by the place where lines begin, their direction in the body frame and their length: it is filled once for each state.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ LENGTH_SCALE_M = 1.0
 """Pieces of a line end evenly in ``r / (r + LENGTH_SCALE_M)``; the last never ends."""
 
 FARTHEST_M = 60.0
-"""Stands for the end of the last piece."""
+"""Stands for the end of the last segment."""
 
 ROW = 8
-"""Three channels at the beginning of a piece, and at its end."""
+"""Three channels at the beginning of a segment, and at its end."""
 
 SOURCE_AZIMUTHS, SOURCE_ELEVATIONS = 24, 25
 SOURCE_ROW = 4
@@ -103,7 +103,7 @@ def _veiling_light_of_world(
     begin, end = (LENGTH_SCALE_M * Float32(k) / (PIECES - Float32(k)) for k in (piece, piece + 1))
     way = dr.select(piece == PIECES - 1, FARTHEST_M, end) - begin
     attenuation = light.channel_attenuation
-    # Where the light of the piece comes from, on average.
+    # Where the light of the segment comes from, on average.
     y = attenuation[1] * way
     middle = begin + way * dr.select(y > 0.01, dr.rcp(y) - decay(y) / (1 - decay(y)), 0.5)
     point = eye + node_direction(node, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS) * middle
