@@ -138,7 +138,7 @@ def _nose(points: FloatArray, length: str) -> tuple[str, str]:
         return f"+{length}", "that end is the fuller one"
     if back > FULLER * front:
         return f"-{length}", "that end is the fuller one"
-    return f"+{length}", "both ends are alike"
+    return f"+{length}", f"both ends are alike, --forward -{length} turns it"
 
 
 def _unlike_its_mirror_image(points: FloatArray, axis: int) -> float:
