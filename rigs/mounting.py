@@ -235,7 +235,7 @@ class FileHull(Section):
     origin is put at `position_mm`.
 
     `window` says what the file's skin is in the light between the camera's pinhole and the water in front of its port:
-    hull as it is drawn, or a window, which is cut out of it.
+    hull as it is drawn; an opening, which is cut out of it; or clear, which light passes and parts do not.
     """
 
     shape: Literal["file"]
@@ -245,7 +245,7 @@ class FileHull(Section):
     yaw_deg: Number = 0.0
     pitch_deg: Number = 0.0
     roll_deg: Number = 0.0
-    window: Literal["as-drawn", "cut"] = "as-drawn"
+    window: Literal["as-drawn", "cut", "clear"] = "as-drawn"
     planes: dict[str, HullPlane] = Field(default_factory=dict)
 
     @model_validator(mode="after")

@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from cad.assembly.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM, tessellated
 from cad.hulls.hull import file_hull_surface, hull_shape
-from cad.hulls.window import with_window
+from cad.hulls.window import solid_with_window, with_window
 from cad.parts.bracket_placement import FoldStance, fold_stance
 from cad.parts.flange import flange_hardware
 from cad.parts.fold_bracket import fold_bracket_solid
@@ -178,7 +178,7 @@ def build_assembly(rig: Rig) -> Assembly:
 def _hull(rig: Rig, layout: Layout) -> Part:
     gaze = rig.require_gaze()
     seen = with_window(file_hull_surface(rig.file_hull), rig) if rig.file_hull is not None else None
-    solid = with_window(hull_shape(gaze.hull, gaze.mount, rig.port, layout), rig)
+    solid = solid_with_window(hull_shape(gaze.hull, gaze.mount, rig.port, layout), rig)
     return Part(name="hull", group=Group.FIXED, role=Role.HULL, solid=solid, seen=seen)
 
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from cad.finding import Finding, Sense
 from cad.hulls.anchors import LARGEST_GAP_MM, anchor_problems, base_anchor, fold_anchor, nearest_on_surface
+from cad.hulls.window import window_body
 from cad.overlaps import manifold_mm
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -49,7 +50,10 @@ def attachment_findings(rig: Rig, hull: PartMesh, layout: Layout) -> list[Findin
 
 def _view_of_the_port(rig: Rig, hull: PartMesh, layout: Layout) -> Finding:
     """No part of the hull stands between the port and M1."""
-    shared = (_light_to_fold_mirror(rig, layout) ^ manifold_mm(hull)).volume()
+    light = _light_to_fold_mirror(rig, layout)
+    if rig.file_hull is not None and rig.file_hull.window == "clear":
+        light = light - window_body(rig)
+    shared = (light ^ manifold_mm(hull)).volume()
     expected = "a camera whose port looks into the water: the hull stands in front of it"
     problem = Problem(place="camera.position_mm", value=rig.camera.position_mm, expected=expected)
     return Finding(

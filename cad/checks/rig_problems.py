@@ -64,17 +64,19 @@ def _closed_skin(rig: Rig, hull: FileHull) -> Iterator[Problem]:
     skin = Occluder([seen_file_hull(rig, hull)])
     behind = _hits(skin, np.broadcast_to(layout.body_from_camera.translation, port.shape), port)
     in_front = _hits(skin, port, m1)
-    cut = hull.window == "cut"
+    opened = hull.window != "as-drawn"
     places = ((behind, "between the pinhole and the port"), (in_front, _nearest_in_front(in_front)))
     for distances, where in places:
         blocked = np.isfinite(distances)
         if not blocked.any():
             continue
         which = f"{blocked.mean():.0%} of the rays to M1 ({_span(pixels[folded][blocked])}) meet the skin {where}"
-        advice = "move the camera along its view, or M1 towards it" if cut else 'hull.window = "cut" makes it one'
+        advice = 'hull.window = "cut" makes an opening of it, "clear" a pane'
+        if opened:
+            advice = "move the camera along its view, or M1 towards it"
         yield Problem(
-            place="camera.position_mm" if cut else "hull.window",
-            value=rig.camera.position_mm if cut else hull.window,
+            place="camera.position_mm" if opened else "hull.window",
+            value=rig.camera.position_mm if opened else hull.window,
             expected=f"a window in {hull.file.name}, within {WINDOW_REACH_MM:g} mm of the port: {which}; {advice}",
         )
 

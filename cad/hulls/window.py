@@ -2,7 +2,8 @@
 
 Meshes of robots are closed where the robot has a port, a dome or a clear nose. With `window = "cut"` in `[hull]` what
 lies in the light's way there is taken away: from the pinhole through the port, and up to `WINDOW_REACH_MM` in front of
-it. What is further in front stays, and is in the way: then the camera does not stand at the skin.
+it. With `window = "clear"` light passes there, but parts still have to keep clear of it, as of a nose of acrylic. What
+is further in front stays, and is in the way: then the camera does not stand at the skin.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ TOLERANCE_MM = 0.2
 
 
 def with_window(shape: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Trimesh:
-    """Hull of a rig (body frame, millimetres), its window cut out where the rig file says so; else the hull as it is.
+    """What light meets of a rig's hull (body frame, millimetres): without its window, where the rig says it has one.
 
     What is closed stays closed; of open surfaces, which only light meets, the triangles in the window are taken away.
 
@@ -48,7 +49,7 @@ def with_window(shape: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Tri
         When the window takes all of it.
     """
     hull = rig.file_hull
-    if hull is None or hull.window != "cut":
+    if hull is None or hull.window == "as-drawn":
         return shape
     if not isinstance(shape, trimesh.Trimesh):
         points, corners = shape.tessellate(TOLERANCE_MM)
@@ -59,10 +60,16 @@ def with_window(shape: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Tri
     cut = _meshed(body - window) if body.status() == manifold3d.Error.NoError else _outside(shape, window)
     if not len(cut.faces):
         raise ValueError(
-            f'hull.window = "cut": expected a hull larger than its window; look at {hull.file.name} and '
+            f'hull.window = "{hull.window}": expected a hull larger than its window; look at {hull.file.name} and '
             "camera.position_mm"
         )
     return cut
+
+
+def solid_with_window(solid: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Trimesh:
+    """What parts of the mount meet of a rig's hull: without its window where that is cut; raises as `with_window`."""
+    hull = rig.file_hull
+    return solid if hull is not None and hull.window == "clear" else with_window(solid, rig)
 
 
 def _meshed(body: manifold3d.Manifold) -> trimesh.Trimesh:

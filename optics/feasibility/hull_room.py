@@ -129,7 +129,9 @@ def _port(rig: Rig, layout: Layout, distance: HullDistance, moved: FloatArray) -
     if moved.any():
         position = np.array(rig.camera.position_mm) + 1000 * moved
         advice = f"{1000 * np.linalg.norm(moved):.0f} mm along its view, at {_point(position)}, it is outside"
-    window = ', and hull.window = "cut" makes a window of a skin close to it' if rig.file_hull is not None else ""
+    window = (
+        ', and hull.window = "cut" or "clear" makes a window of a skin close to it' if rig.file_hull is not None else ""
+    )
     yield Problem(
         place="camera.position_mm",
         value=rig.camera.position_mm,

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from cad.hulls.hull import file_hull_surface
-from cad.hulls.window import RIM_MM, WINDOW_REACH_MM, window_body, with_window
+from cad.hulls.window import RIM_MM, WINDOW_REACH_MM, solid_with_window, window_body, with_window
 from optics.layout import camera_pose
 from optics.train import OpticalTrain, Rays, pixel_grid
 from rigs import FileHull, NoPortSpec, Rig
@@ -55,6 +55,14 @@ def test_light_gets_out_of_a_cut_window_and_not_out_of_closed_skin(box_file: Pat
         assert (blocked == hit).all()
     assert cut.is_watertight
     assert (cut.bounds == closed.bounds).all()
+
+
+def test_light_passes_a_clear_window_and_parts_do_not(box_file: Path) -> None:
+    clear, cut = (rig_in_box(box_file, window) for window in ("clear", "cut"))
+    closed = file_hull_surface(clear.file_hull)
+    assert with_window(closed, clear).volume == pytest.approx(with_window(closed, cut).volume)
+    assert solid_with_window(closed, clear) is closed
+    assert solid_with_window(closed, cut).volume < closed.volume
 
 
 def test_narrow_view_cuts_a_prism_of_its_rim(box_file: Path) -> None:
