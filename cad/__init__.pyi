@@ -16,3 +16,5 @@ from .loads.plate import largest_flow_moment as largest_flow_moment
 from .loads.servo_torque import SAFETY_FACTOR as SAFETY_FACTOR
 from .loads.study import LoadStudy as LoadStudy
 from .loads.study import load_study as load_study
+from .placement.placement import Placement as Placement
+from .placement.placement import place as place

@@ -26,7 +26,7 @@ from mirrorgaze.commands.dives import (
 )
 from mirrorgaze.commands.images import compare, render
 from mirrorgaze.commands.maintenance import cache, doctor
-from mirrorgaze.commands.mount import export, loads
+from mirrorgaze.commands.mount import export, loads, place
 from mirrorgaze.commands.optics import gaze, port, virtual_camera, water
 from mirrorgaze.commands.rig_files import check, presets, schema, show
 from mirrorgaze.errors import with_exit_status
@@ -43,7 +43,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         search.search,
         compare_designs.compare_designs,
     ),
-    "Mount": (export.export, loads.loads),
+    "Mount": (place.place, export.export, loads.loads),
     "Optics": (gaze.gaze, virtual_camera.virtual_camera, port.port, water.water),
     "Images": (render.render, compare.compare),
     "Dives and tracking": (

@@ -7,11 +7,14 @@ from pathlib import Path
 
 import tomlkit
 
+from rigs.catalogue import DATA
 from rigs.files import load_document, preset_path, preset_with_hull, save_document
 from rigs.mounting import FileHull
 from rigs.rig import Rig
 
 DEFAULT_PRESET = "aqua2"
+PLAIN_RIG = DATA / "new_rig.toml"
+"""Numbers for a robot of one's own, to be placed on its hull."""
 POSE = {
     "position_mm": "where the file's origin lies in the body",
     "yaw_deg": "turns the file to the left",

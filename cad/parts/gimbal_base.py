@@ -66,12 +66,7 @@ def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
     mount, pose = dimensions.mount, layout.body_from_gimbal
     x, y, height = 1000 * pose.inv().apply(np.array(mount.base_anchor_mm) / 1000)
     reach = hypot(x, y)
-    lowest_bolt = height - mount.wall_mm - BOLT_HEAD_MM
-    beside_yoke = lowest_bolt < dimensions.servo_arm_top_mm + mount.clearance_mm
-    needed = mount.clearance_mm + max(
-        dimensions.yoke_radius_mm + (FLANGE_LENGTH_MM if beside_yoke else COLUMN_DEPTH_MM) / 2,
-        dimensions.holder_reach_mm + FLANGE_LENGTH_MM / 2,
-    )
+    needed, lowest = base_room_mm(dimensions, height)
     if reach < needed:
         towards = np.array([x, y]) / reach if reach > 0 else np.array([-1.0, 0.0])
         better = 1000 * pose.apply(np.array([*(needed * towards), height]) / 1000)
@@ -80,7 +75,6 @@ def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
             f"axis, such as ({better[0]:.1f}, {better[1]:.1f}, {better[2]:g}), so that column and flange clear the "
             f"turning yoke by {mount.clearance_mm:g} mm; got {reach:.1f} mm"
         )
-    lowest = dimensions.foot_top_mm + CORNER_MM + mount.wall_mm
     if height < lowest:
         level = 1000 * pose.apply([0, 0, lowest / 1000])[2]
         side = "above" if pose.rotation.apply([0, 0, 1])[2] > 0 else "below"
@@ -90,6 +84,30 @@ def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
         )
     turned = location_mm(pose) * Rot(0, 0, degrees(atan2(-y, -x)))
     return BaseStance(body_from_base=turned, reach_mm=reach, height_mm=height)
+
+
+def base_room_mm(dimensions: GimbalDimensions, height_mm: float) -> tuple[float, float]:
+    """Where an anchor may be, so that column and flange clear what yoke and mirror holder sweep, and the foot.
+
+    Parameters
+    ----------
+    dimensions : GimbalDimensions
+    height_mm : float
+        Height of the anchor above the gimbal's origin.
+
+    Returns
+    -------
+    (float, float)
+        Smallest distance of the anchor from the pan axis, and smallest height.
+    """
+    mount = dimensions.mount
+    lowest_bolt = height_mm - mount.wall_mm - BOLT_HEAD_MM
+    beside_yoke = lowest_bolt < dimensions.servo_arm_top_mm + mount.clearance_mm
+    reach = mount.clearance_mm + max(
+        dimensions.yoke_radius_mm + (FLANGE_LENGTH_MM if beside_yoke else COLUMN_DEPTH_MM) / 2,
+        dimensions.holder_reach_mm + FLANGE_LENGTH_MM / 2,
+    )
+    return reach, dimensions.foot_top_mm + CORNER_MM + mount.wall_mm
 
 
 def flange_seat(rig: Rig, stance: BaseStance) -> Seat:

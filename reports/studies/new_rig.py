@@ -4,13 +4,25 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import tomlkit
+import trimesh
 
+from cad.hulls.distance import nearest_points
 from cad.hulls.files.taken import TakenHull, take_hull
 from cad.hulls.files.triangles import read_hull_file
+from cad.hulls.hull import closed_surface, file_hull_solid
+from cad.hulls.hull_mesh import body_from_file
+from cad.placement.placement import CAMERA, Placement
+from optics.feasibility.envelope import window_centre
 from reports.progress import Log
-from rigs.new_rig import DEFAULT_PRESET, check_new_file, put_hull_file, rig_document, save_new_rig
+from reports.studies.placement import place_document, put_vehicle
+from rigs import Rig
+from rigs.files import load_document
+from rigs.new_rig import PLAIN_RIG, check_new_file, put_hull_file, rig_document, save_new_rig
 
+AXIS_POINTS = 15
+"""Between pinhole and port, at which a hull is looked for."""
 LARGE_BYTES = 50_000_000
 """Reading a larger file takes long enough to be announced."""
 
@@ -20,13 +32,15 @@ def new_rig_on_hull(
     file: Path,
     hull: Path,
     *,
-    preset: str = DEFAULT_PRESET,
+    preset: str | None = None,
     unit: str | None = None,
     forward: str | None = None,
     up: str | None = None,
+    camera_mm: tuple[float, float, float] | None = None,
+    camera_from: str | None = None,
     log: Log,
-) -> TakenHull:
-    """Write a rig whose hull is a file, and say what was found in the file.
+) -> tuple[TakenHull, Placement]:
+    """Write a rig whose hull is a file, with camera, mirrors and anchors placed on it.
 
     Parameters
     ----------
@@ -36,28 +50,83 @@ def new_rig_on_hull(
         A new file in an existing folder.
     hull : Path
         The hull's file, in a format of `cad.read_hull_file`.
-    preset : str
-        Where everything but the hull comes from.
+    preset : str, optional
+        Where camera, port, joints, servos and water come from; by default a plain set of them.
     unit : str, optional
         What the numbers in the hull's file mean: mm, cm, m or inch.
     forward, up : str, optional
         Axes of the hull's file, such as ``+x``.
+    camera_mm : tuple of three floats, optional
+        Where the camera's pinhole is, body frame; found at the nose by default.
+    camera_from : str, optional
+        Name of a camera of the hull's file (a link of a URDF, a sensor of an SDF) that tells where the pinhole is.
     log : callable
         Takes lines of progress.
+
+    Returns
+    -------
+    TakenHull
+        What was found in the file.
+    Placement
+        What was decided, and why.
 
     Raises
     ------
     ValueError
-        When the hull's file cannot be used, or what is given does not go with it; nothing is written then.
+        When the hull's file cannot be used, what is given does not go with it, or no mount fits; nothing is written
+        then.
     FileExistsError, FileNotFoundError
         When there is such a rig already, no such folder, hull or preset.
     """
     check_new_file(file)
-    document = rig_document(name, preset)
+    document = template(name, preset)
     taken = take(hull, unit=unit, forward=forward, up=up, log=log)
-    put_taken_hull(document, taken, file.parent)
+    put_hull_file(document, taken.section(), folder=file.parent)
+    if camera_from is not None:
+        camera_mm = _camera_of(taken, camera_from)
+    if camera_mm is not None:
+        document["camera"]["position_mm"] = list(camera_mm)
+    log("hull: making a solid of it ...")
+    solid = closed_surface(file_hull_solid(taken.section()))
+    if camera_mm is not None and _looks_out_of_skin(camera_mm, _parsed(document, file.parent), solid):
+        document["hull"]["window"] = "cut"
+        document["hull"]["window"].comment("the camera is behind the skin that was drawn")
+    put_vehicle(document, solid, taken.found)
+    pinned = frozenset() if camera_mm is None else frozenset({CAMERA})
+    placement = place_document(document, file.parent, solid, pinned=pinned, log=log)
     save_new_rig(document, file)
-    return taken
+    return taken, placement
+
+
+def _parsed(document: tomlkit.TOMLDocument, folder: Path) -> Rig:
+    return Rig.parse(tomlkit.dumps(document), source=f"new rig {document['name']!r}", folder=folder)
+
+
+def template(name: str, preset: str | None) -> tomlkit.TOMLDocument:
+    """A rig to place on a hull: a preset under another name, or plain numbers for a robot of one's own."""
+    if preset is not None:
+        return rig_document(name, preset)
+    document = load_document(PLAIN_RIG)
+    document["name"] = name
+    return document
+
+
+def _camera_of(taken: TakenHull, name: str) -> tuple[float, float, float]:
+    """Position of a camera of the hull's file in the body frame, millimetres."""
+    cameras = {camera.name: camera for camera in taken.found.cameras}
+    if name not in cameras:
+        known = ", ".join(sorted(cameras)) or "none"
+        raise ValueError(f"--camera-from {name}: expected a camera of {taken.found.file.name}, which has: {known}")
+    pose = body_from_file(taken.section())
+    x, y, z = (np.round(1000 * pose.apply(cameras[name].position_mm / 1000), 1) + 0.0).tolist()
+    return x, y, z
+
+
+def _looks_out_of_skin(camera_mm: tuple[float, float, float], rig: Rig, solid: trimesh.Trimesh) -> bool:
+    """Whether there is hull between a camera's pinhole and the water in front of its port."""
+    ahead = np.linspace(0.0, 1000 * window_centre(rig)[2], AXIS_POINTS)
+    points = np.array(camera_mm) + np.column_stack([ahead, np.zeros((AXIS_POINTS, 2))])
+    return bool((nearest_points(solid, points).distance_mm < 0).any())
 
 
 def take(
@@ -67,13 +136,3 @@ def take(
     if hull.is_file() and hull.stat().st_size > LARGE_BYTES:
         log(f"{hull.name}: reading {hull.stat().st_size / 1e6:.0f} MB")
     return take_hull(read_hull_file(hull), unit=unit, forward=forward, up=up)
-
-
-def put_taken_hull(document: tomlkit.TOMLDocument, taken: TakenHull, folder: Path) -> None:
-    """Write a hull's table into a rig that will lie in `folder`, and what the file says of the vehicle."""
-    put_hull_file(document, taken.section(), folder=folder)
-    mass_kg = taken.found.mass_kg
-    if mass_kg is not None and "vehicle" in document:
-        item = tomlkit.item(round(mass_kg, 3))
-        item.comment(f"all links of {taken.found.file.name}")
-        document["vehicle"]["mass_kg"] = item

@@ -30,7 +30,10 @@ def rigs(json: JsonOption = False) -> None:
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new rig.")],
     preset: Annotated[
-        str | None, typer.Option("--from", metavar="PRESET", help="Copy this preset.", show_default="aqua2")
+        str | None,
+        typer.Option(
+            "--from", metavar="PRESET", help="Copy this preset.", show_default="aqua2; plain numbers on a hull's file"
+        ),
     ] = None,
     hull: Annotated[
         str | None,
@@ -56,38 +59,68 @@ def new(
         str | None,
         typer.Option(metavar="AXIS", help="Axis of a hull file that is up, such as +z.", show_default="by shape"),
     ] = None,
+    camera_mm: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            metavar="X Y Z",
+            help="Place the camera's pinhole here, in millimetres of the body frame.",
+            show_default="at the nose",
+        ),
+    ] = None,
+    camera_from: Annotated[
+        str | None, typer.Option(metavar="LINK", help="Place the camera where this camera of a URDF or SDF file is.")
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Write this rig file.", show_default="NAME.toml"),
     ] = None,
 ) -> None:
-    """Create a rig file from a preset.
+    """Create a rig file from a preset or on a hull.
 
-    The preset is copied with its comments. A file that exists is never overwritten. A hull's file is opened: what it
+    A preset is copied with its comments. A file that exists is never overwritten. A hull's file is opened: what it
     holds is said, and what it is taken for and why. --unit is asked for where neither file nor size say it. The hull's
-    middle becomes the body's origin, a robot's base link stays it. `mirrorgaze check FILE --cad` then says where the
-    anchors have to go.
+    middle becomes the body's origin, a robot's base link stays it. Camera, mirrors and anchors are placed on the hull,
+    each with the reason in the rig file: `mirrorgaze place FILE` does that again after a change.
 
     \b
     Example:
       mirrorgaze new reef-camera --from bluerov2
       mirrorgaze new glider --hull glider.stl --unit mm --forward +y
     """
-    from rigs.new_rig import DEFAULT_PRESET, create_rig_file
+    from rigs.new_rig import create_rig_file
 
     file = output or Path(f"{name}.toml")
     if hull is None or not Path(hull).suffix:
-        told = {"--unit": unit, "--forward": forward, "--up": up}
+        told = {
+            "--unit": unit,
+            "--forward": forward,
+            "--up": up,
+            "--camera-mm": camera_mm,
+            "--camera-from": camera_from,
+        }
         given = [f"{option} {value}" for option, value in told.items() if value is not None]
         if given:
             raise ValueError(f"{' '.join(given)}: expected with the file of a hull only")
         preset = create_rig_file(name, file, preset=preset, shape=hull)
-    else:
-        from reports.studies.new_rig import new_rig_on_hull
+        typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")
+        return
+    if camera_mm is not None and camera_from is not None:
+        raise ValueError(f"--camera-from {camera_from}: expected that or --camera-mm, got both")
+    from reports.studies.new_rig import new_rig_on_hull
+    from reports.studies.placement import placement_rows
 
-        preset = preset or DEFAULT_PRESET
-        taken = new_rig_on_hull(
-            name, file, Path(hull), preset=preset, unit=unit, forward=forward, up=up, log=print_note
-        )
-        typer.echo(taken.describe())
-    typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")
+    taken, placement = new_rig_on_hull(
+        name,
+        file,
+        Path(hull),
+        preset=preset,
+        unit=unit,
+        forward=forward,
+        up=up,
+        camera_mm=camera_mm,
+        camera_from=camera_from,
+        log=print_note,
+    )
+    typer.echo(taken.describe())
+    print_table((f"  {key}", value, reason) for key, value, reason in placement_rows(placement))
+    typer.echo(f"{file}: written; look at it: mirrorgaze show {file}; check its mount: mirrorgaze check {file} --cad")

@@ -10,6 +10,7 @@ import tomlkit
 import trimesh
 from typer.testing import CliRunner
 
+from cad.placement.placement import Placement
 from mirrorgaze.cli import app
 from rigs import Rig, load_document, preset_names, preset_path, save_document
 
@@ -49,6 +50,17 @@ def test_new_begins_with_the_preset_that_has_a_hull(here, shape, preset):
     assert Rig.load(here / "reef.toml").model_copy(update={"name": preset}) == Rig.load(preset)
 
 
+@pytest.fixture
+def unplaced(monkeypatch):
+    """Leave camera, mirrors and anchors where the preset has them: tests/reports/studies places them."""
+
+    def stay(document, folder, hull, **_):
+        return Placement(rig=Rig.parse(tomlkit.dumps(document), source="reef", folder=folder), reasons={}, rejected=())
+
+    monkeypatch.setattr("reports.studies.new_rig.place_document", stay)
+
+
+@pytest.mark.usefixtures("unplaced")
 def test_new_puts_a_hulls_file_in_the_presets_place_and_says_what_it_found(here):
     """The middle of the box, at 1 m along the file's z, is the body's origin; its y is forward."""
     for folder in ("hulls", "rigs"):
@@ -65,10 +77,11 @@ def test_new_puts_a_hulls_file_in_the_presets_place_and_says_what_it_found(here)
     first, *lines, last = result.stdout.splitlines()
     assert first == "mine.stl: 1 body, 12 triangles"
     assert [line.split(":")[0].strip() for line in lines[:3]] == ["unit", "forward is +y", "up is +z"]
-    assert last == "rigs/reef.toml: a copy of torpedo; change it, then: mirrorgaze check rigs/reef.toml"
+    assert last.startswith("rigs/reef.toml: written; look at it: mirrorgaze show rigs/reef.toml; ")
     assert "yaw_deg = -90.0 # turns the file to the left" in (here / "rigs" / "reef.toml").read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("unplaced")
 def test_new_takes_axes_and_unit_as_told(here):
     trimesh.creation.box(extents=(2, 4, 16)).export(here / "mine.obj")
     told = ("--unit", "inch", "--forward", "-y", "--up", "+x")
@@ -78,6 +91,7 @@ def test_new_takes_axes_and_unit_as_told(here):
     assert "length x width x height 102 x 406 x 51 mm" in result.stdout
 
 
+@pytest.mark.usefixtures("unplaced")
 def test_new_takes_a_robots_mass(here):
     link = '<link name="b"><inertial><mass value="7.5"/></inertial>{}</link>'
     box = '<visual><geometry><box size="0.6 0.2 0.1"/></geometry></visual>'
@@ -159,8 +173,8 @@ def test_check_shows_the_key_facts():
         "aqua2: good",
         "camera pinhole, 640 x 480 px",
         "port flat, pmma, 8 mm",
-        "M1 80 x 90 mm, d1 = 95 mm",
-        "M2 80 x 100 mm, d2 = 125 mm",
+        "M1 80 x 90 x 3 mm, d1 = 95 mm",
+        "M2 80 x 100 x 3 mm, d2 = 125 mm",
         "q1 (pan) -77.5 to 77.5 degrees",
         "q2 (tilt) -32.5 to 122.5 degrees",
     ]

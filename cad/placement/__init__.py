@@ -1,0 +1,1 @@
+"""Where camera, mirrors and anchors go on a hull: candidates, ranked, built and checked, with the reasons."""

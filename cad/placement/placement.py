@@ -1,0 +1,377 @@
+"""Placement: a hull and a camera in, a rig that builds out, with the reason for each choice.
+
+Candidates are ranked on a grid of distances; the best are then asked of the parts themselves (does the bracket stand,
+does the base, do the turning parts clear the hull), and the first that pass are built and checked as a whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, replace
+
+import manifold3d
+import numpy as np
+import trimesh
+
+from cad.assembly.assembly import build_assembly
+from cad.checks.assembly_checks import assembly_problems
+from cad.hulls.anchors import Anchor, base_anchor, fold_anchor
+from cad.parts.bracket_placement import fold_stance
+from cad.parts.clearance_envelope import gimbal_rooms_mm
+from cad.parts.gimbal_base import base_stance, flange_seat
+from cad.parts.gimbal_dimensions import GimbalDimensions
+from cad.placement.camera_sites import CameraSite, camera_sites
+from cad.placement.candidates import BASE_REACH_MM, FOLD_REACH_MM, Candidate, Shortfalls, candidates, mirror_shapes
+from cad.placement.hull_field import HullField, hull_field
+from cad.placement.mirror_table import D1_MM, D2_MM, FIELD, mirror_table
+from cad.placement.seats import SeatFinder
+from optics.feasibility.feasibility import feasibility_problems
+from optics.kernels.arrays import FloatArray
+from optics.layout import Layout
+from optics.search.objectives import PARAMETERS, rig_with
+from optics.sizing.gaze_range import GazeRange
+from optics.sizing.limits import Request
+from optics.sizing.window import fraction_window
+from optics.train import OpticalTrain
+from rigs import Rig
+
+ASKED, BUILT = 40, 4
+"""Candidates whose parts are asked, and mounts that are built, before giving up."""
+SIDES_MM = 330.0
+"""How far beside the camera's plane the hull is looked at."""
+UPWARDS_MM = 30.0
+"""What a fold up costs, in millimetres of arm: a vehicle is lifted, and stands in the air, by its top."""
+HALF_TURN = np.array([1.0, -1.0, -1.0])
+"""Half a turn about x: from the body frame to the fold frame of a rig that folds up, and back."""
+WINDOW = 0.2
+AZIMUTH_DEG, ELEVATION_DEG = (-60.0, 60.0), (-30.0, 30.0)
+"""What the mirrors are sized for: as `mirrorgaze size` by itself."""
+
+CAMERA = "camera.position_mm"
+DIRECTION = "fold_mirror.direction"
+FOLD_ANCHOR, BASE_ANCHOR = "mount.fold_anchor_mm", "mount.base_anchor_mm"
+DESIGN_KEYS = tuple(f"{section}.{key}" for section, key in PARAMETERS)
+PLACED_KEYS = (CAMERA, DIRECTION, *DESIGN_KEYS, FOLD_ANCHOR, BASE_ANCHOR)
+"""Keys of a rig file that a placement decides, unless they are pinned."""
+
+STAGES = (
+    "M1 clear",
+    "M1 on",
+    "M1 thicker",
+    "room to turn",
+    "M2 on",
+    "M2 thicker",
+    "a nose",
+    "M1's cell",
+    "M2 clear",
+    "the yoke",
+    "a seat for the bracket",
+    "the bracket's roof",
+    "a seat for the base",
+    "the base's column",
+)
+"""How the conditions begin, in the order in which they are asked; after them come those of parts and mount."""
+
+Log = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """What is asked of a placement: keys that stay, and what the mirrors are sized for."""
+
+    pinned: Collection[str]
+    request: Request
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placement:
+    """A rig whose camera, mirrors and anchors were found for its hull.
+
+    Attributes
+    ----------
+    rig : Rig
+    reasons : dict of str to str
+        For each key that was decided, why it has its value.
+    rejected : tuple of str
+        What turned other candidates away, the most frequent first, one sentence each.
+    """
+
+    rig: Rig
+    reasons: dict[str, str]
+    rejected: tuple[str, ...]
+
+
+def default_request(rig: Rig) -> Request:
+    """What mirrors are sized for when nobody says: the middle fifth of the image over a wide range ahead."""
+    first, second = (tuple(float(np.radians(end)) for end in ends) for ends in (AZIMUTH_DEG, ELEVATION_DEG))
+    gaze = GazeRange(first=(first[0], first[1]), second=(second[0], second[1]), in_joints=False)
+    return Request(window=fraction_window(OpticalTrain.bare(rig).camera, WINDOW), gaze=gaze)
+
+
+def place(
+    rig: Rig,
+    hull: trimesh.Trimesh,
+    *,
+    pinned: Collection[str] = (),
+    request: Request | None = None,
+    log: Log = lambda line: None,
+) -> Placement:
+    """Place camera, mirrors and anchors on a rig's hull.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors: its camera, port, joints, servos and mount are kept, `PLACED_KEYS` are decided anew.
+    hull : Trimesh
+        Closed surface of its hull, body frame, millimetres (`cad.hulls.hull.file_hull_solid`).
+    pinned : collection of str
+        Those of `PLACED_KEYS` that stay as the rig has them.
+    request : Request, optional
+        What the mirrors are sized for; `default_request` by default.
+    log : callable
+        Takes lines of progress.
+
+    Raises
+    ------
+    ValueError
+        When nothing fits; the message names the condition that binds, and what would fit.
+    """
+    unknown = sorted(set(pinned) - set(PLACED_KEYS))
+    if unknown:
+        raise ValueError(f"expected pinned keys among {', '.join(PLACED_KEYS)}, got {', '.join(unknown)}")
+    wanted = Wanted(pinned=frozenset(pinned), request=request or default_request(rig))
+    short = Shortfalls()
+    log("placing: looking for places ...")
+    ranked = _ranked(rig, hull, wanted, short)
+    body = _manifold(hull)
+    built = 0
+    for direction, candidate in ranked[:ASKED]:
+        placed = _rig_of(rig, candidate, direction, pinned)
+        refusal = _refusal(placed, body)
+        if refusal:
+            short.note(refusal)
+            continue
+        built += 1
+        log(f"placing: building mount {built} ...")
+        problem = _problem(placed)
+        if problem is None:
+            reasons = _reasons(candidate, direction, wanted)
+            return Placement(rig=placed, reasons=reasons, rejected=_sentences(short))
+        short.note(problem)
+        if built == BUILT:
+            break
+    raise ValueError(_nothing_fits(rig, hull, wanted, short))
+
+
+def _ranked(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortfalls) -> list[tuple[str, Candidate]]:
+    """Candidates of both fold directions, the cheapest first."""
+    directions = [rig.require_gaze().fold_mirror.direction] if DIRECTION in wanted.pinned else ["down", "up"]
+    found = [
+        (direction, candidate)
+        for direction in directions
+        for candidate in _of_direction(rig, hull, direction, wanted, short)
+    ]
+    return sorted(found, key=lambda item: round(item[1].cost_mm + (UPWARDS_MM if item[0] == "up" else 0.0), 3))
+
+
+def _of_direction(
+    rig: Rig, hull: trimesh.Trimesh, direction: str, wanted: Wanted, short: Shortfalls
+) -> Iterator[Candidate]:
+    turn = _turn(direction)
+    facing = _facing(rig, direction)
+    table = mirror_table(facing, wanted.request)
+    for condition, missing in table.rejected.items():
+        short.note(condition, missing)
+    designs = _with_pinned(rig, table.designs, wanted.pinned)
+    if not len(designs):
+        return
+    shapes = mirror_shapes(facing, designs)
+    vertices = np.asarray(hull.vertices) * turn
+    # Half a turn keeps the triangles' sense.
+    turned = trimesh.Trimesh(vertices, hull.faces, process=False)
+    middle = _middle_mm(vertices)
+    position = _turned(rig.camera.position_mm, turn)
+    y = position[1] if CAMERA in wanted.pinned else middle
+    space = _space(turned, y)
+    finder = SeatFinder(solid=turned, space=space, pinned=_pinned_seats(rig, wanted.pinned, turn))
+    sites = [CameraSite(pinhole_mm=position)] if CAMERA in wanted.pinned else camera_sites(rig, space, y)
+    if not sites:
+        short.note("a nose in the plane of symmetry for the camera's port")
+    for site in sites:
+        yield from candidates(site, shapes, finder, short)
+
+
+def _facing(rig: Rig, direction: str) -> Rig:
+    """The rig folding in a direction; if that is new, with the limits of its tilt the other way round."""
+    gaze = rig.require_gaze()
+    if gaze.fold_mirror.direction == direction:
+        return rig
+    tilt = gaze.joints.tilt
+    turned = tilt.model_copy(update={"min_deg": -tilt.max_deg, "max_deg": -tilt.min_deg})
+    joints = gaze.joints.model_copy(update={"tilt": turned})
+    return rig.with_gaze(fold_mirror={"direction": direction}, joints=joints)
+
+
+def _pinned_seats(rig: Rig, pinned: Collection[str], turn: FloatArray) -> dict[int, Anchor]:
+    """Seats that the user has chosen, by the side of the fold frame that they are on."""
+    ends = ((FOLD_ANCHOR, 1, fold_anchor), (BASE_ANCHOR, -1, base_anchor))
+    chosen = {side: find(rig) for key, side, find in ends if key in pinned}
+    return {
+        side: Anchor(point_mm=_turned(anchor.point_mm, turn), normal=_turned(anchor.normal, turn))
+        for side, anchor in chosen.items()
+    }
+
+
+def _turned(vector: tuple[float, float, float], turn: FloatArray) -> tuple[float, float, float]:
+    # Adding zero turns -0.0 into 0.0, which is what a rig file should say.
+    x, y, z = (np.array(vector) * turn + 0.0).tolist()
+    return x, y, z
+
+
+def _turn(direction: str) -> FloatArray:
+    return HALF_TURN if direction == "up" else np.ones(3)
+
+
+def _middle_mm(vertices: FloatArray) -> float:
+    """The plane of symmetry: y = 0 where the hull's box is about that."""
+    low, high = vertices[:, 1].min(), vertices[:, 1].max()
+    middle = float(low + high) / 2
+    return 0.0 if abs(middle) < 0.02 * (high - low) else round(middle, 1)
+
+
+def _space(hull: trimesh.Trimesh, y_mm: float) -> HullField:
+    """Distances around the front of a hull, as far as arms and mirrors reach."""
+    vertices = np.asarray(hull.vertices)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    reach = max(FOLD_REACH_MM, BASE_REACH_MM)
+    ahead = float(D1_MM.max()) + SIDES_MM / 2
+    return hull_field(
+        _manifold(hull),
+        np.array([max(low[0] - 50, high[0] - reach - 50), max(low[1] - 50, y_mm - SIDES_MM), low[2] - D2_MM.max() / 2]),
+        np.array([high[0] + ahead, min(high[1] + 50, y_mm + SIDES_MM), high[2] + 80]),
+    )
+
+
+def _manifold(surface: trimesh.Trimesh) -> manifold3d.Manifold:
+    return manifold3d.Manifold(
+        manifold3d.Mesh64(
+            np.ascontiguousarray(surface.vertices, dtype=np.float64),
+            np.ascontiguousarray(surface.faces, dtype=np.uint64),
+        )
+    )
+
+
+def _with_pinned(rig: Rig, designs: FloatArray, pinned: Collection[str]) -> FloatArray:
+    """Designs with the numbers that are pinned: of pinned distances the nearest rows, pinned sizes as they are."""
+    gaze = rig.require_gaze()
+    designs = designs.copy()
+    for column, (section, key) in enumerate(PARAMETERS):
+        if f"{section}.{key}" in pinned and len(designs):
+            value = getattr(getattr(gaze, section), key)
+            if key == "distance_mm":
+                away = np.abs(designs[:, column] - value)
+                designs = designs[away == away.min()]
+            designs[:, column] = value
+    return designs
+
+
+def _rig_of(rig: Rig, candidate: Candidate, direction: str, pinned: Collection[str]) -> Rig:
+    """The rig that a candidate describes, in the body frame."""
+    turn = _turn(direction)
+    sized = rig_with(_facing(rig, direction), candidate.shape.design)
+    mount: dict[str, object] = {}
+    for end, anchor in (("fold", candidate.fold), ("base", candidate.base)):
+        if f"mount.{end}_anchor_mm" not in pinned:
+            mount[f"{end}_anchor_mm"] = _turned(anchor.point_mm, turn)
+            mount[f"{end}_normal"] = _turned(anchor.normal, turn)
+            mount[f"{end}_plane"] = None
+    placed = sized.with_gaze(mount=mount)
+    camera = rig.camera.model_copy(update={"position_mm": _turned(candidate.site.pinhole_mm, turn)})
+    return placed if CAMERA in pinned else placed.model_copy(update={"camera": camera})
+
+
+def _refusal(rig: Rig, hull: manifold3d.Manifold) -> str:
+    """Why the parts themselves refuse a candidate, empty when they do not."""
+    problems = feasibility_problems(rig)
+    if problems:
+        return str(problems[0])
+    layout = Layout.from_rig(rig)
+    try:
+        fold_stance(rig, layout)
+        flange_seat(rig, base_stance(GimbalDimensions.from_rig(rig), layout))
+    except ValueError as error:
+        return str(error)
+    rooms = gimbal_rooms_mm(rig, hull)
+    worst = min(rooms, key=lambda name: rooms[name])
+    return worst if rooms[worst] < 0 else ""
+
+
+def _problem(rig: Rig) -> str | None:
+    """First problem of the mount as it is built."""
+    try:
+        problems = assembly_problems(build_assembly(rig))
+    except ValueError as error:
+        return str(error)
+    return str(problems[0]) if problems else None
+
+
+def _reasons(candidate: Candidate, direction: str, wanted: Wanted) -> dict[str, str]:
+    """Why each decided key has its value."""
+    width, height = wanted.request.window.size_px
+    other = "below" if direction == "down" else "above"
+    reasons = {
+        CAMERA: f"{candidate.site.behind_nose_mm:.0f} mm behind the hull's foremost point, the port proud of the skin",
+        DIRECTION: f"M2 turns {other} the camera; the hull hides {candidate.hidden:.0%} of all directions from it",
+        DESIGN_KEYS[0]: "the least cost of arms, light path and what the hull hides, M1's cell clear of port and hull",
+        DESIGN_KEYS[1]: "likewise, the turning mirror clear of hull and M1",
+        DESIGN_KEYS[2]: f"M1 passes {FIELD:.0%} of the image's sides; beside it the camera looks straight ahead",
+        DESIGN_KEYS[3]: "likewise",
+        DESIGN_KEYS[4]: f"M2 passes {width:.0f} x {height:.0f} px over the range of gazes",
+        DESIGN_KEYS[5]: "likewise",
+        FOLD_ANCHOR: f"the nearest seat that holds a flange: the bracket reaches {candidate.fold_arm_mm:.0f} mm",
+        BASE_ANCHOR: f"the nearest seat that holds a flange: the base reaches {candidate.base_arm_mm:.0f} mm",
+    }
+    return {key: reason for key, reason in reasons.items() if key not in wanted.pinned}
+
+
+def _sentences(short: Shortfalls) -> tuple[str, ...]:
+    """What turned candidates away, the most frequent first."""
+    ordered = sorted(short.found.items(), key=lambda item: -item[1][0])
+    return tuple(
+        f"{condition}: {count} turned away" + (f", the nearest lacked {least:.0f} mm" if np.isfinite(least) else "")
+        for condition, (count, least) in ordered
+    )
+
+
+def _nothing_fits(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortfalls) -> str:
+    """What binds, and the nearest thing that would fit."""
+    binding = max(short.found, key=lambda condition: (_stage(condition), -np.nan_to_num(short.found[condition][1])))
+    count, least = short.found[binding]
+    lacking = f", by {max(least, 0.5):.0f} mm at best" if np.isfinite(least) else ""
+    found = f"expected a hull with room for a mount, found none: {binding} turned away the last {count}{lacking}"
+    for words, other, changed in _easier(rig, wanted):
+        ranked = _ranked(other, hull, changed, Shortfalls())
+        body = _manifold(hull)
+        if any(not _refusal(_rig_of(other, item, way, changed.pinned), body) for way, item in ranked[:ASKED]):
+            return f"{found}; there is room {words}"
+    return f"{found}; look at {CAMERA}, and at the hull's axes: mirrorgaze show draws them"
+
+
+def _stage(condition: str) -> int:
+    """How far a candidate came that a condition turned away."""
+    known = [number for number, name in enumerate(STAGES) if condition.startswith(name)]
+    return known[0] if known else len(STAGES)
+
+
+def _easier(rig: Rig, wanted: Wanted) -> Iterator[tuple[str, Rig, Wanted]]:
+    """What could be asked for instead, the smallest concession first."""
+    for key in sorted(wanted.pinned):
+        yield f"without {key} pinned", rig, replace(wanted, pinned=frozenset(wanted.pinned) - {key})
+    low, high = wanted.request.gaze.second
+    half = replace(wanted.request.gaze, second=(low / 2, high / 2))
+    request = replace(wanted.request, gaze=half)
+    span = f"{np.degrees(low / 2):g} to {np.degrees(high / 2):g}"
+    yield f"for a gaze over elevations of {span} degrees only", rig, replace(wanted, request=request)
+    bed = tuple(2 * side for side in rig.require_gaze().mount.printer_bed_mm)
+    larger = rig.with_gaze(mount={"printer_bed_mm": bed})
+    yield f"with a printer of {bed[0]:g} x {bed[1]:g} x {bed[2]:g} mm (mount.printer_bed_mm)", larger, wanted

@@ -1,0 +1,88 @@
+"""A rig on a hull of one's own, from the file to a mount that builds; and placed again after a change."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from cad.placement.placement import BASE_ANCHOR, CAMERA, FOLD_ANCHOR, PLACED_KEYS, Placement
+from reports.studies import placement as studied
+from reports.studies.new_rig import new_rig_on_hull
+from reports.studies.placement import pinned_keys, place_rig_file, placement_rows
+from rigs import Rig, load_document
+from tests.cad.placement.conftest import LENGTH_MM, RADIUS_MM, capsule
+
+__all__ = ["capsule"]
+
+
+def _silent(line: str) -> None:
+    pass
+
+
+@pytest.fixture(scope="module")
+def file(capsule: trimesh.Trimesh, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("placed")
+    capsule.export(folder / "eel.stl")
+    new_rig_on_hull("eel", folder / "eel.toml", folder / "eel.stl", log=_silent)
+    return folder / "eel.toml"
+
+
+def test_a_hull_gets_a_mount_that_builds(file: Path) -> None:
+    # Only what was built and checked is written; here the places are looked at.
+    rig = Rig.load(file)
+    mount, half = rig.require_gaze().mount, LENGTH_MM / 2 - RADIUS_MM
+    depth = 28.0  # pinhole to the port's outer face
+    assert rig.camera.position_mm[0] + depth == pytest.approx(LENGTH_MM / 2 + 5, abs=5)
+    for anchor in (mount.fold_anchor_mm, mount.base_anchor_mm):
+        away = np.linalg.norm(np.array(anchor) - [np.clip(anchor[0], -half, half), 0, 0]) - RADIUS_MM
+        assert abs(away) < 1
+    assert mount.fold_anchor_mm[2] * mount.base_anchor_mm[2] < 0
+    volume = np.pi * RADIUS_MM**2 * (2 * half) + 4 / 3 * np.pi * RADIUS_MM**3
+    assert rig.vehicle is not None
+    assert rig.vehicle.mass_kg == pytest.approx(volume / 1e9 * 1026, rel=0.01)
+
+
+def test_what_was_placed_is_marked_with_its_reason(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    assert "# placed: the nearest seat that holds a flange" in text
+    assert pinned_keys(load_document(file)) == set()
+
+
+def test_without_its_mark_a_key_is_pinned(file: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    rig = Rig.load(file)
+    asked = []
+
+    def kept(rig: Rig, hull: trimesh.Trimesh, *, pinned: set[str], log: object) -> Placement:
+        asked.append(pinned)
+        return Placement(rig=rig, reasons={BASE_ANCHOR: "asked"}, rejected=())
+
+    monkeypatch.setattr(studied, "place", kept)
+    document = load_document(file)
+    document["camera"]["position_mm"].trivia.comment = ""
+    document["mount"]["fold_anchor_mm"].trivia.comment = "# measured"
+    document["hull"]["file"] = str(file.with_suffix(".stl"))
+    (tmp_path / "eel.toml").write_text(document.as_string(), encoding="utf-8")
+    placed = place_rig_file(str(tmp_path / "eel.toml"), log=_silent)
+    assert asked == [{CAMERA, FOLD_ANCHOR}]
+    assert Rig.load(tmp_path / "eel.toml").require_gaze().mount == rig.require_gaze().mount
+    (row,) = placement_rows(placed)
+    assert (row[0], row[2]) == (BASE_ANCHOR, "asked")
+    assert "# placed: asked" in (tmp_path / "eel.toml").read_text(encoding="utf-8")
+
+
+def test_presets_and_files_with_everything_pinned_are_refused(file: Path, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"expected a rig file of yours.*mirrorgaze new"):
+        place_rig_file("torpedo", log=_silent)
+    document = load_document(file)
+    for key in PLACED_KEYS:
+        section, name = key.split(".")
+        document[section][name].trivia.comment = ""
+    document["hull"]["file"] = str(file.with_suffix(".stl"))
+    (tmp_path / "eel.toml").write_text(document.as_string(), encoding="utf-8")
+    before = (tmp_path / "eel.toml").read_bytes()
+    with pytest.raises(ValueError, match="all of them pinned; put the comment '# placed'"):
+        place_rig_file(str(tmp_path / "eel.toml"), log=_silent)
+    assert (tmp_path / "eel.toml").read_bytes() == before
