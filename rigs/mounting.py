@@ -276,7 +276,7 @@ class Vehicle(Section):
     speed_m_per_s: NotNegative
 
 
-Attachment = Literal["automatic", "flange", "saddle"]
+Attachment = Literal["screws", "clamps", "straps", "pads"]
 Colour = Literal["black", "grey", "white", "yellow", "orange", "red", "green", "blue"]
 
 
@@ -287,8 +287,8 @@ class Mount(Section):
     its normal; with a normal, point and normal count as they are; with neither, the hull's surface at the point gives
     the normal.
 
-    A flange is bolted and follows the hull's surface; a saddle lies on a cylinder and is strapped to it with hose
-    clamps. Automatic is a saddle on a cylindrical hull and a flange on any other.
+    A flange follows the hull's surface. Screws go into the hull; clamps are hose clamps around a cylindrical hull,
+    straps are cable ties around any other, and pads are foam tape: these three leave the vehicle as it is.
     """
 
     fold_anchor_mm: Vector3
@@ -297,8 +297,8 @@ class Mount(Section):
     base_anchor_mm: Vector3
     base_plane: str | None = None
     base_normal: Direction | None = None
-    fold_attachment: Attachment = "automatic"
-    base_attachment: Attachment = "automatic"
+    fold_attachment: Attachment = "screws"
+    base_attachment: Attachment = "screws"
     mirror_fixing: Literal["glue", "screws"] = "glue"
     wall_mm: Annotated[Number, Field(ge=1.2, le=20)] = 4.0
     clearance_mm: Annotated[Number, Field(ge=0.2, le=10)] = 2.0

@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform
 from cad.assembly.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM, tessellated
 from cad.hulls.hull import file_hull_surface, hull_shape
 from cad.hulls.window import solid_with_window, with_window
+from cad.parts.bands import BAND, band_hardware
 from cad.parts.bracket_placement import FoldStance, fold_stance
 from cad.parts.flange import flange_hardware
 from cad.parts.fold_bracket import fold_bracket_solid
@@ -53,6 +54,8 @@ class Part:
         What to order, for a part that is bought.
     stows : bool
         Whether it swings with the fold mirror on the hinge of `Assembly.stow`; its solid is given in use.
+    wraps : bool
+        Whether it is a band, laid around the hull open and closed in its place.
     seen : Trimesh, optional
         What rays meet, millimetres, where that is not the solid's surface: of a hull from a file its own triangles.
     """
@@ -64,6 +67,7 @@ class Part:
     printed: bool = False
     catalogue: str = ""
     stows: bool = False
+    wraps: bool = False
     seen: trimesh.Trimesh | None = None
 
     @cached_property
@@ -158,8 +162,9 @@ def build_assembly(rig: Rig) -> Assembly:
     fixed, pan, tilt = Group.FIXED, Group.PAN, Group.TILT
     pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
     tilt_servo = tilt_servo_in_pan(dimensions, servo_solid(servos.tilt))
+    hull = _hull(rig, layout)
     parts = [
-        _hull(rig, layout),
+        hull,
         *_fold_parts(fold, hinge),
         _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance, seat)),
         _servo("pan_servo", fixed, pan_servo, servos.pan),
@@ -172,6 +177,10 @@ def build_assembly(rig: Rig) -> Assembly:
         *_clip("gaze_mirror", tilt, dimensions.mirror, mount, Location()),
     ]
     hardware = base_hardware(dimensions, stance, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
+    seats = [end for end in (fold.seat.moved(fold.body_from_fold), seat) if end.strapped]
+    if seats:
+        surface = trimesh.Trimesh(1000 * hull.mesh.vertices_m, hull.mesh.faces, process=False)
+        hardware += band_hardware(seats, surface)
     return Assembly(rig=rig, parts=(*parts, *map(_bought, hardware)), layout=layout, stow=hinge)
 
 
@@ -237,6 +246,7 @@ def _bought(piece: Hardware) -> Part:
         role=Role.HARDWARE,
         solid=piece.solid,
         catalogue=piece.piece.catalogue,
+        wraps=piece.name.startswith(BAND),
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.assembly.assembly import Assembly
-from cad.checks.attachment import attachment_findings
+from cad.checks.attachment import attachment_findings, holding_findings
 from cad.checks.clearance.admissible import AdmissibleRegion, admissible_region
 from cad.checks.clearance.axes import axis_findings
 from cad.checks.clearance.clearance import RESOLUTION_MM, clearance_bodies, pair_finding
@@ -93,6 +93,7 @@ def assembly_problems(assembly: Assembly, *, grid_steps: int = GRID_STEPS) -> li
         return [finding.problem for finding in solid if finding.problem is not None]
     findings = [finding for mesh in assembly.printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
+    findings += holding_findings(rig, meshes)
     problems = [finding.problem for finding in findings if finding.problem is not None]
     poses = checked_poses(assembly.layout, grid_steps)
     problems += [_collision_problem(overlap) for overlap in _not_allowed(meshes, assembly.layout, poses)]
@@ -120,6 +121,7 @@ def assembly_checks(assembly: Assembly, *, slicing: bool = True, log: Log = lamb
     findings += [wall_finding(mesh, mount) for mesh in printed]
     findings += [finding for mesh in printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
+    findings += holding_findings(rig, meshes)
     findings += stowing_findings(assembly)
     findings += axis_findings(assembly)
     findings += _overlap_findings(meshes, assembly.layout)

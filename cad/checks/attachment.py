@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import manifold3d
 import numpy as np
 import trimesh
@@ -10,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from cad.finding import Finding, Sense
 from cad.hulls.anchors import LARGEST_GAP_MM, anchor_problems, base_anchor, fold_anchor, nearest_on_surface
 from cad.hulls.window import window_body
+from cad.loads.holding import holdings
 from cad.overlaps import manifold_mm
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -19,6 +22,7 @@ from rigs import DomePortSpec, FlatPortSpec, Problem, Rig
 
 ANCHOR_CHECK = "anchor on the hull"
 VIEW_CHECK = "view of the port"
+HOLDING_CHECK = "attachment holds"
 PORT_VIEW_TOLERANCE_MM3 = 1.0
 RIM_POINTS = 64
 DOME_SEGMENTS = 128
@@ -46,6 +50,31 @@ def attachment_findings(rig: Rig, hull: PartMesh, layout: Layout) -> list[Findin
             )
         )
     return [*findings, _view_of_the_port(rig, hull, layout)]
+
+
+def holding_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
+    """Screws, bands and pads that bear what hangs on them."""
+    findings = []
+    for holding in holdings(rig, meshes):
+        load = f"{holding.force_n:.1f} N and {holding.moment_n_m:.2f} N m"
+        problem = Problem(
+            place=f"mount.{holding.end}_attachment",
+            value=holding.attachment,
+            expected=f"what holds {load} at the {holding.end} anchor: it holds {holding.margin:.0%} of that; "
+            "take screws, or a nearer anchor",
+        )
+        findings.append(
+            Finding(
+                check=HOLDING_CHECK,
+                subject=f"{holding.end} anchor, {holding.attachment}",
+                figure=holding.margin,
+                unit="times what it must",
+                limit=1.0,
+                note=f"{load}, safety factors included",
+                problem=problem if holding.margin < 1 else None,
+            )
+        )
+    return findings
 
 
 def _view_of_the_port(rig: Rig, hull: PartMesh, layout: Layout) -> Finding:

@@ -16,6 +16,7 @@ import numpy as np
 from build123d import Location, Rot
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from cad.parts.contact import CylinderContact
 from cad.parts.flange import Seat, bolt_places, fold_seat
 from cad.parts.mirrors import Fixing, tray_depth_mm, tray_foot_mm, tray_half_width_mm, tray_head_mm
 from cad.shapes import Limits, location_mm
@@ -201,7 +202,7 @@ def _roof(stance: FoldStance, girder_mm: float) -> float:
     """Height of the roof's outer face: over the flange, and girders over the hull and over M1's cell."""
     seat = stance.seat
     # A saddle is round: its crest is highest.
-    sides = (0.0,) if seat.strapped else (-seat.width_mm / 2, seat.width_mm / 2)
+    sides = (0.0,) if isinstance(seat.contact, CylinderContact) else (-seat.width_mm / 2, seat.width_mm / 2)
     ends = (-seat.length_mm / 2, seat.length_mm / 2)
     levels = [stance.upper_mm[1] + girder_mm]
     beyond = OVER_HULL_MM + girder_mm if girder_mm > seat.wall_mm else seat.wall_mm
@@ -213,6 +214,8 @@ def _roof(stance: FoldStance, girder_mm: float) -> float:
 
 def _bolted_through(seat: Seat, roof_mm: float) -> Seat:
     """Seat whose bolts go through the roof, where it is all but parallel to the flange and not far off."""
+    if seat.attachment != "screws":
+        return seat
     heads = np.array([[x, y, seat.height_mm] for x, y in bolt_places()])
     standing = (roof_mm - 1000 * seat.body_from_seat.apply(heads / 1000)[:, 2].max()) / float(seat.normal[2])
     parallel = float(seat.normal[2]) > np.cos(np.radians(FLATTEST_DEG))

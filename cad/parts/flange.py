@@ -1,4 +1,4 @@
-"""Flanges: what holds a printed part to the hull, bolted to any surface or strapped to a cylinder.
+"""Flanges: what holds a printed part to the hull: bolted, strapped on with bands, or on pads of foam tape.
 
 A seat is where a flange lies: its frame has its origin at the anchor, z along the hull's outward normal and x along the
 flange. A printed part is the flange, whatever stands on it, without the hull's side of the contact and without the room
@@ -11,18 +11,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
-from build123d import Axis, Part
+from build123d import Axis, Part, Plane, Pos, Rot
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.hulls.anchors import Anchor, End, base_anchor, fold_anchor
 from cad.hulls.hull import closed_surface, file_hull_solid
 from cad.parts.contact import Contact, CylinderContact, PlaneContact, surface_contact
-from cad.parts.hardware import Hardware, along, cap_screw, clearance_diameter_mm, screw_length_mm
+from cad.parts.hardware import Hardware, Piece, along, cap_screw, clearance_diameter_mm, screw_length_mm
 from cad.shapes import box, cylinder, location_mm
 from optics.kernels.arrays import FloatArray
 from optics.mesh import Group
 from rigs import FileHull, Rig, TorpedoHull
+from rigs.mounting import Attachment
 
 FLANGE_LENGTH_MM = 50.0
 FLANGE_WIDTH_MM = 46.0
@@ -34,6 +35,10 @@ BOLT_HEAD_DIAMETER_MM = 10.0
 """Room for an M4 washer and a key around a cap screw's head."""
 SADDLE_LENGTH_MM = 60.0
 SADDLE_WIDTH_MM = 64.0
+PAD_LENGTH_MM = 90.0
+PAD_WIDTH_MM = 70.0
+PAD_THICKNESS_MM = 1.1
+"""Of acrylic foam tape (3M VHB 5952 and its like)."""
 SADDLE_HALF_ANGLE_DEG = 50.0
 """No wider than this around the hull: beyond it a strap pulls along the saddle, not onto it."""
 STRAP_PLACES_MM = (-17.0, 17.0)
@@ -52,8 +57,8 @@ class Seat:
         Pose of the seat's frame, metres.
     contact : Contact
         The hull's surface under the flange, in the seat's frame.
-    strapped : bool
-        Whether hose clamps hold it, not bolts.
+    attachment : str
+        What holds it: screws, clamps, straps or pads.
     wall_mm : float
         Wall of the mount.
     standing_mm : float
@@ -62,25 +67,41 @@ class Seat:
 
     body_from_seat: RigidTransform
     contact: Contact
-    strapped: bool
+    attachment: Attachment
     wall_mm: float
     standing_mm: float = 0.0
 
     @property
+    def strapped(self) -> bool:
+        """Whether bands hold it, which go around the hull."""
+        return self.attachment in {"clamps", "straps"}
+
+    @property
+    def pad_mm(self) -> float:
+        """Thickness of what is between hull and flange."""
+        return PAD_THICKNESS_MM if self.attachment == "pads" else 0.0
+
+    @property
     def length_mm(self) -> float:
         """Length of the flange along x."""
-        return SADDLE_LENGTH_MM if self.strapped else FLANGE_LENGTH_MM
+        return flange_size_mm(self.attachment)[0]
 
     @property
     def width_mm(self) -> float:
         """Width of the flange along y."""
-        return self.contact.width_mm if isinstance(self.contact, CylinderContact) else FLANGE_WIDTH_MM
+        return (
+            self.contact.width_mm if isinstance(self.contact, CylinderContact) else flange_size_mm(self.attachment)[1]
+        )
+
+    @property
+    def floor_mm(self) -> float:
+        """Height of the floor that bands press on, and of a plain flange's outer face, over the anchor."""
+        return self.contact.range_mm[1] + self.pad_mm + self.wall_mm
 
     @property
     def height_mm(self) -> float:
         """Height of the flange's outer face, over the anchor."""
-        straps = STRAP_HEIGHT_MM + self.wall_mm if self.strapped else 0.0
-        return self.contact.range_mm[1] + self.wall_mm + straps
+        return self.floor_mm + (STRAP_HEIGHT_MM + self.wall_mm if self.strapped else 0.0)
 
     @property
     def head_mm(self) -> float:
@@ -137,7 +158,9 @@ def fastener_room(seat: Seat) -> Part:
 
 
 def flange_hardware(seat: Seat, name: str) -> list[Hardware]:
-    """Bolts of a flange, in the frame the seat is given in; none for a saddle, whose hose clamps go around the hull."""
+    """Bolts or pad of a flange, in the frame the seat is given in; bands go around the hull, and are made for both."""
+    if seat.attachment == "pads":
+        return [_pad(seat, name)]
     if seat.strapped:
         return []
     place, level = location_mm(seat.body_from_seat), seat.head_mm
@@ -158,25 +181,54 @@ def bolt_places() -> list[tuple[float, float]]:
     return [(sx * FLANGE_HOLES_MM[0], sy * FLANGE_HOLES_MM[1]) for sx in (-1, 1) for sy in (-1, 1)]
 
 
+def flange_size_mm(attachment: Attachment) -> tuple[float, float]:
+    """Length and width of a flange on a surface that is no cylinder."""
+    if attachment == "pads":
+        return PAD_LENGTH_MM, PAD_WIDTH_MM
+    return (
+        (SADDLE_LENGTH_MM, SADDLE_WIDTH_MM)
+        if attachment in {"clamps", "straps"}
+        else (FLANGE_LENGTH_MM, FLANGE_WIDTH_MM)
+    )
+
+
+def _pad(seat: Seat, name: str) -> Hardware:
+    """Foam tape between hull and flange."""
+    low, high = seat.contact.range_mm[0] - 1, seat.contact.range_mm[1] + seat.pad_mm + 1
+    half_length, half_width = seat.length_mm / 2, seat.width_mm / 2
+    layer = box((-half_length, half_length), (-half_width, half_width), (low, high))
+    below, above = seat.contact.hull_side(seat.length_mm, seat.width_mm), _hull_side(seat)
+    size = f"{seat.length_mm:g} x {seat.width_mm:g} mm"
+    piece = Piece(
+        catalogue=f"Acrylic foam tape, {seat.pad_mm:g} mm, sheet of {size} (3M VHB 5952 or equal)",
+        # It comes onto the flange from the hull's side.
+        shape=((layer & above) - below).solid().mirror(Plane.XY).mirror(Plane.XZ),
+    )
+    pose = location_mm(seat.body_from_seat) * Rot(180, 0, 0)
+    return Hardware(name=f"{name}_flange_pad", group=Group.FIXED, piece=piece, pose=pose)
+
+
 def _seat(rig: Rig, end: End, anchor: Anchor, along: ArrayLike) -> Seat:
     gaze = rig.require_gaze()
     place = f"mount.{end}_anchor_mm = {getattr(gaze.mount, f'{end}_anchor_mm')}"
-    choice = getattr(gaze.mount, f"{end}_attachment")
-    if choice == "saddle" and not isinstance(gaze.hull, TorpedoHull):
+    attachment: Attachment = getattr(gaze.mount, f"{end}_attachment")
+    if attachment == "clamps" and not isinstance(gaze.hull, TorpedoHull):
         raise ValueError(
-            f"mount.{end}_attachment = 'saddle': expected a cylindrical hull, got hull.shape = {gaze.hull.shape!r}"
+            f"mount.{end}_attachment = 'clamps': expected a cylindrical hull, got hull.shape = {gaze.hull.shape!r}; "
+            "straps go around any body"
         )
-    strapped = choice == "saddle" or (choice == "automatic" and isinstance(gaze.hull, TorpedoHull))
-    pose = _pose(anchor, (1.0, 0.0, 0.0) if isinstance(gaze.hull, TorpedoHull) else along, place)
+    # Bands run across the body: their flanges lie along it.
+    across = isinstance(gaze.hull, TorpedoHull) or attachment in {"clamps", "straps"}
+    pose = _pose(anchor, (1.0, 0.0, 0.0) if across else along, place)
     contact: Contact = PlaneContact()
     if isinstance(gaze.hull, TorpedoHull):
-        contact = _on_cylinder(gaze.hull, anchor, place, strapped=strapped)
+        contact = _on_cylinder(gaze.hull, anchor, place, flange_size_mm(attachment))
     elif isinstance(gaze.hull, FileHull):
         surface = closed_surface(file_hull_solid(gaze.hull))
         vertices = 1000 * pose.inv().apply(np.asarray(surface.vertices) / 1000)
         local = trimesh.Trimesh(vertices, surface.faces, process=False)
-        contact = surface_contact(local, FLANGE_LENGTH_MM, FLANGE_WIDTH_MM, place)
-    return Seat(body_from_seat=pose, contact=contact, strapped=strapped, wall_mm=gaze.mount.wall_mm)
+        contact = surface_contact(local, *flange_size_mm(attachment), place)
+    return Seat(body_from_seat=pose, contact=contact, attachment=attachment, wall_mm=gaze.mount.wall_mm)
 
 
 def _pose(anchor: Anchor, along: ArrayLike, place: str) -> RigidTransform:
@@ -190,8 +242,8 @@ def _pose(anchor: Anchor, along: ArrayLike, place: str) -> RigidTransform:
     return RigidTransform.from_components(np.array(anchor.point_mm) / 1000, Rotation.from_matrix(axes))
 
 
-def _on_cylinder(hull: TorpedoHull, anchor: Anchor, place: str, *, strapped: bool) -> CylinderContact:
-    half_length = (SADDLE_LENGTH_MM if strapped else FLANGE_LENGTH_MM) / 2
+def _on_cylinder(hull: TorpedoHull, anchor: Anchor, place: str, size_mm: tuple[float, float]) -> CylinderContact:
+    half_length = size_mm[0] / 2
     first, last = -hull.length_mm / 2 + hull.tail_length_mm, hull.length_mm / 2 - hull.nose_length_mm
     if not first + half_length <= anchor.point_mm[0] <= last - half_length:
         raise ValueError(
@@ -199,9 +251,7 @@ def _on_cylinder(hull: TorpedoHull, anchor: Anchor, place: str, *, strapped: boo
         )
     radius = hull.diameter_mm / 2
     widest = 2 * radius * np.sin(np.radians(SADDLE_HALF_ANGLE_DEG))
-    return CylinderContact(
-        radius_mm=radius, width_mm=float(min(SADDLE_WIDTH_MM if strapped else FLANGE_WIDTH_MM, widest))
-    )
+    return CylinderContact(radius_mm=radius, width_mm=float(min(size_mm[1], widest)))
 
 
 def _placed(seat: Seat, part: Part) -> Part:
@@ -209,7 +259,8 @@ def _placed(seat: Seat, part: Part) -> Part:
 
 
 def _hull_side(seat: Seat) -> Part:
-    return seat.contact.hull_side(seat.length_mm, seat.width_mm)
+    side = seat.contact.hull_side(seat.length_mm, seat.width_mm)
+    return Pos(0, 0, seat.pad_mm) * side if seat.pad_mm else side
 
 
 def _fastener_room(seat: Seat) -> Part:
@@ -223,6 +274,13 @@ def _fastener_room(seat: Seat) -> Part:
             rooms.append(cylinder(start, end, inner + STRAP_HEIGHT_MM) - core)
         return Part() + rooms
     rooms = []
+    if seat.strapped:
+        for x in STRAP_PLACES_MM:
+            limits = (x - STRAP_WIDTH_MM / 2, x + STRAP_WIDTH_MM / 2)
+            rooms.append(box(limits, (-seat.width_mm, seat.width_mm), (seat.floor_mm, seat.floor_mm + STRAP_HEIGHT_MM)))
+        return Part() + rooms
+    if seat.attachment == "pads":
+        return _hull_side(seat)
     for x, y in bolt_places():
         rooms.append(cylinder((x, y, low), (x, y, high + 1), clearance_diameter_mm("M4") / 2))
         rooms.append(cylinder((x, y, high), (x, y, high + 40), BOLT_HEAD_DIAMETER_MM / 2))

@@ -113,6 +113,9 @@ def ordered(first: float, second: float) -> Limits:
 def _pockets(stance: FoldStance) -> list[Part]:
     """Pocket of the pedestal, open towards the hull, around the bolts' bosses or between the bands."""
     seat, wall = stance.seat, stance.wall_mm
+    if seat.attachment == "pads":
+        # Tape carries by its area.
+        return []
     (x_low, x_high), (y_low, y_high) = stance.pedestal_mm
     low = float(stance.anchor_mm[2]) - FAR_MM
     if seat.strapped:

@@ -22,7 +22,7 @@ TOUCH_M = 0.00025
 """Pieces this near to each other touch: a designed fit is 0.2 mm."""
 NEAR_M = 0.005
 """Parts further apart than this have nothing to do with each other."""
-PRESSED = ("insert", "bush")
+PRESSED = ("insert", "bush", "foam tape")
 """Words in the catalogue name of what is pressed into a printed part before anything else."""
 
 

@@ -196,6 +196,10 @@ class _Pieces:
         """Bring small pieces to a cluster along the axes that they are driven in by, in their order."""
         for name in names:
             needs = self.bench.loose.pop(name)
+            if self.bench.parts[name].wraps:
+                self.moves.append(Move(names=(name,), way_m=np.zeros((1, 3))))
+                self.present.add(name)
+                continue
             axis, surface = self.bench.axis_of(name), self.bench.surfaces[name]
             way_mm = way_out(surface, self.bench.surface(self.present), [axis], then=_directions(self.bench, name))
             if way_mm is None:

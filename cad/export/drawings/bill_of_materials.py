@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from cad.assembly.assembly import Assembly
-from cad.export.drawings.hose_clamps import BAND_WIDTH_MM, clamp_mass_g, clamp_name, clamp_volume_cm3, hose_clamps
 from cad.loads.masses import part_bodies
 from optics.mesh import Role
 from rigs.atomic_files import csv_text
@@ -36,7 +35,7 @@ class Item:
     size_mm : tuple of float
         Box around one piece, along the axes of its frame.
     parts : tuple of str
-        Names of the parts in the assembly; none for hose clamps.
+        Names of the parts in the assembly.
     """
 
     kind: str
@@ -50,10 +49,7 @@ class Item:
 
 
 def bill_of_materials(assembly: Assembly) -> list[Item]:
-    """Everything but the hull: what is printed first, then what is bought, alike pieces counted together.
-
-    Hose clamps, which go around the hull and are no parts of the assembly, come last.
-    """
+    """Everything but the hull: what is printed first, then what is bought, alike pieces counted together."""
     rig, gaze = assembly.rig, assembly.rig.require_gaze()
     bodies = {body.name: body for group in part_bodies(rig, assembly.meshes).values() for body in group}
     lines = []
@@ -75,8 +71,7 @@ def bill_of_materials(assembly: Assembly) -> list[Item]:
             )
         )
     lines.sort(key=lambda line: (line.kind != "print", line.name if line.kind == "buy" else ""))
-    counted = [_counted(list(alike)) for _, alike in groupby(lines, key=lambda line: (line.kind, line.name))]
-    return counted + [_clamp(diameter, count) for diameter, count in sorted(hose_clamps(rig).items())]
+    return [_counted(list(alike)) for _, alike in groupby(lines, key=lambda line: (line.kind, line.name))]
 
 
 def write_bill(items: Sequence[Item], path: Path) -> Path:
@@ -89,19 +84,6 @@ def write_bill(items: Sequence[Item], path: Path) -> Path:
         rows.append([item.kind, item.name, item.count, item.material, *numbers, size, " ".join(item.parts)])
     path.write_text(csv_text(rows), encoding="utf-8")
     return path
-
-
-def _clamp(diameter_mm: int, count: int) -> Item:
-    return Item(
-        kind="buy",
-        name=clamp_name(diameter_mm),
-        count=count,
-        material="",
-        volume_cm3=clamp_volume_cm3(diameter_mm),
-        mass_g=clamp_mass_g(diameter_mm),
-        size_mm=(float(diameter_mm), float(diameter_mm), BAND_WIDTH_MM),
-        parts=(),
-    )
 
 
 def _counted(alike: list[Item]) -> Item:

@@ -41,7 +41,7 @@ def sphere(radius_mm: float) -> trimesh.Trimesh:
 
 
 def on(contact, wall_mm: float = 4.0) -> Seat:
-    return Seat(body_from_seat=RigidTransform.identity(), contact=contact, strapped=False, wall_mm=wall_mm)
+    return Seat(body_from_seat=RigidTransform.identity(), contact=contact, attachment="screws", wall_mm=wall_mm)
 
 
 def patch_heights(contact: SurfaceContact, points: np.ndarray) -> np.ndarray:
@@ -128,12 +128,12 @@ def test_a_torpedo_is_strapped_and_its_saddle_lies_on_the_cylinder():
         assert all(side * vertex.Z > 0 for vertex in part.vertices())
 
 
-def test_a_torpedo_can_be_bolted_and_no_saddle_fits_a_box_or_a_nose():
+def test_a_torpedo_can_be_screwed_on_and_no_clamp_fits_a_box_or_a_nose():
     torpedo, box = Rig.load("torpedo"), Rig.load("aqua2")
-    bolted = torpedo.with_gaze(mount={"fold_attachment": "flange"})
-    assert not fold_seat(bolted).strapped
-    saddle = box.with_gaze(mount={"base_attachment": "saddle"})
-    with pytest.raises(ValueError, match=r"mount\.base_attachment = 'saddle': expected a cylindrical hull.*'box'"):
+    screwed = torpedo.with_gaze(mount={"fold_attachment": "screws"})
+    assert not fold_seat(screwed).strapped
+    saddle = box.with_gaze(mount={"base_attachment": "clamps"})
+    with pytest.raises(ValueError, match=r"mount\.base_attachment = 'clamps': expected a cylindrical hull.*'box'"):
         base_seat(saddle, (1.0, 0.0, 0.0))
     nose = torpedo.gaze.mount.model_copy(update={"fold_anchor_mm": (700.0, 0.0, 115.0)})
     with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm = \(700.*expected x from -370 to 655"):

@@ -35,6 +35,17 @@ MESHED_MM3 = 1.0
 """The same for their triangles, which only approach curved faces."""
 
 
+def loaded(name: str) -> Rig:
+    """A preset; aqua2 with screws, its anchors half way between the flippers and the bow."""
+    screwed = {
+        "fold_attachment": "screws",
+        "base_attachment": "screws",
+        "fold_anchor_mm": (270.0, 60.0, 65.0),
+        "base_anchor_mm": (270.0, 60.0, -65.0),
+    }
+    return Rig.load(name).with_gaze(mount=screwed if name == "aqua2" else {})
+
+
 def changed(rig: Rig, **sections: dict) -> Rig:
     return rig.with_gaze(**sections)
 
@@ -55,7 +66,7 @@ def folding_up(rig: Rig) -> Rig:
 
 
 def stowable(name: str, *, max_deg: float = 90.0, servo: bool = False, fixing: str = "glue") -> Rig:
-    rig = Rig.load(name)
+    rig = loaded(name)
     return changed(
         rig,
         joints={"stow": StowJoint(max_deg=max_deg)},
@@ -95,7 +106,7 @@ def shared_mm3(first, second) -> float:
 
 
 def test_a_fold_up_has_the_same_bracket_turned_about_the_cameras_axis():
-    down = Rig.load("aqua2")
+    down = loaded("aqua2")
     up = folding_up(down)
     first, second = (fold_bracket_solid(fold_stance(rig, Layout.from_rig(rig))) for rig in (down, up))
     assert second.is_valid
@@ -105,7 +116,7 @@ def test_a_fold_up_has_the_same_bracket_turned_about_the_cameras_axis():
 
 
 def test_a_fold_up_holds_its_mirror_where_the_layout_says():
-    rig = folding_up(Rig.load("aqua2"))
+    rig = folding_up(loaded("aqua2"))
     layout = Layout.from_rig(rig)
     bracket = fold_bracket_solid(fold_stance(rig, layout))
     plate = location_mm(layout.body_from_m1) * mirror_plate(rig.gaze.fold_mirror)
@@ -117,7 +128,7 @@ def test_a_fold_up_holds_its_mirror_where_the_layout_says():
 
 
 def test_messages_of_a_fold_up_speak_of_the_rig_files_numbers():
-    rig = folding_up(Rig.load("aqua2"))
+    rig = folding_up(loaded("aqua2"))
     low = changed(rig, mount={"fold_anchor_mm": (270.0, 60.0, 120.0), "fold_normal": (0.0, 0.0, -1.0)})
     with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm = \(270.*z of at most 10\d\.\d.*got z = 120"):
         fold_stance(low, Layout.from_rig(low))
@@ -130,7 +141,7 @@ def test_messages_of_a_fold_up_speak_of_the_rig_files_numbers():
 
 
 def test_an_anchor_on_a_flank_is_refused():
-    rig = changed(Rig.load("aqua2"), mount={"fold_normal": (0.0, 0.9, 0.4)})
+    rig = changed(loaded("aqua2"), mount={"fold_normal": (0.0, 0.9, 0.4)})
     with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*within 60 degrees of up, got 66 degrees"):
         fold_stance(rig, Layout.from_rig(rig))
 
@@ -148,7 +159,7 @@ def test_an_anchor_on_a_flank_is_refused():
 )
 def test_a_bracket_reaches_m1_from_many_places(point, normal):
     """One valid solid with a closed surface that has room for M1, stays out of its light and on the hull's plane."""
-    rig = changed(Rig.load("aqua2"), mount={"fold_anchor_mm": point, "fold_normal": normal})
+    rig = changed(loaded("aqua2"), mount={"fold_anchor_mm": point, "fold_normal": normal})
     layout = Layout.from_rig(rig)
     stance = fold_stance(rig, layout)
     bracket = fold_bracket_solid(stance)
@@ -169,7 +180,7 @@ def test_a_bracket_reaches_m1_from_many_places(point, normal):
 def test_the_bracket_prints_on_its_roof_without_support():
     """Less than a square centimetre leans out by more than 45 degrees: vents, bonding holes and rounded corners."""
     for name in ("aqua2", "bluerov2"):
-        rig = Rig.load(name)
+        rig = loaded(name)
         mesh = next(mesh for mesh in rig_meshes(rig) if mesh.name == "fold_bracket")
         pose = print_pose(mesh, rig.gaze.mount)
         np.testing.assert_allclose(pose.bed_from_part.apply([0, 0, 1]), [0, 0, -1], atol=1e-9)
@@ -178,7 +189,7 @@ def test_the_bracket_prints_on_its_roof_without_support():
 
 
 def test_a_sloping_flange_is_one_solid_that_leaves_the_hull_alone():
-    rig = changed(Rig.load("aqua2"), mount={"fold_normal": (0.2, 0.0, 1.0)})
+    rig = changed(loaded("aqua2"), mount={"fold_normal": (0.2, 0.0, 1.0)})
     stance = fold_stance(rig, Layout.from_rig(rig))
     bracket = fold_bracket_solid(stance)
     assert bracket.is_valid
@@ -262,8 +273,8 @@ def test_the_train_with_m1_stowed_is_the_camera_alone():
     expected = OpticalTrain.from_rig(rig.without_mirrors()).trace(pixels)
     np.testing.assert_array_equal(found.direction, expected.direction)
     for stow in (
-        lambda: OpticalTrain.from_rig(Rig.load("aqua2"), stowed=True),
-        lambda: rig_meshes(Rig.load("aqua2"), stowed=True),
+        lambda: OpticalTrain.from_rig(loaded("aqua2"), stowed=True),
+        lambda: rig_meshes(loaded("aqua2"), stowed=True),
     ):
         with pytest.raises(ValueError, match=r"joints\.stow: expected a hinge.*'aqua2', got none"):
             stow()
@@ -319,4 +330,4 @@ def test_any_bracket_is_one_solid_each_or_a_sentence_with_its_key(mirror, wall, 
 
 
 def catalogue(name: str) -> Servo:
-    return Rig.load("aqua2").gaze.servos.model_validate({"pan": name, "tilt": name}).pan
+    return loaded("aqua2").gaze.servos.model_validate({"pan": name, "tilt": name}).pan
