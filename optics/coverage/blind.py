@@ -61,31 +61,44 @@ def cause_name(cause: int) -> str:
     return "" if cause == Outcome.SEEN else Outcome(cause).name.lower()
 
 
-def blind_patches(coverage: Coverage) -> list[BlindPatch]:
-    """Connected blind patches, the largest first."""
-    directions, causes = cell_directions(coverage.nside), blind_causes(coverage)
+def patch_cells(coverage: Coverage) -> list[NDArray[np.int64]]:
+    """Cells of each connected blind patch, the largest first."""
     blind = np.flatnonzero(~coverage.covered)
-    width = np.sqrt(cell_solid_angle_sr(coverage.nside))
-    clearance = _clearance(directions[blind], directions[coverage.covered])
-    patch_of_cell = _patches(directions[blind], NEIGHBOURS * width)
+    patch_of_cell = _patches(cell_directions(coverage.nside)[blind], NEIGHBOURS * _width(coverage.nside))
+    patches = [blind[patch_of_cell == number] for number in range(patch_of_cell.max(initial=-1) + 1)]
+    return sorted(patches, key=lambda cells: -len(cells))
+
+
+def blind_patches(coverage: Coverage) -> list[BlindPatch]:
+    """Connected blind patches, in the order of `patch_cells`."""
+    directions, causes = cell_directions(coverage.nside), blind_causes(coverage)
     patches = []
-    for number in range(patch_of_cell.max(initial=-1) + 1):
-        inside = np.flatnonzero(patch_of_cell == number)
-        middle = inside[clearance[inside].argmax()]
-        x, y, z = directions[blind[middle]]
-        kinds, counts = np.unique(causes[blind[inside]], return_counts=True)
+    for cells in patch_cells(coverage):
+        clearance = _clearance(directions[cells], directions[coverage.covered])
+        middle = clearance.argmax()
+        x, y, z = directions[cells[middle]]
+        kinds, counts = np.unique(causes[cells], return_counts=True)
         main = int(kinds[counts.argmax()])
         patches.append(
             BlindPatch(
                 azimuth_deg=float(np.degrees(np.arctan2(y, x))),
                 elevation_deg=float(np.degrees(np.arcsin(z))),
                 radius_deg=float(np.degrees(clearance[middle])),
-                solid_angle_sr=float(len(inside) * width**2),
+                solid_angle_sr=float(len(cells) * cell_solid_angle_sr(coverage.nside)),
                 cause=cause_name(main),
-                cause_share=float(counts.max() / len(inside)),
+                cause_share=float(counts.max() / len(cells)),
             )
         )
-    return sorted(patches, key=lambda patch: -patch.solid_angle_sr)
+    return patches
+
+
+def rim_cells(coverage: Coverage) -> NDArray[np.bool_]:
+    """Cells at the rim of what is seen, shape (cells,): seen ones beside a blind one, and blind ones beside a seen."""
+    directions, width, seen = cell_directions(coverage.nside), _width(coverage.nside), coverage.covered
+    rim = np.zeros(len(seen), dtype=bool)
+    rim[seen] = _clearance(directions[seen], directions[~seen]) < NEIGHBOURS * width
+    rim[~seen] = _clearance(directions[~seen], directions[seen]) < NEIGHBOURS * width
+    return rim
 
 
 def rim_fraction(coverage: Coverage) -> float:
@@ -93,9 +106,11 @@ def rim_fraction(coverage: Coverage) -> float:
 
     As many at the rim are blind in part and not counted, so that the covered fraction is off by far less.
     """
-    directions, width = cell_directions(coverage.nside), np.sqrt(cell_solid_angle_sr(coverage.nside))
-    blind, seen = directions[~coverage.covered], directions[coverage.covered]
-    return float((_clearance(seen, blind) < NEIGHBOURS * width).sum() / len(directions))
+    return float((rim_cells(coverage) & coverage.covered).mean())
+
+
+def _width(nside: int) -> float:
+    return float(np.sqrt(cell_solid_angle_sr(nside)))
 
 
 def _patches(directions: NDArray[np.float64], reach: float) -> NDArray[np.int64]:

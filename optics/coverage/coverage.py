@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from optics.coverage.blockers import Occluders
 from optics.coverage.outcome import Outcome, by_outcome, by_region
 from optics.coverage.pose_axes import PoseAxes, Progress
 from optics.coverage.poses import trace_poses
@@ -165,6 +166,51 @@ def compute_coverage(
         poses_by_outcome=sphere.poses_by_outcome,
         pixels_per_degree=sphere.pixels_per_degree,
     )
+
+
+def covered_cells(
+    rig: Rig,
+    parts: Sequence[PartMesh] | Occluders,
+    *,
+    q1: ArrayLike,
+    q2: ArrayLike,
+    nside: int,
+    cells: NDArray[np.int64] | None = None,
+) -> NDArray[np.bool_]:
+    """Which cells of the sphere some pair of the given joint values shows, as `compute_coverage`; no image is counted.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors.
+    parts : sequence of PartMesh, or mapping
+        What blocks rays, or what is made of it for every group.
+    q1, q2 : arrays, shape (n1,) and (n2,)
+        Joint values, radians.
+    nside : int
+    cells : array of int, shape (n,), optional
+        Those asked for; few of them take little time. By default all.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+    """
+    q1, q2 = joint_values(rig, q1=q1, q2=q2)
+    check_nside(nside)
+    grid1, grid2 = np.meshgrid(q1, q2)
+    layout = Layout.from_rig(rig)
+    views = see_sphere(
+        OpticalTrain.from_rig(rig, q1=float(q1[0]), q2=float(q2[0])),
+        layout,
+        parts if isinstance(parts, Mapping) else {group: Occluder.of_group(parts, group) for group in Group},
+        PoseAxes.of(layout, grid1.ravel(), grid2.ravel()),
+        columns=1,
+        rows=1,
+        nside=nside,
+        chosen=cells,
+    )
+    seen = views.poses_by_outcome[Outcome.SEEN] > 0
+    return np.asarray(seen if cells is None else seen[cells])
 
 
 def stepped_joints(rig: Rig, step_deg: float) -> tuple[FloatArray, FloatArray]:

@@ -66,6 +66,7 @@ def see_sphere(
     columns: int,
     rows: int,
     nside: int,
+    chosen: NDArray[np.int64] | None = None,
     progress: Progress | None = None,
 ) -> SphereViews:
     """Decide every cell of the sphere at n poses.
@@ -81,14 +82,16 @@ def see_sphere(
     columns, rows : int
         Cells of the image, by which the resolution is counted.
     nside : int
+    chosen : array of int, optional
+        Cells that must be decided; of the others, some that are not near one of them are left at zero.
     progress : callable, optional
         Called with the number of poses done and their total.
     """
     cells, count = cell_count(nside), len(poses)
     by_outcome, best = np.zeros(len(Outcome) * cells, dtype=np.int64), np.zeros(cells, dtype=np.float32)
     cone = gaze_cone(train, layout)
-    if cone is not None:
-        families = _Families.of(nside)
+    if cone is not None and (chosen is None or len(chosen)):
+        families = _Families.of(nside, chosen)
         parameters = _numbers(train, layout, families, cone, (columns, rows)) | blocker_parameters(occluders)
         share = (1 - np.cos(min(np.pi, cone.half_angle + 2 * families.radius))) / 2
         step = max(1, int(LANES_PER_LAUNCH / max(len(families.middles), share * cells)))
@@ -117,11 +120,14 @@ class _Families:
     radius: float
 
     @classmethod
-    def of(cls, nside: int) -> _Families:
+    def of(cls, nside: int, chosen: NDArray[np.int64] | None) -> _Families:
         coarse = max(1, nside // FAMILY)
         directions, middles = cell_directions(nside), cell_directions(coarse)
         family = cells_of(directions, coarse)
         members = np.argsort(family, kind="stable").reshape(len(middles), -1)
+        if chosen is not None:
+            wanted = np.unique(family[chosen])
+            members, middles = members[wanted], middles[wanted]
         cosine = np.einsum("fmk,fk->fm", directions[members], middles).min()
         radius = float(np.arccos(np.clip(cosine, -1, 1)))
         return cls(middles=middles, members=members, directions=directions[members], radius=radius)

@@ -10,7 +10,7 @@ from optics.coverage.blind import OUT_OF_REACH, BlindPatch, blind_causes, blind_
 from optics.coverage.coverage import Coverage
 from optics.coverage.dwell import Dwell, dwell
 from optics.coverage.outcome import BLOCKERS, Outcome
-from optics.coverage.sphere import cell_count
+from optics.coverage.uncertainty import cells_standard_error
 from optics.status import Region
 
 SHOWN = (Outcome.SEEN, *BLOCKERS, Outcome.BACK_OF_MIRROR)
@@ -96,7 +96,7 @@ def coverage_summary(coverage: Coverage, *, image_cells: tuple[int, int]) -> Cov
         image_cells=image_cells,
         nside=coverage.nside,
         covered_fraction=coverage.covered_fraction,
-        covered_standard_error=0.5 * float(np.sqrt(rim / cell_count(coverage.nside))),
+        covered_standard_error=cells_standard_error(coverage),
         rim_fraction=rim,
         upper_fraction=coverage.upper_fraction,
         lower_fraction=coverage.lower_fraction,

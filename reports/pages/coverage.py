@@ -10,7 +10,9 @@ import numpy as np
 from optics.coverage.blind import BlindPatch, cause_name
 from optics.coverage.convergence import Refinement
 from optics.coverage.dwell import Dwell
+from optics.coverage.openings.openings import Opening
 from optics.coverage.summary import REGIONS, CoverageSummary, name_of
+from optics.coverage.uncertainty import CoveredRange
 from reports.figures.plotting import OUTCOME_NAMES, REGION_NAMES, THINGS
 from reports.figures.sphere import CAUSE_NAMES
 from reports.pages import page
@@ -24,10 +26,15 @@ POLE_DEG = 88
 
 @dataclass(frozen=True, kw_only=True)
 class GridSummary(CoverageSummary):
-    """A coverage in numbers, with the largest step of the joints and the triangles of all parts."""
+    """A coverage in numbers, with the largest step of the joints, the triangles of all parts, and what would help.
+
+    `covered_range` says how far the covered fraction is off, `openings` what to change for each blind patch.
+    """
 
     step_deg: float
     triangles: int
+    covered_range: CoveredRange
+    openings: tuple[Opening, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +53,7 @@ def coverage_page(rig: Rig, results: CoverageResults, figures: Path) -> str:
         [
             (
                 f"{found.covered_fraction:.1%}",
-                f"of all directions seen in some pose, to ±{found.covered_standard_error:.2%}",
+                f"of all directions seen in some pose; {_range(found.covered_range)} with finer steps",
             ),
             (f"{found.upper_fraction:.1%} / {found.lower_fraction:.1%}", "of the upper / lower hemisphere"),
             (f"{1000 * usable.mean:.0f} msr", f"usable at a time, mean; at most {1000 * usable.largest:.0f} msr"),
@@ -65,6 +72,7 @@ def coverage_page(rig: Rig, results: CoverageResults, figures: Path) -> str:
             "Directions",
             image("coverage.png", _CAPTIONS["coverage"]),
             _blind_table(found.blind_patches),
+            _openings_table(found),
         ),
         page.section(
             "Usable field of view",
@@ -108,12 +116,18 @@ _CAPTIONS = {
     "alone, and a direction is seen best by the pose that puts it near the image's edge. The two scales differ.",
 }
 
+_OPENINGS = (
+    "What helps: the cheapest change of one number that opens at least half of a patch, or that which opens most of "
+    "it, traced again with the changed rig. The mount is moved and stretched along, not designed anew. All in all: "
+    "what the change does to the whole sphere, on a coarse grid."
+)
+
 _FILES = (
     "coverage.json: every number of this page",
     "poses.csv: gaze, usable solid angle and the image's cells by outcome, of every pose",
     "sphere.csv: every direction, with the number of its HEALPix cell (ring scheme; colatitude from the body's z, "
     "longitude from its x to the left)",
-    "blind.csv: every blind patch; convergence.csv: the study above",
+    "blind.csv: every blind patch; openings.csv: what opens them; convergence.csv: the study above",
     "*.png: the figures",
 )
 
@@ -156,6 +170,44 @@ def _blind_table(patches: tuple[BlindPatch, ...]) -> str:
         rows.append([f"{len(left_out)} smaller", "", *rest])
     header = ["Blind patch around azimuth, elevation", "Radius", "Solid angle (msr)", "Of the sphere", "Because of"]
     return page.table(header, rows, numbers=[1, 2, 3])
+
+
+def _range(covered: CoveredRange) -> str:
+    return f"{covered.low:.1%} to {covered.high:.1%}"
+
+
+def _openings_table(found: GridSummary) -> str:
+    """What to change for each patch, the most that is gained first."""
+    if not found.openings:
+        return "<p>No change of one number opens a blind patch without taking more elsewhere.</p>"
+    rows = []
+    for opening in found.openings:
+        patch = found.blind_patches[opening.patch]
+        rows.append(
+            [
+                _place(patch.azimuth_deg, patch.elevation_deg),
+                opening_words(opening),
+                f"{1000 * opening.gained_sr:.1f}",
+                f"{opening.share:.0%}",
+                f"{1000 * opening.net_sr:+.0f}",
+            ]
+        )
+    header = [
+        "Blind patch around azimuth, elevation",
+        "Change that opens it",
+        "Gained (msr)",
+        "Of the patch",
+        "All in all",
+    ]
+    return f"<p>{_OPENINGS}</p>" + page.table(header, rows, numbers=[2, 3, 4])
+
+
+def opening_words(opening: Opening) -> str:
+    """A change in words: key, values, unit, and what must give way."""
+    if opening.key == "joints.stow":
+        return "M1 swung away (joints.stow): the camera looks there itself"
+    also = f" ({opening.also})" if opening.also else ""
+    return f"{opening.key}: {opening.before:g} → {opening.after:g} {opening.unit}{also}"
 
 
 def _place(azimuth_deg: float, elevation_deg: float) -> str:
@@ -210,6 +262,7 @@ def _study_rows(study: tuple[Refinement, ...]) -> list[list[str]]:
 
 
 def _exactness(found: GridSummary, study: tuple[Refinement, ...]) -> list[str]:
+    covered, words = found.covered_range, {"joints": "joints' steps", "cells": "sphere's cells"}
     grids = "; ".join(f"{refinement.name}: {refinement.sizes[-1]}" for refinement in study)
     return [
         "Exact: the way of each ray through port and mirrors (float64), the solid angle of each cell's corners, and "
@@ -218,7 +271,10 @@ def _exactness(found: GridSummary, study: tuple[Refinement, ...]) -> list[str]:
         "Not exact: a cell of the image counts by its centre's ray, so that solid angles gain or lose part of a row of "
         "cells at an edge. A cell of the sphere counts when its centre is seen: at the rim too much as often as too "
         f"little, by chance. Cells at the rim of what is seen are {found.rim_fraction:.1%} of the sphere, which "
-        f"makes some {found.covered_standard_error:.2%} of error. Gaps between poses only take from what is covered.",
+        f"makes ±{covered.cells:.2%} (two standard errors, and what their quarters change). Gaps between poses only "
+        f"take from what is covered: with half the steps it is {covered.half_step_fraction:.2%}, and finer ones add at "
+        f"most {covered.joints:.2%} in all. The {words[covered.coarsest]} are the coarsest: "
+        f"{_range(covered)}.",
         "Each line halves its step twice and keeps the others, as coarse as they may be: compare along a line, not "
         "between lines. Order p: the error shrinks as step^p. “none”: the "
         "differences do not shrink steadily, so that nothing can be said beyond their size. The finest grids are "

@@ -10,6 +10,7 @@ import numpy as np
 from optics.coverage.blind import BlindPatch, blind_causes, cause_name
 from optics.coverage.convergence import Refinement
 from optics.coverage.coverage import Coverage
+from optics.coverage.openings.openings import Opening
 from optics.coverage.outcome import Outcome
 from optics.coverage.sphere import cell_directions
 from optics.gaze.kinematics import forward_gaze
@@ -60,6 +61,35 @@ def write_blind(patches: Sequence[BlindPatch], path: Path) -> None:
             f"{patch.cause_share:.3f}",
         ]
         for patch in patches
+    )
+    _write(path, header, rows)
+
+
+def write_openings(openings: Sequence[Opening], patches: Sequence[BlindPatch], path: Path) -> None:
+    """One row per blind patch that a change opens, what gains most first."""
+    header = [
+        "azimuth_deg",
+        "elevation_deg",
+        "change",
+        "before",
+        "after",
+        "unit",
+        "also",
+        "gained_sr",
+        "share",
+        "net_sr",
+    ]
+    rows = (
+        [
+            *(f"{value:.3f}" for value in (patches[each.patch].azimuth_deg, patches[each.patch].elevation_deg)),
+            each.key,
+            f"{each.before:g}",
+            f"{each.after:g}",
+            each.unit,
+            each.also,
+            *(f"{value:.6f}" for value in (each.gained_sr, each.share, each.net_sr)),
+        ]
+        for each in openings
     )
     _write(path, header, rows)
 

@@ -14,11 +14,14 @@ from pathlib import Path
 from cad.assembly.meshes import rig_meshes
 from optics.coverage.convergence import Refinement, convergence
 from optics.coverage.coverage import Coverage, compute_coverage, stepped_joints
+from optics.coverage.openings.openings import blind_openings
 from optics.coverage.summary import coverage_summary
+from optics.coverage.uncertainty import covered_range
+from optics.feasibility.feasibility import feasibility_problems
 from reports.figures.plotting import draw_dwell, draw_regions, draw_usable_fov
 from reports.figures.sphere import draw_coverage, draw_resolution
 from reports.pages.coverage import CoverageResults, GridSummary, coverage_page
-from reports.pages.tables import write_blind, write_convergence, write_poses, write_sphere
+from reports.pages.tables import write_blind, write_convergence, write_openings, write_poses, write_sphere
 from reports.progress import Log, Stages, plain
 from rigs import Rig
 from rigs.atomic_files import write_text
@@ -68,7 +71,7 @@ def coverage_report(rig: Rig, folder: Path, *, step_deg: float, log: Log) -> Pat
     if not SMALLEST_STEP_DEG <= step_deg <= 90:
         raise ValueError(f"expected a step of the joints from {SMALLEST_STEP_DEG:g} to 90 degrees, got {step_deg:g}")
     start = time.perf_counter()
-    stages = Stages.open(folder, rig, log, settings=f"coverage {step_deg!r}")
+    stages = Stages.open(folder, rig, log, settings=f"coverage and openings {step_deg!r}")
     results = CoverageResults(
         coverage=stages.run("coverage", GridSummary, lambda: _coverage(rig, folder, step_deg, log)),
         convergence=stages.run("convergence", tuple[Refinement, ...], lambda: _convergence(rig, folder, step_deg, log)),
@@ -97,14 +100,27 @@ def _coverage(rig: Rig, folder: Path, step_deg: float, log: Log) -> tuple[GridSu
     )
     summary = coverage_summary(result, image_cells=(COLUMNS, ROWS))
     folder.mkdir(parents=True, exist_ok=True)
-    files = [folder / name for name in (*FIGURES, "poses.csv", "sphere.csv", "blind.csv")]
+    files = [folder / name for name in (*FIGURES, "openings.csv", "poses.csv", "sphere.csv", "blind.csv")]
     for path, draw in zip(files, FIGURES.values(), strict=False):
         draw(result, rig, path)
     write_poses(result, rig, files[-3])
     write_sphere(result, files[-2])
     write_blind(summary.blind_patches, files[-1])
+    log("  what to change")
+    openings = blind_openings(
+        rig,
+        parts,
+        result,
+        possible=lambda changed: not feasibility_problems(changed),
+        stowed=rig_meshes(rig, stowed=True) if rig.require_gaze().joints.stow else None,
+    )
+    write_openings(openings, summary.blind_patches, files[-4])
     triangles = sum(len(part.faces) for part in parts)
-    return GridSummary(**vars(summary), step_deg=step_deg, triangles=triangles), files
+    covered = covered_range(rig, parts, result)
+    found = GridSummary(
+        **vars(summary), step_deg=step_deg, triangles=triangles, covered_range=covered, openings=tuple(openings)
+    )
+    return found, files
 
 
 def _convergence(rig: Rig, folder: Path, step_deg: float, log: Log) -> tuple[tuple[Refinement, ...], list[Path]]:

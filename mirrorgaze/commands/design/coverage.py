@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
 from mirrorgaze.output import print_json, print_note, print_table
+
+SHOWN = 3
+"""Changes that are printed; the page has all."""
 
 
 def coverage(
@@ -24,8 +27,8 @@ def coverage(
 ) -> None:
     """Map what a rig sees of the sphere around the robot.
 
-    Writes a page that opens from disk (coverage.html) with usable field of view, blind directions and resolution, its
-    figures, tables (CSV) and numbers (JSON). An interrupted run continues where it stopped.
+    Writes a page that opens from disk (coverage.html) with usable field of view, blind directions, what would open
+    them, and resolution, its figures, tables (CSV) and numbers (JSON). An interrupted run continues where it stopped.
 
     \b
     Example:
@@ -45,16 +48,29 @@ def coverage(
         return
     maps = results["coverage"]
     usable, poses = maps["usable_solid_angle_sr"], maps["poses_seeing_a_direction"]
-    covered, error = maps["covered_fraction"], maps["covered_standard_error"]
+    covered, limits = maps["covered_fraction"], maps["covered_range"]
     typer.echo(str(report))
     print_table(
         [
             (
                 "  covered",
-                f"{covered:.1%} of all directions in {maps['poses']} poses, to ±{error:.2%}",
+                f"{covered:.1%} of all directions in {maps['poses']} poses; "
+                f"{limits['low']:.1%} to {limits['high']:.1%} with finer steps",
             ),
             ("  usable", f"{1000 * usable['mean']:.1f} msr mean, {1000 * usable['largest']:.1f} msr at most"),
             ("  redundancy", f"{poses['median']:.0f} poses see a direction (median)"),
             ("  blind", f"{len(maps['blind_patches'])} patches"),
+            *(("  would open", _opening(opening)) for opening in maps["openings"][:SHOWN]),
         ]
     )
+
+
+def _opening(found: dict[str, Any]) -> str:
+    from optics.coverage.openings.openings import Opening
+    from reports.pages.coverage import opening_words
+
+    opening = Opening(**found)
+    gained = (
+        f"{1000 * opening.gained_sr:.1f} msr, {opening.share:.0%} of a patch; {1000 * opening.net_sr:+.0f} msr in all"
+    )
+    return f"{opening_words(opening)}: {gained}"

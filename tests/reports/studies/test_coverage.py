@@ -38,7 +38,7 @@ def numbers_of(folder):
 
 def test_everything_a_colleague_needs_is_there(made):
     folder, lines = made
-    tables = ("poses.csv", "sphere.csv", "blind.csv", "convergence.csv")
+    tables = ("poses.csv", "sphere.csv", "blind.csv", "openings.csv", "convergence.csv")
     for name in ("coverage.html", "coverage.json", *tables, *module.FIGURES):
         assert (folder / name).stat().st_size > 300, name
     stages = [line for line in lines if not line.startswith("  ")]
@@ -74,6 +74,24 @@ def test_page_json_and_tables_agree(made):
     )
     html = (folder / "coverage.html").read_text(encoding="utf-8")
     assert f"<b>{maps['covered_fraction']:.1%}</b>" in html
+    limits = maps["covered_range"]
+    assert limits["low"] <= maps["covered_fraction"] <= limits["half_step_fraction"] <= limits["high"]
+    assert f"{limits['low']:.1%} to {limits['high']:.1%} with finer steps" in html
+
+
+def test_changes_that_open_patches_are_listed_by_what_they_gain(made):
+    folder = made[0]
+    maps = numbers_of(folder)["coverage"]
+    rows = rows_of(folder / "openings.csv")
+    assert [row["change"] for row in rows] == [opening["key"] for opening in maps["openings"]]
+    gained = [float(row["gained_sr"]) for row in rows]
+    assert gained == sorted(gained, reverse=True)
+    for opening in maps["openings"]:
+        patch = maps["blind_patches"][opening["patch"]]
+        assert opening["gained_sr"] == pytest.approx(opening["share"] * patch["solid_angle_sr"])
+        assert opening["net_sr"] >= 0
+    html = (folder / "coverage.html").read_text(encoding="utf-8")
+    assert f"{rows[0]['change']}: {rows[0]['before']} → {rows[0]['after']} {rows[0]['unit']}" in html
 
 
 def test_cells_stand_where_the_table_says(made):
@@ -107,7 +125,7 @@ def test_a_second_run_repeats_nothing_and_another_step_everything(made, tmp_path
     coverage_report(Rig.load("aqua2"), folder, step_deg=STEP_DEG, log=lines.append)
     assert lines[:2] == ["coverage: done before", "convergence: done before"]
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
-    stages = module.Stages.open(folder, Rig.load("aqua2"), lines.append, settings="coverage 4.0")
+    stages = module.Stages.open(folder, Rig.load("aqua2"), lines.append, settings="coverage and openings 4.0")
     assert not stages.done
 
 
