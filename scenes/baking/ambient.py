@@ -43,7 +43,7 @@ INSET = 0.05
 
 OFFSET_M = 1e-3
 
-LIGHT_VERSION = 2
+LIGHT_VERSION = 3
 """Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
 
 One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.

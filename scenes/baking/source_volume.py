@@ -36,7 +36,7 @@ SPACING_M = 0.35
 INSET_M = 0.02
 """Points of the grid keep off the world's bounding box, where a basin has its walls."""
 
-LARGE_GRID = 1000
+LARGE_GRID = 5000
 """Points, from which on most iterations are made on a grid with an eighth of them: three or so are left for all."""
 
 SUN_RINGS_RAD = np.radians(np.geomspace(0.7, 15, 10))
