@@ -4,7 +4,9 @@ from .camera import camera_from_spec as camera_from_spec
 from .coverage.coverage import Coverage as Coverage
 from .coverage.coverage import compute_coverage as compute_coverage
 from .coverage.field import pixel_solid_angles as pixel_solid_angles
+from .coverage.openings.openings import blind_openings as blind_openings
 from .coverage.sphere import cells_of as cells_of
+from .coverage.uncertainty import covered_range as covered_range
 from .coverage.usable_fov import UsableFov as UsableFov
 from .coverage.usable_fov import usable_fov as usable_fov
 from .gaze.kinematics import forward_gaze as forward_gaze
