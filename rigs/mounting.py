@@ -226,6 +226,9 @@ class HullPlane(Section):
 Unit = Literal["mm", "cm", "m", "inch"]
 
 
+KeptBodies = Literal["all", "joined", "largest"]
+
+
 class FileHull(Section):
     """The user's own hull: a file, what its numbers mean, where its origin lies in the body frame, planes by name.
 
@@ -236,6 +239,9 @@ class FileHull(Section):
 
     `window` says what the file's skin is in the light between the camera's pinhole and the water in front of its port:
     hull as it is drawn; an opening, which is cut out of it; or clear, which light passes and parts do not.
+
+    `keep` says what becomes of a file with several bodies that do not touch, where a solid is needed: all are kept,
+    all are joined by bars, or the largest is kept alone.
     """
 
     shape: Literal["file"]
@@ -246,6 +252,7 @@ class FileHull(Section):
     pitch_deg: Number = 0.0
     roll_deg: Number = 0.0
     window: Literal["as-drawn", "cut", "clear"] = "as-drawn"
+    keep: KeptBodies = "all"
     planes: dict[str, HullPlane] = Field(default_factory=dict)
 
     @model_validator(mode="after")

@@ -75,6 +75,8 @@ def put_hull_file(document: tomlkit.TOMLDocument, hull: FileHull, *, folder: Pat
     table["file"] = os.path.relpath(hull.file, folder)
     if hull.unit is not None:
         table["unit"] = hull.unit
+    if hull.keep != "all":
+        table["keep"] = hull.keep
     for key, meaning in POSE.items():
         value = getattr(hull, key)
         table[key] = list(value) if isinstance(value, tuple) else value

@@ -16,15 +16,18 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from cad.hulls.facing import faced_outwards
 from cad.hulls.files.step import is_one_solid
 from cad.hulls.files.triangles import READERS, hull_files, read_triangles
 from cad.hulls.files.units import check_size
-from cad.hulls.mesh_repair import check_that_it_stays_out_of_itself, repaired
+from cad.hulls.mesh_repair import NotClosedError, body_notes, repaired
 from cad.hulls.mesh_simplification import decimated, surface_distance
+from cad.hulls.wrapping.fit import check_that_it_stays_out_of_itself
+from cad.hulls.wrapping.wrap import Wrap, wrapped
 from optics.kernels.cache import load_or_make, result_key
 from rigs import FileHull, Rig
 
-HULL_MESH_VERSION = 2
+HULL_MESH_VERSION = 3
 """Raised when reading, repair or simplification make another surface, solid or other notes of the same file."""
 
 
@@ -74,7 +77,8 @@ def posed(hull: FileHull, surface: trimesh.Trimesh) -> trimesh.Trimesh:
 def read_hull_surface(hull: FileHull) -> HullMesh:
     """What rays meet of a hull from a mesh file, from the cache when it can be: its triangles as they are.
 
-    Corners in one place are one, and there are at most `MOST_TRIANGLES`; holes stay open, and nothing is turned.
+    Corners in one place are one, there are at most `MOST_TRIANGLES`, and holes stay open. Triangles face outwards as
+    far as there is an outside: how they face in the file says nothing.
 
     Raises
     ------
@@ -85,16 +89,25 @@ def read_hull_surface(hull: FileHull) -> HullMesh:
 
 
 def read_hull_solid(hull: FileHull) -> HullMesh:
-    """Solid of a hull from a mesh file as closed triangles, from the cache when it can be; raises as its surface."""
+    """Solid of a hull from a mesh file as closed triangles, from the cache when it can be.
+
+    It is the surface itself where that is closed, or nearly so, and stays out of itself; else a wrap around it.
+
+    Raises
+    ------
+    ValueError
+        As `read_hull_surface`.
+    """
     return _kept("hull solid", hull, _made_solid)
 
 
 def hull_mesh_key(hull: FileHull) -> str:
     """Key of what is made of a hull's file: what it and those it names hold, how they are read, by which libraries."""
-    libraries = version("trimesh"), version("manifold3d"), version("fast-simplification")
+    libraries = [version(name) for name in ("trimesh", "manifold3d", "fast-simplification", "libigl")]
     with _named(hull):
         files = hull_files(hull.file)
-    return result_key("hull mesh", HULL_MESH_VERSION, *files, hull.file.suffix.lower(), hull.unit, libraries)
+    how = hull.file.suffix.lower(), hull.unit, hull.keep
+    return result_key("hull mesh", HULL_MESH_VERSION, *files, how, libraries)
 
 
 def _kept(kind: str, hull: FileHull, make: Callable[[FileHull], HullMesh]) -> HullMesh:
@@ -116,7 +129,8 @@ def _made_surface(hull: FileHull) -> HullMesh:
     with _named(hull):
         vertices, faces = read_triangles(hull.file, hull.unit)
         check_size(np.ptp(vertices, axis=0), hull.unit)
-    given = trimesh.Trimesh(vertices, faces, process=False)
+    # Light on a surface is found for its fronts.
+    given = trimesh.Trimesh(vertices, faced_outwards(vertices, faces), process=False)
     surface = decimated(given)
     if surface is given:
         return HullMesh(surface=given, notes=())
@@ -127,10 +141,26 @@ def _made_surface(hull: FileHull) -> HullMesh:
 
 def _made_solid(hull: FileHull) -> HullMesh:
     surface = read_hull_surface(hull).surface
-    with _named(hull):
-        fixed = repaired(np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64))
+    try:
+        fixed = repaired(np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64), hull.keep)
         check_that_it_stays_out_of_itself(fixed.surface)
+    except NotClosedError as reason:
+        wrap = wrapped(surface, hull.keep)
+        return HullMesh(surface=wrap.surface, notes=(_wrap_note(wrap, reason.what), *_bar_notes(wrap)))
     return HullMesh(surface=fixed.surface, notes=fixed.notes)
+
+
+def _wrap_note(wrap: Wrap, what: str) -> str:
+    return (
+        f"its solid is a wrap of {len(wrap.surface.faces):,} triangles around it, as it has {what}: half of the wrap "
+        f"is within {wrap.median:.2g} mm of the file's surface, 95 % within {wrap.p95:.2g} mm; what is narrower than "
+        f"{wrap.closed:.2g} mm is closed"
+    )
+
+
+def _bar_notes(wrap: Wrap) -> list[str]:
+    joined = [f"joined {len(wrap.bars) + 1} bodies by bars of up to {max(wrap.bars):.0f} mm"] if wrap.bars else []
+    return joined + body_notes(wrap.bodies, wrap.left_out)
 
 
 def _packed(mesh: HullMesh) -> dict[str, NDArray[Any]]:

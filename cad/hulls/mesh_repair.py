@@ -1,10 +1,12 @@
-"""Triangles from anywhere made into one closed surface with outward normals, or a reason why not."""
+"""Triangles made into closed surfaces with outward normals where little is missing, or a reason why not."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import igl
 import manifold3d
 import numpy as np
 import trimesh
@@ -14,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from optics.kernels.arrays import FloatArray
+from rigs.mounting import KeptBodies
 
 Faces = NDArray[np.int64]
 GRID = 2**20
@@ -22,10 +25,17 @@ CRACK = 1e-4
 """Open edges this near to each other, as a share of the mesh's diagonal, are a crack to be joined, not a hole."""
 SMALL_HOLE = 0.1
 """Longest rim of a hole that is closed, as a share of the mesh's diagonal."""
-SURFACE_SAMPLES = 200
-"""Places at which a surface is asked whether it runs through itself."""
 CORNERS_OF_A_SHELL = 20
-WINDING_BATCH = 50_000
+SMALL_BODY = 0.02
+"""A body whose longest side is less than this share of the whole one's is left out."""
+
+
+class NotClosedError(ValueError):
+    """Triangles that small repairs do not close; `what` says what they have that a closed surface has not."""
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        super().__init__(f"expected a closed surface, got one with {what}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,8 +91,8 @@ def welded(
     return scale * vertices[first].astype(np.float64), faces
 
 
-def repaired(vertices: FloatArray, faces: Faces) -> Repaired:
-    """Make one closed surface of triangles that have been welded.
+def repaired(vertices: FloatArray, faces: Faces, keep: KeptBodies = "all") -> Repaired:
+    """Make closed surfaces of triangles that have been welded.
 
     Triangles given twice are dropped, cracks joined, small holes closed, triangles turned the same way, shells turned
     outwards and overlapping shells united.
@@ -93,11 +103,13 @@ def repaired(vertices: FloatArray, faces: Faces) -> Repaired:
         Corners, millimetres.
     faces : array, shape (m, 3)
         Indices into them.
+    keep : str
+        Which bodies, where several do not touch.
 
     Raises
     ------
-    ValueError
-        When that does not make it closed; the message says "expected ..., got ...".
+    NotClosedError
+        When that does not make it closed, or bodies are to be joined.
     """
     notes: list[str] = []
     body = manifold(vertices, faces)
@@ -111,10 +123,8 @@ def repaired(vertices: FloatArray, faces: Faces) -> Repaired:
         vertices, faces = _without_small_holes(vertices, faces, SMALL_HOLE * diagonal, notes)
         body = manifold(vertices, faces)
     if body is None:
-        raise ValueError(
-            "expected edges with two triangles each, got some with more: inner walls, or sheets that touch"
-        )
-    return Repaired(surface=mesh_of(_united(body, notes)), notes=tuple(notes))
+        raise NotClosedError("edges of more than two triangles")
+    return Repaired(surface=mesh_of(_chosen(_united(body, notes), keep, notes)), notes=tuple(notes))
 
 
 def mesh_of(body: manifold3d.Manifold) -> trimesh.Trimesh:
@@ -196,10 +206,7 @@ def _turned_alike(faces: Faces, count: int, notes: list[str]) -> Faces:
     same = (low[1:] == low[:-1]) & (high[1:] == high[:-1])
     crowded = same[1:] & same[:-1]
     if crowded.any():
-        raise ValueError(
-            f"expected edges with two triangles each, got {int(crowded.sum())} with more: inner walls, or sheets that "
-            "touch along an edge"
-        )
+        raise NotClosedError(f"{_count(int(crowded.sum()), 'edge')} of more than two triangles")
     first, second = order[:-1][same], order[1:][same]
     turned = (start[first] == start[second]).astype(np.int64)
     one, other, total = first // 3, second // 3, len(faces)
@@ -208,9 +215,7 @@ def _turned_alike(faces: Faces, count: int, notes: list[str]) -> Faces:
     graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * total, 2 * total))
     _, state = connected_components(graph, directed=False)
     if (state[:total] == state[total:]).any():
-        raise ValueError(
-            "expected a surface with an inside and an outside, got one with a single side (a Möbius strip)"
-        )
+        raise NotClosedError("a single side (a Möbius strip)")
     as_it_is = state[:total] < state[total:]
     if np.count_nonzero(as_it_is) * 2 < total:
         as_it_is = ~as_it_is
@@ -228,10 +233,7 @@ def _without_small_holes(
     lengths = [float(np.linalg.norm(vertices[loop] - vertices[np.roll(loop, -1)], axis=1).sum()) for loop in loops]
     large = [length for length in lengths if length > longest]
     if large:
-        raise ValueError(
-            f"expected a closed surface, got {_count(len(large), 'hole')} with {sum(large):.0f} mm of open edge "
-            f"in all; up to {longest:.0f} mm each would be closed"
-        )
+        raise NotClosedError(f"{_count(len(large), 'hole')} with {sum(large):.0f} mm of open edge in all")
     if not loops:
         return vertices, faces
     middles = np.array([vertices[loop].mean(axis=0) for loop in loops])
@@ -259,7 +261,7 @@ def _loops(start: Faces, end: Faces) -> list[Faces]:
             here = begin if here is None else here
             loop.append(here)
             if here not in onward:
-                raise ValueError("expected holes with closed rims, got one that ends: sheets meet along an edge")
+                raise NotClosedError("a hole whose rim ends: sheets meet along an edge")
             following = onward[here].pop()
             if not onward[here]:
                 del onward[here]
@@ -285,11 +287,36 @@ def _united(body: manifold3d.Manifold, notes: list[str]) -> manifold3d.Manifold:
         if shell.volume() < 0 and shell not in outside:
             solid = solid - _turned(shell)
     solid = manifold3d.Manifold.batch_boolean([solid, *outward], manifold3d.OpType.Add)
-    pieces = sum(piece.volume() > 0 for piece in solid.decompose())
-    if pieces != 1:
-        raise ValueError(f"expected one body, got {pieces} that do not touch")
-    notes.append(f"united {_count(len(shells), 'shell')}")
+    if len(solid.decompose()) < len(shells):
+        notes.append(f"united {_count(len(shells), 'shell')}")
     return solid
+
+
+def _chosen(solid: manifold3d.Manifold, keep: KeptBodies, notes: list[str]) -> manifold3d.Manifold:
+    """Bodies to be kept of those that do not touch; the small ones are left out."""
+    shells = solid.decompose()
+    bodies = [shell for shell in shells if shell.volume() > 0]
+    if len(bodies) == 1:
+        return solid
+    sides = np.array([np.ptp(np.array(body.bounding_box()).reshape(2, 3), axis=0).max() for body in bodies])
+    wanted = sides >= SMALL_BODY * sides.max()
+    if keep == "largest":
+        wanted = np.arange(len(bodies)) == int(np.argmax([body.volume() for body in bodies]))
+    if keep == "joined" and wanted.sum() > 1:
+        raise NotClosedError(f"{wanted.sum()} bodies that do not touch and are to be joined")
+    notes += body_notes(int(wanted.sum()), sides[~wanted])
+    outer = [body for body, kept in zip(bodies, wanted, strict=True) if kept]
+    cavities = [shell for shell in shells if shell.volume() < 0]
+    together = manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add)
+    return manifold3d.Manifold.batch_boolean([together, *map(_turned, cavities)], manifold3d.OpType.Subtract)
+
+
+def body_notes(kept: int, left_out: Sequence[float] | FloatArray) -> list[str]:
+    """What is said of bodies that do not touch: how many are kept, and the longest sides of those left out."""
+    notes = [f"{kept} bodies that do not touch"] if kept > 1 else []
+    if len(left_out):
+        notes.append(f"left out {_count(len(left_out), 'part')} of up to {max(left_out):.0f} mm")
+    return notes
 
 
 def manifold(vertices: FloatArray, faces: Faces) -> manifold3d.Manifold | None:
@@ -311,47 +338,9 @@ def _inside(shell: manifold3d.Manifold, solid: manifold3d.Manifold) -> bool:
     """Whether a shell lies inside a body as a whole: one that only reaches into it is no cavity."""
     corners = np.asarray(mesh_of(shell).vertices)
     looked_at = corners[:: max(1, len(corners) // CORNERS_OF_A_SHELL)]
-    return bool((winding_numbers(mesh_of(solid), looked_at) > 0.5).all())
-
-
-def check_that_it_stays_out_of_itself(mesh: trimesh.Trimesh) -> None:
-    """Refuse a surface that runs through itself: beside a good one the winding number is 0 on the outside.
-
-    It is looked at in 200 places, so what is less than a hundredth of the surface is likely to be missed.
-
-    Raises
-    ------
-    ValueError
-        With the share of the surface that lies inside the rest of it.
-    """
-    rng = np.random.default_rng(0)
-    weights = np.asarray(mesh.area_faces) / mesh.area
-    chosen = rng.choice(len(mesh.faces), SURFACE_SAMPLES, p=weights)
-    step = 1e-6 * float(np.linalg.norm(mesh.extents))
-    places = np.asarray(mesh.triangles_center)[chosen] + step * np.asarray(mesh.face_normals)[chosen]
-    crossed = int((np.abs(winding_numbers(mesh, places)) > 0.25).sum())
-    if crossed:
-        share = 100 * crossed / SURFACE_SAMPLES
-        raise ValueError(f"expected a surface that stays out of itself, got {share:g} % of it inside the rest of it")
-
-
-def winding_numbers(mesh: trimesh.Trimesh, points: FloatArray) -> FloatArray:
-    """How often a closed surface goes around points: 0 outside, 1 inside; shape (n,).
-
-    A. Van Oosterom and J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30(2), 1983.
-    """
-    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-    turns = np.zeros(len(points))
-    for start in range(0, len(faces), WINDING_BATCH):
-        corners = vertices[faces[start : start + WINDING_BATCH]]
-        for position, point in enumerate(points):
-            a, b, c = (corners[:, corner] - point for corner in range(3))
-            la, lb, lc = (np.sqrt(np.einsum("ij,ij->i", side, side)) for side in (a, b, c))
-            triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-            below = la * lb * lc + np.einsum("ij,ij->i", a, b) * lc
-            below = below + np.einsum("ij,ij->i", b, c) * la + np.einsum("ij,ij->i", c, a) * lb
-            turns[position] = turns[position] + 2 * np.arctan2(triple, below).sum()
-    return turns / (4 * np.pi)
+    surface = mesh_of(solid)
+    turns = igl.winding_number(np.array(surface.vertices), np.array(surface.faces), np.ascontiguousarray(looked_at))
+    return bool((turns > 0.5).all())
 
 
 def _count(number: int, noun: str) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from cad.hulls.mesh_repair import welded
+from cad.hulls.triangle_samples import lattice
 from optics.kernels.arrays import FloatArray
 
 MOST_TRIANGLES = 200_000
@@ -18,7 +19,6 @@ FIRST_GRID = 2**12
 SAMPLES = 20_000
 NEIGHBOURS = 12
 STEPS_ACROSS = 500
-BATCH = 200_000
 
 
 def decimated(surface: trimesh.Trimesh, most: int | None = None) -> trimesh.Trimesh:
@@ -63,7 +63,7 @@ def _one_way(source: trimesh.Trimesh, target: trimesh.Trimesh) -> float:
     make the distance larger.
     """
     vertices, faces = np.asarray(target.vertices), np.asarray(target.faces)
-    places, owners = _lattice(vertices, faces, float(np.linalg.norm(target.extents)) / STEPS_ACROSS)
+    places, owners = lattice(vertices, faces, float(np.linalg.norm(target.extents)) / STEPS_ACROSS)
     samples = _samples(source)
     _, nearest = KDTree(places, balanced_tree=False, compact_nodes=False).query(samples, NEIGHBOURS)
     best = np.full(len(samples), np.inf)
@@ -80,22 +80,3 @@ def _samples(mesh: trimesh.Trimesh) -> FloatArray:
     corners = vertices[:: max(1, len(vertices) // (SAMPLES // 2))]
     middles = vertices[faces[:: max(1, len(faces) // (SAMPLES // 2))]].mean(axis=1)
     return np.concatenate([corners, middles])
-
-
-def _lattice(vertices: FloatArray, faces: NDArray[np.int64], spacing: float) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Places on the triangles no further apart than the spacing, and whose they are."""
-    places, owners = [], []
-    for start in range(0, len(faces), BATCH):
-        corners = vertices[faces[start : start + BATCH]]
-        longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-        steps = np.ceil(longest / spacing).astype(np.int64).clip(1)
-        places.append(corners.mean(axis=1))
-        owners.append(np.arange(start, start + len(corners), dtype=np.int64))
-        for count in np.unique(steps[steps > 1]):
-            chosen = np.flatnonzero(steps == count)
-            u, v = np.meshgrid(np.arange(count + 1), np.arange(count + 1))
-            u, v = u[u + v <= count] / count, v[u + v <= count] / count
-            shares = np.column_stack([1 - u - v, u, v])
-            places.append(np.einsum("ks,nsx->nkx", shares, corners[chosen]).reshape(-1, 3))
-            owners.append(np.repeat(start + chosen, len(shares)))
-    return np.concatenate(places), np.concatenate(owners)

@@ -19,6 +19,7 @@ from reports.progress import Log
 from reports.studies.placement import place_document, put_vehicle
 from rigs import Rig
 from rigs.files import load_document
+from rigs.mounting import KeptBodies
 from rigs.new_rig import PLAIN_RIG, check_new_file, put_hull_file, rig_document, save_new_rig
 
 AXIS_POINTS = 15
@@ -36,6 +37,7 @@ def new_rig_on_hull(
     unit: str | None = None,
     forward: str | None = None,
     up: str | None = None,
+    keep: KeptBodies = "all",
     camera_mm: tuple[float, float, float] | None = None,
     camera_from: str | None = None,
     log: Log,
@@ -56,6 +58,8 @@ def new_rig_on_hull(
         What the numbers in the hull's file mean: mm, cm, m or inch.
     forward, up : str, optional
         Axes of the hull's file, such as ``+x``.
+    keep : str
+        Which of several bodies that do not touch make the hull's solid: ``all``, all ``joined``, or the ``largest``.
     camera_mm : tuple of three floats, optional
         Where the camera's pinhole is, body frame; found at the nose by default.
     camera_from : str, optional
@@ -81,13 +85,14 @@ def new_rig_on_hull(
     check_new_file(file)
     document = template(name, preset)
     taken = take(hull, unit=unit, forward=forward, up=up, log=log)
-    put_hull_file(document, taken.section(), folder=file.parent)
+    section = taken.section().model_copy(update={"keep": keep})
+    put_hull_file(document, section, folder=file.parent)
     if camera_from is not None:
         camera_mm = _camera_of(taken, camera_from)
     if camera_mm is not None:
         document["camera"]["position_mm"] = list(camera_mm)
     log("hull: making a solid of it ...")
-    solid = closed_surface(file_hull_solid(taken.section()))
+    solid = closed_surface(file_hull_solid(section))
     if camera_mm is not None and _looks_out_of_skin(camera_mm, _parsed(document, file.parent), solid):
         document["hull"]["window"] = "cut"
         document["hull"]["window"].comment("the camera is behind the skin that was drawn")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast, get_args
 
 import typer
 
 from mirrorgaze.options import JsonOption
 from mirrorgaze.output import print_json, print_note, print_table
+
+if TYPE_CHECKING:
+    from rigs.mounting import KeptBodies
 
 
 def rigs(json: JsonOption = False) -> None:
@@ -59,6 +62,14 @@ def new(
         str | None,
         typer.Option(metavar="AXIS", help="Axis of a hull file that is up, such as +z.", show_default="by shape"),
     ] = None,
+    keep: Annotated[
+        str | None,
+        typer.Option(
+            metavar="all|joined|largest",
+            help="Which bodies of a hull file that do not touch make its solid.",
+            show_default="all",
+        ),
+    ] = None,
     camera_mm: Annotated[
         tuple[float, float, float] | None,
         typer.Option(
@@ -95,6 +106,7 @@ def new(
             "--unit": unit,
             "--forward": forward,
             "--up": up,
+            "--keep": keep,
             "--camera-mm": camera_mm,
             "--camera-from": camera_from,
         }
@@ -117,6 +129,7 @@ def new(
         unit=unit,
         forward=forward,
         up=up,
+        keep=_kept_bodies(keep),
         camera_mm=camera_mm,
         camera_from=camera_from,
         log=print_note,
@@ -124,3 +137,12 @@ def new(
     typer.echo(taken.describe())
     print_table((f"  {key}", value, reason) for key, value, reason in placement_rows(placement))
     typer.echo(f"{file}: written; look at it: mirrorgaze show {file}; check its mount: mirrorgaze check {file} --cad")
+
+
+def _kept_bodies(keep: str | None) -> KeptBodies:
+    from rigs import mounting
+
+    known = get_args(mounting.KeptBodies)
+    if keep is not None and keep not in known:
+        raise ValueError(f"--keep {keep}: expected {', '.join(known)}")
+    return cast("KeptBodies", keep or "all")

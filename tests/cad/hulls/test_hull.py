@@ -11,6 +11,7 @@ from cad.assembly.assembly import build_assembly
 from cad.assembly.meshes import mesh_key
 from cad.checks.assembly_checks import assembly_problems
 from cad.hulls.hull import file_hull_solid, file_hull_surface
+from cad.hulls.wrapping import solid_field
 from rigs import BoxHull, FileHull
 
 
@@ -70,14 +71,17 @@ def test_a_rig_on_an_stl_hull_is_built_checked_and_keyed_by_content(aqua2, tmp_p
     assert mesh_key(moved) != key
 
 
-def test_an_open_stl_is_refused_with_its_name(aqua2, tmp_path):
+def test_a_rig_on_an_open_hull_is_built_and_seen_through_its_hole(aqua2, tmp_path, monkeypatch):
+    """A box without its back: bodies meet a closed solid, rays meet its ten triangles."""
+    monkeypatch.setattr(solid_field, "CELLS_ALONG", 60)
     surface = trimesh.creation.box(extents=(650, 260, 130))
-    surface.update_faces(np.arange(12) > 0)
+    surface.update_faces(surface.face_normals[:, 0] > -0.5)
     path = tmp_path / "open.stl"
     surface.export(path)
-    rig = aqua2.rig.with_gaze(hull=FileHull(shape="file", file=path, unit="mm"))
-    with pytest.raises(ValueError, match=r"hull\.file = 'open\.stl': expected a closed surface, got 1 hole with "):
-        build_assembly(rig)
+    assembly = build_assembly(aqua2.rig.with_gaze(hull=FileHull(shape="file", file=path, unit="mm")))
+    assert len(assembly.seen_meshes[0].faces) == 10
+    solid = assembly.meshes[0]
+    assert trimesh.Trimesh(solid.vertices_m, solid.faces, process=False).is_volume
 
 
 @pytest.mark.parametrize("flippers", [0, 1, 2, 6])
