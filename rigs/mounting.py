@@ -66,6 +66,10 @@ class Joints(Section):
     stow: StowJoint | None = None
 
 
+MirrorCoating = Literal["bare-aluminium", "protected-aluminium", "enhanced-aluminium"]
+"""What is on the front of both mirrors: aluminium as it is, under half a wave of silica, or under two quarter waves."""
+
+
 class Servo(Section):
     """A position servo; size is length x width x height with the shaft along the height.
 
@@ -296,6 +300,8 @@ class Mount(Section):
 
     A flange follows the hull's surface. Screws go into the hull; clamps are hose clamps around a cylindrical hull,
     straps are cable ties around any other, and pads are foam tape: these three leave the vehicle as it is.
+
+    `mirror_coating` is the front of both mirrors, as it is bought and rendered.
     """
 
     fold_anchor_mm: Vector3
@@ -307,6 +313,7 @@ class Mount(Section):
     fold_attachment: Attachment = "screws"
     base_attachment: Attachment = "screws"
     mirror_fixing: Literal["glue", "screws"] = "glue"
+    mirror_coating: MirrorCoating = "protected-aluminium"
     wall_mm: Annotated[Number, Field(ge=1.2, le=20)] = 4.0
     clearance_mm: Annotated[Number, Field(ge=0.2, le=10)] = 2.0
     material: Literal["abs", "petg", "pla", "nylon"] = "abs"

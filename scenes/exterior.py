@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ FIELD_OF_VIEW_DEG = 40.0
 SAMPLES = 64
 SKY_RADIANCE, SUN_IRRADIANCE = 0.6, 2.0
 SUN_DIRECTION = (-0.5, 0.4, -0.8)
+MIRROR = {"type": "conductor", "material": "Al"}
 
 
 def exterior_view(
@@ -56,7 +58,11 @@ def exterior_view(
     for part in parts:
         pose = body_from[part.group]
         vertices = part.vertices_m if pose is None else pose.apply(part.vertices_m)
-        scene[part.name] = _shape(part, vertices)
+        if part.role is Role.MIRROR:
+            front = front_faces(part, layout)
+            scene[f"{part.name}_front"] = _shape(replace(part, faces=part.faces[front]), vertices, MIRROR)
+            part = replace(part, faces=part.faces[~front])  # noqa: PLW2901  (what is left of it)
+        scene[part.name] = _shape(part, vertices, _surface(part))
     # Merged shapes would lose their materials.
     image = mi.render(mi.load_dict(scene, optimize=False), spp=SAMPLES, seed=0)
     picture = mi.Bitmap(image).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True)
@@ -80,9 +86,17 @@ def path_length_m(rig: Rig) -> float:
     return (rig.gaze.fold_mirror.distance_mm + rig.gaze.gaze_mirror.distance_mm) / 1000
 
 
-def _shape(part: PartMesh, vertices_m: NDArray[np.float64]) -> Any:
+def front_faces(part: PartMesh, layout: Layout) -> NDArray[np.bool_]:
+    """Which faces of a mirror's plate are its front; the others are glass: its edges and its back."""
+    normal = [0.0, 0.0, 1.0] if part.group is Group.TILT else layout.body_from_m1.rotation.apply([0.0, 0.0, 1.0])
+    first, second, third = np.moveaxis(part.vertices_m[part.faces], 1, 0)
+    normals = np.cross(second - first, third - first)
+    return np.asarray(normals @ normal > 0.5 * np.linalg.norm(normals, axis=1))
+
+
+def _shape(part: PartMesh, vertices_m: NDArray[np.float64], surface: dict[str, Any]) -> Any:
     properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": _surface(part)})
+    properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": surface})
     mesh = mi.Mesh(part.name, len(vertices_m), len(part.faces), props=properties)
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = vertices_m.astype(np.float32).ravel()
@@ -92,7 +106,5 @@ def _shape(part: PartMesh, vertices_m: NDArray[np.float64]) -> Any:
 
 
 def _surface(part: PartMesh) -> dict[str, Any]:
-    if part.role is Role.MIRROR:
-        return {"type": "conductor", "material": "Al"}
     colour = camera_bands().weight @ albedo_table()[material_of(part)]
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": [float(channel) for channel in colour]}}

@@ -173,7 +173,7 @@ def build_assembly(rig: Rig) -> Assembly:
         _servo("tilt_servo", pan, tilt_servo, servos.tilt),
         _horn("tilt_horn", tilt, tilt_horn_in_m2(dimensions), servos.tilt),
         _printed("mirror_holder", tilt, mirror_holder_solid(dimensions)),
-        _mirror("gaze_mirror", tilt, mirror_plate(dimensions.mirror), dimensions.mirror),
+        _mirror("gaze_mirror", tilt, mirror_plate(dimensions.mirror), dimensions.mirror, mount),
         *_clip("gaze_mirror", tilt, dimensions.mirror, mount, Location()),
     ]
     hardware = base_hardware(dimensions, stance, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
@@ -195,7 +195,7 @@ def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
     """Fold bracket, M1 and what holds them, in the body frame; in two parts where M1 can be stowed."""
     place = location_mm(stance.body_from_fold) * stance.fold_from_cell
     swinging = [
-        _mirror("fold_mirror", Group.FIXED, place * mirror_plate(stance.mirror), stance.mirror),
+        _mirror("fold_mirror", Group.FIXED, place * mirror_plate(stance.mirror), stance.mirror, stance.mount),
         *_clip("fold_mirror", Group.FIXED, stance.mirror, stance.mount, place),
     ]
     bolts = flange_hardware(stance.seat, "fold")
@@ -226,7 +226,11 @@ def _printed(name: str, group: Group, solid: Solid) -> Part:
 
 
 def _servo(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
-    return Part(name=name, group=group, role=Role.SERVO, solid=solid, catalogue=f"Servo {servo.name}")
+    return Part(name=name, group=group, role=Role.SERVO, solid=solid, catalogue=f"Servo {servo.name}, {_depth(servo)}")
+
+
+def _depth(servo: Servo) -> str:
+    return f"rated to {servo.depth_rating_m:g} m" if servo.depth_rating_m else "depth rating unknown"
 
 
 def _horn(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
@@ -235,8 +239,10 @@ def _horn(name: str, group: Group, solid: Solid, servo: Servo) -> Part:
     return Part(name=name, group=group, role=Role.SERVO, solid=solid, catalogue=catalogue)
 
 
-def _mirror(name: str, group: Group, solid: Solid, mirror: FlatMirror) -> Part:
-    return Part(name=name, group=group, role=Role.MIRROR, solid=solid, catalogue=f"Front-surface mirror {mirror.size}")
+def _mirror(name: str, group: Group, solid: Solid, mirror: FlatMirror, mount: Mount) -> Part:
+    front = mount.mirror_coating.replace("-", " ")
+    catalogue = f"Front-surface mirror {mirror.size}, float glass, {front}, edges sealed and black"
+    return Part(name=name, group=group, role=Role.MIRROR, solid=solid, catalogue=catalogue)
 
 
 def _bought(piece: Hardware) -> Part:

@@ -41,7 +41,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "gaze": {
         "servos": dict.fromkeys(("pan", "tilt", "stow"), SERVO_WITHOUT_SHAPE),
         "hull": {"file"},
-        "mount": {"colour"},
+        "mount": {"colour", "mirror_coating"},
     },
 }
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""

@@ -16,16 +16,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from optics.kernels.arrays import FloatArray, opaque
-from optics.kernels.backend import Float32, Float64
+from optics.kernels.arrays import FloatArray
+from optics.kernels.backend import Float32
 from optics.kernels.packing import on_device, pairs_of, rows_of, vectors
-from optics.kernels.refraction import conductor_reflectance
 from optics.water.inherent_optics import InherentOptics, inherent_optics
-from optics.water.materials import aluminium_index
+from optics.water.mirror_coatings import mirror_reflectance
 from optics.water.pure_water import DEPOLARISATION, molecular_phase
 from optics.water.radiative_transfer import RadianceField, radiance_field
 from optics.water.scattering import PhaseFunction
 from rigs import Water
+from rigs.mounting import MirrorCoating
 from scenes.light.field_table import DEPTH_SCALE_M, DEPTHS, azimuth_from, depths_m, field_table, looked_up, resampled
 from scenes.light.forward_cone import forward_cone_table, hidden_shares
 from scenes.light.materials import albedo_table, colour_basis
@@ -49,8 +49,8 @@ FORWARD_RAD = np.radians(0.5)
 PHASE_ANGLES_RAD = np.maximum(np.linspace(0, np.pi, PHASE_TABLE_SIZE), FORWARD_RAD)
 DEEPEST_M = 120.0
 """Where the tables of light end."""
-METAL_DEGREE = 6
-"""Of the mirrors' reflectance as a polynomial of the cosine: 0.0012 from Fresnel's formula at most below 84 degrees."""
+METAL_DEGREE = 9
+"""Of the mirrors' reflectance as a polynomial of the cosine: 0.0012 from the films' at most below 84 degrees."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,12 +66,15 @@ class Light:
         Of the water.
     field : RadianceField
         The light in open water.
+    coating : str
+        Of the mirrors.
     """
 
     bands: Bands
     daylight: Daylight
     optics: InherentOptics
     field: RadianceField
+    coating: MirrorCoating = "protected-aluminium"
 
     @cached_property
     def n_water(self) -> float:
@@ -234,11 +237,8 @@ class Light:
     @cached_property
     def _metal_fit(self) -> FloatArray:
         cosine = np.linspace(0.05, 1, 400)
-        rows = [
-            np.array(conductor_reflectance(Float64(cosine), opaque(n), opaque(k), opaque(self.n_water)))
-            for n, k in zip(*aluminium_index(self.bands.wavelength_nm), strict=True)
-        ]
-        return np.asarray(np.polynomial.polynomial.polyfit(cosine, np.array(rows).T, METAL_DEGREE).T)
+        values = mirror_reflectance(self.coating, self.bands.wavelength_nm, cosine, self.n_water)
+        return np.asarray(np.polynomial.polynomial.polyfit(cosine, values.T, METAL_DEGREE).T)
 
     @cached_property
     def _phase_table(self) -> FloatArray:
@@ -255,8 +255,13 @@ class Light:
         return without_forward_peak(self.optics.phase, share, PHASE_ANGLES_RAD)
 
 
-def underwater_light(water: Water, daylight: Daylight | None = None, bands: Bands | None = None) -> Light:
-    """Light below a flat surface in a rig's water; the radiance field is solved once and kept."""
+def underwater_light(
+    water: Water,
+    daylight: Daylight | None = None,
+    bands: Bands | None = None,
+    coating: MirrorCoating = "protected-aluminium",
+) -> Light:
+    """Light below a flat surface in a rig's water, and its mirrors' coating; the radiance field is solved and kept."""
     bands = bands or water_bands()
     daylight = daylight or Daylight(wavelength_nm=bands.wavelength_nm, sun=Sun(), cloud=0.0)
     optics = inherent_optics(water, bands.wavelength_nm)
@@ -267,7 +272,7 @@ def underwater_light(water: Water, daylight: Daylight | None = None, bands: Band
         sky_radiance=daylight.sky_radiance,
         deepest_m=DEEPEST_M,
     )
-    return Light(bands=bands, daylight=daylight, optics=optics, field=field)
+    return Light(bands=bands, daylight=daylight, optics=optics, field=field, coating=coating)
 
 
 def without_forward_peak(phase: PhaseFunction, share: float, angle_rad: FloatArray) -> FloatArray:

@@ -17,7 +17,9 @@ from optics.kernels.backend import mi
 from optics.mesh import Group, PartMesh, Role
 from optics.mirror_outline import mirror_outline
 from optics.water.materials import aluminium_index
+from optics.water.mirror_coatings import mirror_reflectance
 from rigs.gaze import FlatMirror
+from rigs.mounting import MirrorCoating
 from scenes.light.materials import Material, colour_basis, material_of
 from scenes.stage.group_mesh import vertex_normals
 from scenes.stage.targets import MeshShape, TargetShape
@@ -70,13 +72,22 @@ def surface_shapes(
 
 
 def mirror_shape(
-    scene_from_mirror: RigidTransform, plate: FlatMirror, n_water: float, albedo: FloatArray, wavelength_nm: FloatArray
+    scene_from_mirror: RigidTransform,
+    plate: FlatMirror,
+    n_water: float,
+    albedo: FloatArray,
+    wavelength_nm: FloatArray,
+    *,
+    coating: MirrorCoating = "bare-aluminium",
 ) -> Any:
-    """Bare aluminium in water in front, dark behind."""
+    """Aluminium in water in front, dark behind; a coating scales it by what it does at 45 degrees, where M1 stands."""
     n, k = aluminium_index(wavelength_nm)
+    aslant = np.array([np.cos(np.pi / 4)])
+    coated, bare = (mirror_reflectance(each, wavelength_nm, aslant, n_water) for each in (coating, "bare-aluminium"))
     bsdf = {
         "type": "twosided",
-        "front": {"type": "conductor", "eta": _raw(n / n_water), "k": _raw(k / n_water)},
+        "front": {"type": "conductor", "eta": _raw(n / n_water), "k": _raw(k / n_water)}
+        | ({} if coating == "bare-aluminium" else {"specular_reflectance": _raw((coated / bare)[:, 0])}),
         "back": {"type": "diffuse", "reflectance": _raw(albedo[Material.MIRROR_BACK])},
     }
     if plate.outline == "rectangle":

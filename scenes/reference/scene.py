@@ -75,7 +75,8 @@ def reference_scene(
             "m2": (scene_from[Group.TILT], rig.gaze.gaze_mirror),
         }
         mirrors = {
-            name: mirror_shape(pose, plate, n_water, albedo, wavelength) for name, (pose, plate) in poses.items()
+            name: mirror_shape(pose, plate, n_water, albedo, wavelength, coating=rig.gaze.mount.mirror_coating)
+            for name, (pose, plate) in poses.items()
         }
     description: dict[str, Any] = {
         "type": "scene",

@@ -157,7 +157,8 @@ def make_scene(
     with problems.collecting():
         shape = target_named(target)
     problems.raise_any()
-    light = underwater_light(water, daylight, bands)
+    coating = rig.gaze.mount.mirror_coating if rig.gaze else "protected-aluminium"
+    light = underwater_light(water, daylight, bands, coating)
     return Scene(
         world=around,
         light=light,

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from cad.assembly.meshes import rig_meshes
+from optics.layout import Layout
 from rigs import Rig
-from scenes.exterior import HEIGHT_PX, VIEWPOINTS, WIDTH_PX, exterior_view
+from scenes.exterior import HEIGHT_PX, VIEWPOINTS, WIDTH_PX, exterior_view, front_faces
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +27,23 @@ def test_the_gimbal_moves_and_the_hull_stays(aqua2):
     # The gimbal is below the middle; away from it little changes (shadows, reflections).
     assert differs[middle].mean() > 0.05
     assert differs[~middle].mean() < 0.05
+
+
+def test_only_the_front_of_a_mirror_is_a_mirror(aqua2):
+    """Front: as large as the plate, its middle where the train has it. The rest: back and 3 mm of edge all around."""
+    rig, parts = aqua2
+    layout = Layout.from_rig(rig)
+    for name, mirror in (("fold_mirror", rig.gaze.fold_mirror), ("gaze_mirror", rig.gaze.gaze_mirror)):
+        part = next(part for part in parts if part.name == name)
+        front = front_faces(part, layout)
+        corners = part.vertices_m[part.faces]
+        areas = 5e5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        size, around = mirror.width_mm * mirror.height_mm, 2 * (mirror.width_mm + mirror.height_mm)
+        assert areas[front].sum() == pytest.approx(size, rel=1e-6)
+        assert areas[~front].sum() == pytest.approx(size + around * mirror.thickness_mm, rel=1e-6)
+        centre = layout.body_from_m1.translation if name == "fold_mirror" else np.zeros(3)
+        middle = (corners[front].mean(axis=1) * areas[front, None]).sum(axis=0) / areas[front].sum()
+        assert middle == pytest.approx(centre, abs=1e-9)
 
 
 def test_a_viewpoint_must_be_a_place(aqua2):

@@ -8,8 +8,7 @@ from scipy.interpolate import interpn
 
 from optics.kernels.backend import Array3f32, Bool, Float32
 from optics.kernels.packing import on_device
-from optics.kernels.refraction import conductor_reflectance
-from optics.water.materials import aluminium_index
+from optics.water.mirror_coatings import FILMS, mirror_reflectance
 from optics.water.radiative_transfer.column import multiple_radiance, once_radiance, solve_columns
 from optics.water.radiative_transfer.field import WINDOW_STREAMS
 from optics.water.radiative_transfer.quadrature import window_cosines_air
@@ -202,14 +201,15 @@ def test_sea_surface_passes_light_only_within_snells_window(light, kernel):
     assert reflected[3][0] == pytest.approx(1 - transmittance, rel=1e-4)  # a small difference of large uniforms
 
 
-def test_mirrors_reflect_as_fresnel_says(light, kernel):
+@pytest.mark.parametrize("coating", FILMS)
+def test_mirrors_reflect_as_their_films_say(light, coating):
     """Polynomials against the formula they were fitted to: 0.0012 below 84 degrees of incidence."""
-    uniforms, _ = kernel
-    n, k = aluminium_index(light.bands.wavelength_nm)
+    coated = replace(light, coating=coating)
+    uniforms, wavelength = coated.uniforms(5.0), light.bands.wavelength_nm
     for angle in (0, 30, 45, 60, 75, 84):
-        cosine = Float32(np.cos(np.radians(angle)))
-        found = mirror_throughput(uniforms, [Float32(1) for _ in n], cosine)
-        exact = [conductor_reflectance(cosine, float(a), float(b), light.n_water)[0] for a, b in zip(n, k, strict=True)]
+        cosine = np.cos(np.radians(angle))
+        found = mirror_throughput(uniforms, [Float32(1) for _ in wavelength], Float32(cosine))
+        exact = mirror_reflectance(coating, wavelength, np.array([cosine]), light.n_water)[:, 0]
         np.testing.assert_allclose([f[0] for f in found], exact, atol=0.0012)
 
 

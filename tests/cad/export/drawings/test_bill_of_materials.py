@@ -38,7 +38,17 @@ def test_what_is_bought_has_the_name_to_order_it_by(exported):
         rows = list(csv.DictReader(file))
     bought = {row["name"]: row for row in rows if row["kind"] == "buy"}
     servo, mirror = exported.assembly.rig.gaze.servos.pan, exported.assembly.rig.gaze.gaze_mirror
-    assert bought[f"Servo {servo.name}"]["count"] == "2"
-    assert float(bought[f"Servo {servo.name}"]["mass_g"]) == servo.mass_g
+    named = f"Servo {servo.name}, rated to {servo.depth_rating_m:g} m"
+    assert bought[named]["count"] == "2"
+    assert float(bought[named]["mass_g"]) == servo.mass_g
     assert any(f"{mirror.width_mm:g} x {mirror.height_mm:g} x {mirror.thickness_mm:g} mm" in name for name in bought)
     assert any("ISO 4762" in name for name in bought)
+
+
+def test_the_bill_says_which_mirror_and_which_servo_to_buy(aqua2):
+    names = [item.name for item in bill_of_materials(aqua2) if item.kind == "buy"]
+    mirrors = [name for name in names if name.startswith("Front-surface mirror")]
+    assert len(mirrors) == 2
+    assert all("protected aluminium" in name and "edges sealed" in name for name in mirrors)
+    assert "Servo hs5086wp-paper, rated to 1 m" in names
+    assert "Socket head cap screw ISO 4762 M3x8 A4-70, on the shaft of servo hs5086wp-paper" in names
