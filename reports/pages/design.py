@@ -69,15 +69,15 @@ class DiveSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignResults:
-    """What the page reports of a design, and a summary holds for machines."""
+    """What the page reports of a design, and a summary holds for machines; without a dive when none was asked for."""
 
     mount: MountResults
     views: Views
     coverage: CoverageSummary
-    dive: DiveSummary
+    dive: DiveSummary | None
 
 
-def design_page(rig: Rig, results: DesignResults, dive: DiveResults, folder: Path) -> str:
+def design_page(rig: Rig, results: DesignResults, dive: DiveResults | None, folder: Path) -> str:
     """Page of a design as HTML, with the figures and views that lie in its folder embedded."""
     found, views, mount = results.coverage, results.views, results.mount
     sections = [
@@ -103,22 +103,26 @@ def design_page(rig: Rig, results: DesignResults, dive: DiveResults, folder: Pat
         ),
         checks_section(mount, folder / "mount"),
         loads_section(mount, folder / "mount"),
-        dive_section(dive),
+        *([] if dive is None else [dive_section(dive)]),
         page.section("Rig", page.table(["", ""], rig.facts)),
-        page.section("Files", page.bullets([*_FILES, *mount_files(mount)])),
+        page.section("Files", page.bullets([*_files(dive), *mount_files(mount)])),
         page.section("What this leaves out", page.bullets(LIMITS)),
         f"<footer>Made by mirrorgaze from the rig file <code>{page.text(rig.name)}</code>.</footer>",
     ]
     return page.page(f"{rig.name}: design report", sections)
 
 
-_FILES = (
-    "summary.json: every number of this page",
-    "views/*.png: the images above, at full size",
-    "dive/: video.mkv and overlay.mp4, log.parquet (ground truth beside what the loop estimated), metrics.json, "
-    "dive.toml",
-    "coverage/poses.csv: gaze, usable solid angle and losses of every pose; coverage/sphere.csv: every direction",
-)
+def _files(dive: DiveResults | None) -> list[str]:
+    of_dive = (
+        "dive/: video.mkv and overlay.mp4, log.parquet (ground truth beside what the loop estimated), metrics.json, "
+        "dive.toml"
+    )
+    return [
+        "summary.json: every number of this page",
+        "views/*.png: the images above, at full size",
+        *([] if dive is None else [of_dive]),
+        "coverage/poses.csv: gaze, usable solid angle and losses of every pose; coverage/sphere.csv: every direction",
+    ]
 
 
 def _key_numbers(found: CoverageSummary) -> list[tuple[str, str]]:

@@ -80,7 +80,9 @@ class MapGrid:
     rows: int = 96
 
 
-def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None, grid: MapGrid | None = None) -> Path:
+def design(
+    rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None, grid: MapGrid | None = None, diving: bool = True
+) -> Path:
     """Make the design report of a rig.
 
     Parameters
@@ -95,6 +97,9 @@ def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None, grid: 
         Through which the loop is run with this rig; by default `dives.validation.validation_dive`.
     grid : MapGrid, optional
         Of the coverage maps.
+    diving : bool
+        Whether the dive is run. A report without it is one that was stopped before: the same call with a dive goes on
+        from there.
 
     Returns
     -------
@@ -124,13 +129,13 @@ def design(rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None, grid: 
         mount=stages.run("mount", MountResults, lambda: _mount(rig, folder, log)),
         views=stages.run("views", Views, lambda: _views(rig, folder)),
         coverage=stages.run("coverage", CoverageSummary, lambda: _coverage(rig, folder, grid)),
-        dive=stages.run("dive", DiveSummary, lambda: _dive(rig, dive, folder, log)),
+        dive=stages.run("dive", DiveSummary, lambda: _dive(rig, dive, folder, log)) if diving else None,
     )
     log("report ...")
     report = folder / "report.html"
     data = {"rig": rig.model_dump(mode="json"), **plain(results)}
     write_text(folder / "summary.json", json.dumps(data, indent=2))
-    write_text(report, design_page(rig, results, dive_results(folder / DIVE), folder))
+    write_text(report, design_page(rig, results, dive_results(folder / DIVE) if diving else None, folder))
     log(f"{report} in {time.perf_counter() - start:.0f} s")
     return report
 

@@ -21,13 +21,14 @@ def design(
         str | None,
         typer.Option(metavar="DIVE", help="Validate with this dive, a preset or a file.", show_default="spiral"),
     ] = None,
+    no_dive: Annotated[bool, typer.Option("--no-dive", help="Leave the dive out, which takes longest.")] = False,
     json: JsonOption = False,
 ) -> None:
     """Design a rig: mount, views, coverage, dive, report.
 
     Writes the files of the mount, what the camera sees, the coverage of the sphere, a simulated dive that tracks a ball
     over the designed mirrors and is compared with ground truth, and a report of all of it (report.html, summary.json).
-    An interrupted run continues where it stopped.
+    An interrupted run continues where it stopped, and one with --no-dive when it is called without.
 
     \b
     Example:
@@ -38,9 +39,11 @@ def design(
     from mirrorgaze.loading import load_usable_rig
     from reports.studies.design import design as design_rig
 
+    if no_dive and dive is not None:
+        raise ValueError(f"--dive {dive}: expected no dive beside --no-dive; leave one of the two out")
     loaded = load_usable_rig(rig)
     chosen = None if dive is None else Dive.load(dive)
-    report = design_rig(loaded, output or Path("out") / loaded.name, log=print_note, dive=chosen)
+    report = design_rig(loaded, output or Path("out") / loaded.name, log=print_note, dive=chosen, diving=not no_dive)
     if json:
         import json as json_format
 

@@ -140,6 +140,22 @@ def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
+def test_without_a_dive_the_page_has_none_and_a_run_with_one_goes_on(made, tmp_path):
+    folder, _ = made
+    copy = tmp_path / "aqua2"
+    shutil.copytree(folder, copy)
+    lines = []
+    design(RIG, copy, log=lines.append, dive=DIVE, grid=GRID, diving=False)
+    assert lines[:4] == [*(f"{stage}: done before" for stage in ("mount", "views", "coverage")), "report ..."]
+    assert json.loads((copy / "summary.json").read_text(encoding="utf-8"))["dive"] is None
+    html = (copy / "report.html").read_text(encoding="utf-8")
+    assert "Dive:" not in html
+    assert "dive/" not in html
+    made_design(copy, lambda line: None)
+    for name in ("report.html", "summary.json"):
+        assert (copy / name).read_bytes() == (folder / name).read_bytes(), name
+
+
 def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatch):
     """Interrupted in the views, the mount is not made again, and the page is the same to the byte.
 
