@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 NAMES = ("train", "projection", "coverage", "render", "search", "loop")
-CHECKS = ("healpix", "distances", "bias")
+CHECKS = ("healpix", "distances", "bias", "robots")
 COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
 
 

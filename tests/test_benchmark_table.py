@@ -42,7 +42,7 @@ def test_named_benchmarks_are_run_in_the_order_given(benchmarks, capsys):
 def test_an_unknown_name_is_bad_input(benchmarks, capsys):
     assert main_module.main(["train", "speed"]) == 2
     assert benchmarks == []
-    names = "train, projection, coverage, render, search, loop, or first one of healpix, distances, bias"
+    names = "train, projection, coverage, render, search, loop, or first one of healpix, distances, bias, robots"
     assert capsys.readouterr().err == f"expected benchmarks among {names}, got speed\n"
 
 
