@@ -18,7 +18,6 @@ from cad.checks.clearance.moving_pair import MovingPair, moving_pairs
 from cad.checks.clearance.stow_clearance import stow_clearance_findings
 from cad.checks.clearance.stowing import stowing_findings
 from cad.checks.printing.orientation import print_findings
-from cad.checks.printing.slicer import slice_finding
 from cad.checks.printing.walls import wall_finding
 from cad.checks.sequence.findings import sequence_findings
 from cad.checks.sequence.steps import assembly_steps
@@ -100,14 +99,12 @@ def assembly_problems(assembly: Assembly, *, grid_steps: int = GRID_STEPS) -> li
     return problems + _clearances(meshes, assembly.layout, poses, mount.clearance_mm)
 
 
-def assembly_checks(assembly: Assembly, *, slicing: bool = True, log: Log = lambda line: None) -> MountChecks:
-    """Make every check of a mount.
+def assembly_checks(assembly: Assembly, *, log: Log = lambda line: None) -> MountChecks:
+    """Make every check of a mount but the slicer's (`cad.export.printing.plate_slices`).
 
     Parameters
     ----------
     assembly : Assembly
-    slicing : bool
-        Whether to call the slicer, which takes ten seconds a part the first time.
     log : callable
         Takes lines of progress.
     """
@@ -133,9 +130,6 @@ def assembly_checks(assembly: Assembly, *, slicing: bool = True, log: Log = lamb
     admissible = _admissible(list(zip(pairs, clearances, strict=True)), assembly.layout)
     log("steps of putting it together ...")
     findings += sequence_findings(assembly_steps(assembly))
-    if slicing:
-        log("slicer ...")
-        findings += [slice_finding(mesh, mount) for mesh in printed]
     return MountChecks(findings=tuple(findings), admissible=admissible)
 
 

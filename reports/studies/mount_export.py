@@ -7,7 +7,6 @@ from pathlib import Path
 
 from cad.assembly.assembly import Assembly, build_assembly
 from cad.checks.assembly_checks import MountChecks, assembly_checks
-from cad.checks.printing.slicer import slicer_path
 from cad.export.mount import export_mount
 from cad.export.printing.plate_slices import plate_findings
 from cad.loads.study import LoadStudy, load_study
@@ -38,11 +37,11 @@ class CheckedMount:
 
 
 def mount_checks(assembly: Assembly, *, log: Log, slicing: bool = True) -> MountChecks:
-    """Make every check of a mount and, when parts could be sliced, slice its print plates too."""
-    checks = assembly_checks(assembly, slicing=slicing, log=lambda line: log(f"checks: {line}"))
-    if checks.problems or not slicing or slicer_path() is None:
+    """Make every check of a mount, and slice its print plates when all else is in order."""
+    checks = assembly_checks(assembly, log=lambda line: log(f"checks: {line}"))
+    if checks.problems or not slicing:
         return checks
-    log("checks: slicer, plates ...")
+    log("checks: slicer ...")
     return replace(checks, findings=(*checks.findings, *plate_findings(assembly.rig, assembly.printed)))
 
 
@@ -58,7 +57,7 @@ def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = Tr
     log : callable
         Takes lines of progress.
     slicing : bool
-        Whether parts and plates are sliced where there is a slicer.
+        Whether print plates are sliced where there is a slicer.
 
     Raises
     ------

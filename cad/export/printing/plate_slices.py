@@ -1,4 +1,4 @@
-"""What the slicer makes of whole print plates: time, plastic, supports and warnings of each."""
+"""What the slicer makes of the print plates: time, plastic, supports and warnings of each."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cad.checks.printing.slicer import judged, slice_stl, slicer_path
+from cad.checks.printing.slicer import CHECK, NO_SLICER, judged, slice_finding, slice_stl, slicer_path
 from cad.export.printing.plates import plate_stl, print_plates
 from cad.finding import Finding
 from optics.mesh import PartMesh
@@ -14,7 +14,7 @@ from rigs import Rig
 
 
 def plate_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
-    """Slice each print plate; nothing is found where there is no slicer.
+    """Slice each print plate as it is exported; where it warns also its parts one by one, to tell which.
 
     Parameters
     ----------
@@ -26,14 +26,18 @@ def plate_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
     Returns
     -------
     list of Finding
-        One per plate, of the check that slices the parts. The plate is the one that export writes.
+        One per plate, and one per part of a plate that warns. Without a slicer one that says so.
     """
-    program = slicer_path()
+    program, mount = slicer_path(), rig.require_gaze().mount
     if program is None:
-        return []
+        return [Finding(check=CHECK, subject="printed parts", note=NO_SLICER, ran=False)]
+    parts = {mesh.name: mesh for mesh in meshes}
     findings = []
     for number, plate in enumerate(print_plates(rig, meshes), 1):
         vertices_mm = 1000 * np.vstack([mesh.vertices_m for mesh in plate])
-        name = f"plate {number} ({', '.join(mesh.name for mesh in plate)})"
-        findings.append(judged(name, slice_stl(program, plate_stl(plate), rig.require_gaze().mount), vertices_mm))
+        names = [mesh.name for mesh in plate]
+        subject = f"plate {number} ({', '.join(names)})"
+        findings.append(judged(subject, slice_stl(program, plate_stl(plate), mount), vertices_mm))
+        if findings[-1].problem is not None:
+            findings += [slice_finding(parts[name], mount) for name in names]
     return findings

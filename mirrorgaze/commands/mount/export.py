@@ -25,7 +25,7 @@ def export(
     materials (CSV), assembly steps with images, URDF and SDF, the checks (CSV, PNG), the loads (CSV, PNG), and a
     manifest. The same rig gives the same bytes.
 
-    Every check is made first (see `mirrorgaze check RIG --cad`); where there is a slicer, parts and plates are sliced,
+    Every check is made first (see `mirrorgaze check RIG --cad`); where there is a slicer, the plates are sliced,
     which takes long the first time. Nothing is written when a check fails or a servo is too weak.
 
     \b

@@ -8,4 +8,4 @@ from cad.checks.assembly_checks import MountChecks, assembly_checks
 @pytest.fixture(scope="session")
 def checked(built) -> MountChecks:
     """All checks of a preset but the slicer's, made once."""
-    return assembly_checks(built, slicing=False)
+    return assembly_checks(built)

@@ -112,7 +112,7 @@ def test_every_check_says_which_joint_values_are_left(aqua2, monkeypatch):
     """A mirror that strikes M1's bracket when it looks up and back: tilts around rest stay free."""
     monkeypatch.setattr(admissible, "GRID_CELLS", 32)
     rig = replaced(aqua2.rig, "gaze_mirror", distance_mm=80.0)
-    checked = assembly_checks(build_assembly(rig), slicing=False)
+    checked = assembly_checks(build_assembly(rig))
     assert any("fold_bracket meet at" in str(problem) for problem in checked.problems)
     assert 0.3 < checked.admissible.fraction < 1
     low, high = checked.admissible.largest.q2_deg

@@ -9,11 +9,11 @@ from typer.testing import CliRunner
 
 from cad.assembly.meshes import rig_meshes
 from cad.checks.assembly_checks import MountChecks
-from cad.checks.printing.slicer import Slice
+from cad.checks.printing.slicer import NO_SLICER, Slice
 from cad.export import mount
 from cad.export.printing import plate_slices
 from cad.export.printing.plates import print_plates, write_plates
-from cad.finding import Finding
+from cad.finding import Finding, Verdict
 from mirrorgaze.cli import app
 from optics.mesh import Role
 from reports.studies import mount_export
@@ -70,7 +70,7 @@ def test_nothing_is_written_when_a_servo_is_too_weak(found, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_the_plates_that_are_written_are_sliced(monkeypatch, tmp_path):
+def test_the_plates_that_are_written_are_sliced_and_parts_where_one_warns(monkeypatch, tmp_path):
     rig = Rig.load("bluerov2")
     printed = [mesh for mesh in rig_meshes(rig) if mesh.role is Role.MOUNT]
     plates = print_plates(rig, printed)
@@ -82,12 +82,20 @@ def test_the_plates_that_are_written_are_sliced(monkeypatch, tmp_path):
 
     monkeypatch.setattr(plate_slices, "slicer_path", lambda: "slicer")
     monkeypatch.setattr(plate_slices, "slice_stl", slice_stl)
-    findings = plate_slices.plate_findings(rig, printed)
+    monkeypatch.setattr(plate_slices, "slice_finding", lambda mesh, mount: Finding(check="slicer", subject=mesh.name))
+    warned, *rest = plate_slices.plate_findings(rig, printed)
     written = [path for path in write_plates(rig, printed, tmp_path) if path.suffix == ".stl"]
     assert [path.read_bytes() for path in written] == sliced
-    assert len(findings) == len(plates)
-    assert findings[0].problem.value == "too tall"
-    assert [finding.problem for finding in findings[1:]] == [None] * (len(plates) - 1)
-    assert all(mesh.name in findings[0].subject for mesh in plates[0])
+    assert warned.problem.value == "too tall"
+    names = [mesh.name for mesh in plates[0]]
+    assert all(name in warned.subject for name in names)
+    alone, others = rest[: len(names)], rest[len(names) :]
+    assert [finding.subject for finding in alone] == names
+    assert [finding.problem for finding in others] == [None] * (len(plates) - 1)
+
+
+def test_without_a_slicer_one_finding_says_so(monkeypatch):
     monkeypatch.setattr(plate_slices, "slicer_path", lambda: None)
-    assert plate_slices.plate_findings(rig, printed) == []
+    (finding,) = plate_slices.plate_findings(Rig.load("bluerov2"), [])
+    assert finding.verdict is Verdict.NOT_RUN
+    assert finding.note == NO_SLICER
