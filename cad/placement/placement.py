@@ -15,6 +15,7 @@ import trimesh
 
 from cad.assembly.assembly import build_assembly
 from cad.checks.assembly_checks import assembly_problems
+from cad.checks.printing.walls import wall_finding
 from cad.hulls.anchors import Anchor, base_anchor, fold_anchor
 from cad.parts.bracket_placement import fold_stance
 from cad.parts.clearance_envelope import gimbal_rooms_mm
@@ -309,9 +310,13 @@ def _refusal(rig: Rig, hull: manifold3d.Manifold) -> str:
 def _problem(rig: Rig) -> str | None:
     """First problem of the mount as it is built."""
     try:
-        problems = assembly_problems(build_assembly(rig))
+        assembly = build_assembly(rig)
     except ValueError as error:
         return str(error)
+    problems = assembly_problems(assembly)
+    if not problems:
+        walls = (wall_finding(mesh, rig.require_gaze().mount).problem for mesh in assembly.printed)
+        problems = [problem for problem in walls if problem is not None]
     return str(problems[0]) if problems else None
 
 

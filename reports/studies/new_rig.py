@@ -6,24 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import tomlkit
-import trimesh
 
-from cad.hulls.distance import nearest_points
 from cad.hulls.files.taken import TakenHull, take_hull
 from cad.hulls.files.triangles import read_hull_file
 from cad.hulls.hull import closed_surface, file_hull_solid
 from cad.hulls.hull_mesh import body_from_file
 from cad.placement.placement import CAMERA, Placement
-from optics.feasibility.envelope import window_centre
 from reports.progress import Log
 from reports.studies.placement import place_document, put_vehicle
-from rigs import Rig
 from rigs.files import load_document
 from rigs.mounting import KeptBodies
 from rigs.new_rig import PLAIN_RIG, check_new_file, put_hull_file, rig_document, save_new_rig
 
-AXIS_POINTS = 15
-"""Between pinhole and port, at which a hull is looked for."""
 LARGE_BYTES = 50_000_000
 """Reading a larger file takes long enough to be announced."""
 
@@ -93,18 +87,13 @@ def new_rig_on_hull(
         document["camera"]["position_mm"] = list(camera_mm)
     log("hull: making a solid of it ...")
     solid = closed_surface(file_hull_solid(section))
-    if camera_mm is not None and _looks_out_of_skin(camera_mm, _parsed(document, file.parent), solid):
-        document["hull"]["window"] = "cut"
-        document["hull"]["window"].comment("the camera is behind the skin that was drawn")
+    document["hull"]["window"] = "cut"
+    document["hull"]["window"].comment("the skin in the camera's light; clear would keep a pane there")
     put_vehicle(document, solid, taken.found)
     pinned = frozenset() if camera_mm is None else frozenset({CAMERA})
     placement = place_document(document, file.parent, solid, pinned=pinned, log=log)
     save_new_rig(document, file)
     return taken, placement
-
-
-def _parsed(document: tomlkit.TOMLDocument, folder: Path) -> Rig:
-    return Rig.parse(tomlkit.dumps(document), source=f"new rig {document['name']!r}", folder=folder)
 
 
 def template(name: str, preset: str | None) -> tomlkit.TOMLDocument:
@@ -125,13 +114,6 @@ def _camera_of(taken: TakenHull, name: str) -> tuple[float, float, float]:
     pose = body_from_file(taken.section())
     x, y, z = (np.round(1000 * pose.apply(cameras[name].position_mm / 1000), 1) + 0.0).tolist()
     return x, y, z
-
-
-def _looks_out_of_skin(camera_mm: tuple[float, float, float], rig: Rig, solid: trimesh.Trimesh) -> bool:
-    """Whether there is hull between a camera's pinhole and the water in front of its port."""
-    ahead = np.linspace(0.0, 1000 * window_centre(rig)[2], AXIS_POINTS)
-    points = np.array(camera_mm) + np.column_stack([ahead, np.zeros((AXIS_POINTS, 2))])
-    return bool((nearest_points(solid, points).distance_mm < 0).any())
 
 
 def take(
