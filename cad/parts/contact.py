@@ -27,8 +27,10 @@ REACH_MM = 30.0
 """Surfaces further than this from the anchor's tangent plane are other parts of the hull."""
 FLAT_MM = 0.05
 """What a printer's first layer levels out: a surface as flat as this is a plane."""
-ROUGH_MM = 1.0
-"""More than this between hull and flange is no fit; what is less is for a neoprene sheet or an adhesive."""
+ROUGH_MM = 3.0
+"""More than this between hull and flange is no fit. What is less is bedded: a neoprene sheet takes up a millimetre, a
+bed of epoxy putty cast against foil the rest. The facets of a coarse mesh count as steps: a tube of 260 mm drawn with
+24 sides has some of 2.2 mm."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -85,11 +85,16 @@ def pedestal(stance: FoldStance) -> Part:
     low = float(stance.anchor_mm[2]) - FAR_MM
     block = box((x_low, x_high), y_limits, (low, stance.roof_mm))
     block = block.fillet(ROOF_CORNER_MM, block.edges().filter_by(Axis.Z))
-    # The hull's side is cut under the flange alone; beside it the block ends where the flange's box does.
-    beyond = location_mm(seat.body_from_seat) * box(
-        (-FAR_MM, FAR_MM), (-FAR_MM, FAR_MM), (-2 * FAR_MM, seat.contact.range_mm[0])
-    )
-    return block - beyond
+    # The hull's side is cut under the flange alone; beside it the block ends where the flange's box does, and above the
+    # highest point of the contact.
+    half_length, half_width = seat.length_mm / 2, seat.width_mm / 2
+    under, over = seat.contact.range_mm
+    beyond = [box((-FAR_MM, FAR_MM), (-FAR_MM, FAR_MM), (-2 * FAR_MM, under))]
+    everywhere = (-FAR_MM, FAR_MM)
+    for side in (-1, 1):
+        beyond.append(box(ordered(side * half_length, side * FAR_MM), everywhere, (-FAR_MM, over)))
+        beyond.append(box(everywhere, ordered(side * half_width, side * FAR_MM), (-FAR_MM, over)))
+    return block - [location_mm(seat.body_from_seat) * cut for cut in beyond]
 
 
 def on_hull(stance: FoldStance, parts: list[Part], name: str) -> Solid:

@@ -23,8 +23,8 @@ from optics.kernels.arrays import FloatArray
 from optics.search.objectives import rig_with
 from rigs import Rig
 
-FOLD_STEEPEST_DEG, BASE_STEEPEST_DEG = 55.0, 33.0
-"""Between a seat's normal and the vertical; the bracket itself refuses 60 degrees."""
+FOLD_STEEPEST_DEG, BASE_STEEPEST_DEG = 38.0, 33.0
+"""Between a seat's normal and the vertical; the bracket itself refuses 60 degrees, but is a heavy wedge there."""
 LARGEST_RISE_MM = 110.0
 """How far a bracket's seat may be below the top of M1's cell; the bracket refuses a pedestal of 150 mm to its roof."""
 FOLD_REACH_MM = 520.0

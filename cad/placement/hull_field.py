@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import manifold3d
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, map_coordinates
+from scipy.ndimage import distance_transform_edt, label, map_coordinates
 
 from optics.kernels.arrays import FloatArray
 
@@ -69,8 +69,8 @@ class HullField:
 def hull_field(hull: manifold3d.Manifold, low_mm: FloatArray, high_mm: FloatArray) -> HullField:
     """Distances around a closed hull within a box, millimetres.
 
-    The hull is cut into slices across x, each filled by the even-odd rule, and the distances are the exact Euclidean
-    transform of the cells.
+    The hull is cut into slices across x, each filled by the even-odd rule, closed cavities are filled, and the
+    distances are the exact Euclidean transform of the cells. The hull ends before the box does at its front.
     """
     size = np.asarray(high_mm) - low_mm
     step = max(FINEST_STEP_MM, float((size.prod() / LARGEST_GRID) ** (1 / 3)))
@@ -81,11 +81,19 @@ def hull_field(hull: manifold3d.Manifold, low_mm: FloatArray, high_mm: FloatArra
     inside = np.zeros(tuple(counts), dtype=bool)
     for number, x in enumerate(origin[0] + step * np.arange(counts[0])):
         inside[number] = _filled(turned.slice(float(x)).to_polygons(), origin, step, counts)
+    inside = _without_cavities(inside)
     outwards = distance_transform_edt(~inside) if not inside.all() else np.zeros(inside.shape)
     inwards = distance_transform_edt(inside) if inside.any() else np.zeros(inside.shape)
     # Centres on either side of the surface are half a step from it.
     distance = np.where(inside, 0.5 - inwards, outwards - 0.5) * step
     return HullField(origin_mm=origin, step_mm=step, inside=inside, distance_mm=distance.astype(np.float32))
+
+
+def _without_cavities(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Cells that no way leads to from in front of the hull are hull too: the inside of a hollow shell is no place."""
+    regions, _ = label(~inside)
+    ahead = np.unique(regions[-1])
+    return np.asarray(~np.isin(regions, ahead[ahead > 0]))
 
 
 def _filled(

@@ -136,7 +136,7 @@ def test_messages_of_a_fold_up_speak_of_the_rig_files_numbers():
     with pytest.raises(ValueError, match=r"expected y from -50\.\d to 170\.\d, so that the girders.*got y = -60"):
         fold_stance(beside, Layout.from_rig(beside))
     ahead = changed(rig, mount={"fold_anchor_mm": (440.0, 60.0, -65.0)})
-    with pytest.raises(ValueError, match=r"expected x of at most 41\d\.\d.*the front of M1's cell, got x = 440"):
+    with pytest.raises(ValueError, match=r"expected x of at most 409\.\d.*the front of M1's cell, got x = 440"):
         fold_stance(ahead, Layout.from_rig(ahead))
 
 

@@ -28,3 +28,9 @@ def test_a_hole_is_outside() -> None:
     assert_allclose(space.distances_mm(places), [30, -10, 10], atol=space.step_mm)
     assert space.inside[space.index(0, 40), space.index(1, 0), space.index(2, 0)]
     assert not space.inside[space.index(0, 0), space.index(1, 0), space.index(2, 0)]
+
+
+def test_a_cavity_is_hull() -> None:
+    shell = manifold3d.Manifold.sphere(60, 64) - manifold3d.Manifold.sphere(40, 64)
+    space = hull_field(shell, np.full(3, -80.0), np.full(3, 80.0))
+    assert_allclose(space.distances_mm(np.zeros(3)), -60, atol=2 * space.step_mm)
