@@ -41,9 +41,10 @@ def preset_path(name: str) -> Path:
 
 
 def preset_with_hull(shape: str) -> str:
-    """Name of a preset whose hull has a given shape; raises `ValueError` when there is none."""
+    """Name of a preset whose hull has a given shape of our own; raises `ValueError` when there is none."""
     documents = {name: load_document(PRESETS / f"{name}.toml") for name in reversed(preset_names())}
     shapes = {document["hull"]["shape"]: name for name, document in documents.items() if "hull" in document}
+    shapes.pop("file", None)
     if shape not in shapes:
         raise ValueError(f"hull {shape!r}: expected {', '.join(sorted(shapes))} or the name of a file")
     return shapes[shape]

@@ -8,7 +8,7 @@ from pathlib import Path
 import tomlkit
 
 from rigs.catalogue import DATA
-from rigs.files import load_document, preset_path, preset_with_hull, save_document
+from rigs.files import PRESETS, load_document, preset_path, preset_with_hull, save_document
 from rigs.mounting import FileHull
 from rigs.rig import Rig
 
@@ -49,7 +49,11 @@ def create_rig_file(name: str, file: Path, *, preset: str | None = None, shape: 
         raise ValueError(f"--hull {shape}: expected --from or the shape of a hull, got both")
     preset = preset or (DEFAULT_PRESET if shape is None else preset_with_hull(shape))
     check_new_file(file)
-    save_new_rig(rig_document(name, preset), file)
+    document = rig_document(name, preset)
+    if "file" in document.get("hull", {}):
+        # A preset's hull stays where the preset is.
+        document["hull"]["file"] = os.path.relpath(PRESETS / document["hull"]["file"], file.parent)
+    save_new_rig(document, file)
     return preset
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import tomllib
-from pathlib import Path
 
 import pytest
 import tomlkit
@@ -29,11 +28,12 @@ def test_a_preset_survives_being_written_and_read(name, tmp_path):
 def test_a_preset_is_the_same_by_name_by_path_and_by_text(name):
     path = preset_path(name)
     text = path.read_text(encoding="utf-8")
-    assert Rig.load(name) == Rig.load(path) == Rig.load(str(path)) == Rig.parse(text, source=name, folder=Path())
+    assert Rig.load(name) == Rig.load(path) == Rig.load(str(path)) == Rig.parse(text, source=name, folder=path.parent)
 
 
 def test_only_the_bench_has_no_mirrors():
     assert {name: Rig.load(name).gaze is not None for name in preset_names()} == {
+        "aqua-shell": True,
         "aqua2": True,
         "bench": False,
         "bluerov2": True,
@@ -66,8 +66,14 @@ def test_torpedo_is_as_long_and_as_thick_as_sparus_ii():
     assert (hull.length_mm, hull.diameter_mm) == (1600, 230)
 
 
+def test_aqua_shell_weighs_what_the_links_of_its_description_weigh():
+    """aqua.urdf.xacro: shell, four hips, two middle hips, six legs with shoulders, and a ballast of 7140 kg/m³."""
+    links_kg = 14.4 + 4 * 0.25 + 2 * 0.5 + 6 * (0.065 + 0.025) + 7140.0 * 0.10 * 0.025 * 0.0057
+    assert Rig.load("aqua-shell").vehicle.mass_kg == pytest.approx(links_kg, abs=5e-4)
+
+
 def test_joint_ranges_fit_the_servos():
-    for name in ("aqua2", "bluerov2", "torpedo"):
+    for name in ("aqua-shell", "aqua2", "bluerov2", "torpedo"):
         rig = Rig.load(name)
         for joint, servo in ((rig.gaze.joints.pan, rig.gaze.servos.pan), (rig.gaze.joints.tilt, rig.gaze.servos.tilt)):
             assert joint.max_deg - joint.min_deg <= servo.travel_deg

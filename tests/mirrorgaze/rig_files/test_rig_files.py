@@ -159,6 +159,11 @@ def test_new_does_not_overwrite(here):
     assert (here / "reef.toml").read_text(encoding="utf-8") == "mine"
 
 
+def test_a_copy_of_a_preset_keeps_the_hull_of_its_file(here):
+    assert mirrorgaze("new", "reef", "--from", "aqua-shell").exit_code == 0
+    assert Rig.load("reef.toml").file_hull.file.samefile(Rig.load("aqua-shell").file_hull.file)
+
+
 @pytest.mark.parametrize("name", preset_names())
 def test_check_finds_the_presets_good(name):
     result = mirrorgaze("check", name)
