@@ -10,13 +10,15 @@ import trimesh
 from build123d import Location, Solid
 from scipy.spatial.transform import RigidTransform
 
+from cad.assembly.print_pose import print_pose
 from cad.assembly.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM, tessellated
 from cad.hulls.hull import file_hull_surface, hull_shape
 from cad.hulls.window import solid_with_window, with_window
 from cad.parts.bands import BAND, band_hardware
-from cad.parts.bracket_placement import FoldStance, fold_stance
+from cad.parts.bracket.bracket_joint import FRONT, REAR, bracket_joint, halves, joint_hardware
+from cad.parts.bracket.bracket_placement import FoldStance, fold_stance
+from cad.parts.bracket.fold_bracket import fold_bracket_solid
 from cad.parts.flange import flange_hardware
-from cad.parts.fold_bracket import fold_bracket_solid
 from cad.parts.gimbal_base import base_hardware, base_stance, flange_seat, gimbal_base_solid, pan_servo_in_body
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.parts.hardware import Hardware
@@ -202,7 +204,7 @@ def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
     body = location_mm(stance.body_from_fold)
     standing = [_bought(replace(bolt, pose=body * bolt.pose)) for bolt in bolts]
     if hinge is None:
-        return [_printed("fold_bracket", Group.FIXED, fold_bracket_solid(stance)), *swinging, *standing]
+        return [*_fixed_bracket(stance), *swinging, *standing]
     on_deck, on_arm = hinge_hardware(hinge)
     standing = [_printed("fold_bracket", Group.FIXED, deck_solid(hinge)), *standing, *map(_bought, on_deck)]
     swinging = [_printed("fold_arm", Group.FIXED, arm_solid(hinge)), *swinging, *map(_bought, on_arm)]
@@ -211,6 +213,17 @@ def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
         standing.append(_servo("stow_servo", Group.FIXED, servo, hinge.servo))
         swinging.append(_horn("stow_horn", Group.FIXED, horn, hinge.servo))
     return standing + [replace(part, stows=True) for part in swinging]
+
+
+def _fixed_bracket(stance: FoldStance) -> list[Part]:
+    """Fold bracket without a hinge: whole, or where the printer is too small and the girders have room, in halves."""
+    whole = _printed("fold_bracket", Group.FIXED, fold_bracket_solid(stance))
+    if print_pose(whole.mesh, stance.mount).fits or (joint := bracket_joint(stance)) is None:
+        return [whole]
+    rear, front = halves(joint, whole.solid)
+    body = location_mm(stance.body_from_fold)
+    pieces = (replace(piece, pose=body * piece.pose) for piece in joint_hardware(joint))
+    return [_printed(REAR, Group.FIXED, rear), _printed(FRONT, Group.FIXED, front), *map(_bought, pieces)]
 
 
 def _clip(name: str, group: Group, mirror: FlatMirror, mount: Mount, place: Location) -> list[Part]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.assembly.assembly import Assembly
-from cad.checks.attachment import attachment_findings, holding_findings
+from cad.checks.attachment import attachment_findings, holding_findings, joint_findings
 from cad.checks.clearance.admissible import AdmissibleRegion, admissible_region
 from cad.checks.clearance.axes import axis_findings
 from cad.checks.clearance.clearance import RESOLUTION_MM, clearance_bodies, pair_finding
@@ -24,6 +24,7 @@ from cad.checks.sequence.steps import assembly_steps
 from cad.checks.solidity import solidity
 from cad.finding import Finding, Sense, Verdict
 from cad.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, checked_poses, overlaps, smallest_gaps
+from cad.parts.bracket.bracket_joint import REAR
 from cad.parts.flange import FLANGE_LENGTH_MM
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
@@ -93,6 +94,7 @@ def assembly_problems(assembly: Assembly, *, grid_steps: int = GRID_STEPS) -> li
     findings = [finding for mesh in assembly.printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
     findings += holding_findings(rig, meshes)
+    findings += joint_findings(rig, meshes)
     problems = [finding.problem for finding in findings if finding.problem is not None]
     poses = checked_poses(assembly.layout, grid_steps)
     problems += [_collision_problem(overlap) for overlap in _not_allowed(meshes, assembly.layout, poses)]
@@ -119,6 +121,7 @@ def assembly_checks(assembly: Assembly, *, log: Log = lambda line: None) -> Moun
     findings += [finding for mesh in printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
     findings += holding_findings(rig, meshes)
+    findings += joint_findings(rig, meshes)
     findings += stowing_findings(assembly)
     findings += axis_findings(assembly)
     findings += _overlap_findings(meshes, assembly.layout)
@@ -193,7 +196,7 @@ def _allowance(overlap: Overlap, roles: dict[str, Role]) -> float:
     if Role.HULL in pair.values() and Role.HARDWARE in pair.values():
         # The hull offers the bolts a thread that is not drawn.
         return float("inf")
-    if Role.HULL in pair.values() and not {"fold_bracket", "gimbal_base"}.isdisjoint(pair):
+    if Role.HULL in pair.values() and not {"fold_bracket", REAR, "gimbal_base"}.isdisjoint(pair):
         return CONTACT_DEPTH_MM * FLANGE_LENGTH_MM**2
     return 0.0
 

@@ -13,6 +13,7 @@ from cad.finding import Finding, Sense
 from cad.hulls.anchors import LARGEST_GAP_MM, anchor_problems, base_anchor, fold_anchor, nearest_on_surface
 from cad.hulls.window import window_body
 from cad.loads.holding import holdings
+from cad.loads.joint_strength import joint_strength
 from cad.overlaps import manifold_mm
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -23,6 +24,7 @@ from rigs import DomePortSpec, FlatPortSpec, Problem, Rig
 ANCHOR_CHECK = "anchor on the hull"
 VIEW_CHECK = "view of the port"
 HOLDING_CHECK = "attachment holds"
+JOINT_CHECK = "joint holds"
 PORT_VIEW_TOLERANCE_MM3 = 1.0
 RIM_POINTS = 64
 DOME_SEGMENTS = 128
@@ -75,6 +77,33 @@ def holding_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
             )
         )
     return findings
+
+
+def joint_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
+    """The joint of a fold bracket in halves bears what hangs on it; nothing for one in one piece."""
+    strength = joint_strength(rig, meshes)
+    if strength is None:
+        return []
+    load = f"{strength.force_n:.1f} N and {strength.moment_n_m:.2f} N m"
+    problem = Problem(
+        place="mount.printer_bed_mm",
+        value=rig.require_gaze().mount.printer_bed_mm,
+        expected=f"a joint of the fold bracket's halves that holds {load}: it holds {strength.margin:.0%} of that; "
+        "take a printer that makes it whole, or a nearer anchor",
+    )
+    screws = f"{strength.pull_n:.0f} N pull and {strength.shear_n:.0f} N shear on a screw"
+    return [
+        Finding(
+            check=JOINT_CHECK,
+            subject="fold bracket's halves",
+            figure=strength.margin,
+            unit="times what it must",
+            limit=1.0,
+            note=f"{load}: {screws}, {strength.stress_pa / 1e6:.1f} MPa in its plates; M1 tilts by at most "
+            f"{np.degrees(strength.tilt_rad):.3f} degrees",
+            problem=problem if strength.margin < 1 else None,
+        )
+    ]
 
 
 def _view_of_the_port(rig: Rig, hull: PartMesh, layout: Layout) -> Finding:

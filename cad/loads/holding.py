@@ -13,11 +13,12 @@ import numpy as np
 import trimesh
 
 from cad.hulls.anchors import ENDS, End, base_anchor, fold_anchor
-from cad.loads.masses import mount_in_body, together
+from cad.loads.masses import Body, mount_in_body, together
 from cad.loads.plate import BROADSIDE_COEFFICIENT
 from cad.loads.seawater import water_density
 from cad.parts.bands import BAND, bands
 from cad.parts.flange import Seat, base_seat, bolt_places, fold_seat
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh, Role
 from rigs import Rig
@@ -98,10 +99,18 @@ def _holding(rig: Rig, meshes: Sequence[PartMesh], end: End, seat: Seat, press_n
 
 def _loads(rig: Rig, meshes: Sequence[PartMesh], end: End) -> tuple[tuple[float, float], tuple[float, float]]:
     """Force (N) and moment (N m) at an end's anchor: what lasts under water, and the most there is."""
-    gaze, layout = rig.require_gaze(), Layout.from_rig(rig)
     parts = [body for body in mount_in_body(rig, meshes, 0.0, 0.0) if not body.name.startswith(BAND)]
     own = together(end, [body for body in parts if body.name.startswith(("fold_", "stow_")) == (end == "fold")])
-    density = water_density(rig.water)
+    anchor = fold_anchor(rig) if end == "fold" else base_anchor(rig)
+    return loads_at(rig, own, end, np.array(anchor.point_mm) / 1000)
+
+
+def loads_at(rig: Rig, own: Body, end: End, point_m: FloatArray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Force (N) and moment (N m) at a point: what lasts under water, and the most there is.
+
+    Of the weight of `own`, given in the body frame, and of the flow on the mirror of its end.
+    """
+    gaze, layout, density = rig.require_gaze(), Layout.from_rig(rig), water_density(rig.water)
     in_water, in_air = abs(own.weight_in_water_n(density)), own.weight_in_water_n(0.0)
     mirror, pose = (
         (gaze.fold_mirror, layout.body_from_m1) if end == "fold" else (gaze.gaze_mirror, layout.body_from_gimbal)
@@ -109,9 +118,8 @@ def _loads(rig: Rig, meshes: Sequence[PartMesh], end: End) -> tuple[tuple[float,
     speed = 0.0 if rig.vehicle is None else rig.vehicle.speed_m_per_s
     area = mirror.width_mm * mirror.height_mm / 1e6
     flow = BROADSIDE_COEFFICIENT * density / 2 * speed**2 * area
-    anchor = np.array((fold_anchor(rig) if end == "fold" else base_anchor(rig)).point_mm) / 1000
     weight_arm, flow_arm = (
-        float(np.linalg.norm(centre - anchor)) for centre in (own.centre_of_mass_m, pose.translation)
+        float(np.linalg.norm(centre - point_m)) for centre in (own.centre_of_mass_m, pose.translation)
     )
     lasting = (in_water, in_water * weight_arm)
     moving = (in_water + flow, in_water * weight_arm + flow * flow_arm)

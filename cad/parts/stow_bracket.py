@@ -14,8 +14,8 @@ import numpy as np
 from build123d import Axis, Location, Part, Plane, Solid
 from scipy.spatial import ConvexHull
 
+from cad.parts.bracket.fold_bracket import ROOF_CORNER_MM, cell_in_fold, in_body, on_hull, pedestal
 from cad.parts.flange import FLANGE_WIDTH_MM
-from cad.parts.fold_bracket import ROOF_CORNER_MM, cell_in_fold, in_body, on_hull, pedestal
 from cad.parts.hardware import (
     Hardware,
     Thread,

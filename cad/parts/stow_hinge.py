@@ -2,7 +2,7 @@
 
 The axis runs across, over the upper edge of M1's cell and above the roof, so that an upward swing takes everything away
 from the view and from M2. In use, a bar of the arm lies against the front of the deck: that stop defines M1's place,
-whatever holds it there. All numbers are in the fold frame (`cad.parts.bracket_placement`), millimetres.
+whatever holds it there. All numbers are in the fold frame (`cad.parts.bracket.bracket_placement`), millimetres.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from math import acos, cos, hypot, sin, sqrt
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from cad.parts.bracket_placement import ALIGNMENT_MM, FoldStance, fold_stance
+from cad.parts.bracket.bracket_placement import ALIGNMENT_MM, FoldStance, fold_stance
 from cad.parts.mirrors import FIT_MM, LIP_THICKNESS_MM, tray_foot_mm
 from cad.parts.servo import EAR_LENGTH_MM, case_bottom, case_ends, ear_levels
 from optics.kernels.arrays import FloatArray

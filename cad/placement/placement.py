@@ -17,7 +17,7 @@ from cad.assembly.assembly import build_assembly
 from cad.checks.assembly_checks import assembly_problems
 from cad.checks.printing.walls import wall_finding
 from cad.hulls.anchors import Anchor, base_anchor, fold_anchor
-from cad.parts.bracket_placement import fold_stance
+from cad.parts.bracket.bracket_placement import fold_stance
 from cad.parts.clearance_envelope import gimbal_rooms_mm
 from cad.parts.gimbal_base import base_stance, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions

@@ -81,8 +81,8 @@ def outcomes_of_status(status: StatusArray) -> NDArray[np.int32]:
 
 
 def outcome_at_part(part: PartMesh) -> Outcome:
-    """`Outcome` of a ray that hits a part: by its role, and for the bracket of M1 by its name."""
-    if part.role is Role.MOUNT and part.name == FOLD_BRACKET:
+    """`Outcome` of a ray that hits a part: by its role, and for the bracket of M1, or its halves, by its name."""
+    if part.role is Role.MOUNT and part.name.startswith(FOLD_BRACKET):
         return Outcome.FOLD_BRACKET
     return {
         Role.HULL: Outcome.HULL,

@@ -30,3 +30,9 @@ def aqua2() -> Assembly:
 def built_preset() -> Callable[[str], Assembly]:
     """Any preset by name, built once."""
     return built_once
+
+
+@pytest.fixture(scope="session")
+def split() -> Assembly:
+    """bluerov2 from a printer of 180 mm, which makes its fold bracket of 207 mm in halves."""
+    return build_assembly(Rig.load("bluerov2").with_gaze(mount={"printer_bed_mm": (180.0, 180.0, 180.0)}))

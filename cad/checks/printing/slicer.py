@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from cad.checks.printing.orientation import print_pose
+from cad.assembly.print_pose import print_pose
 from cad.finding import Finding, Sense
 from optics.kernels.arrays import FloatArray
 from optics.kernels.cache import load_or_make, result_key

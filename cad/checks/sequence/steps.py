@@ -18,6 +18,7 @@ from cad.checks.sequence.bench import Bench, is_pressed
 from cad.checks.sequence.lines import Surface, free_way_mm
 from cad.checks.sequence.screw_keys import Screw, is_screw, key_blockers, screw_of
 from cad.checks.sequence.ways import BEYOND_MM, way_out
+from cad.parts.bracket.bracket_joint import FRONT, REAR
 from optics.kernels.arrays import FloatArray
 from optics.mesh import Group, Role
 from rigs import Problem
@@ -34,6 +35,7 @@ GIMBAL = (
 )
 """What is put to what, in this order."""
 FIXED_BRACKET = (("fold_mirror", "fold_bracket"), ("fold_mirror_clip", "fold_bracket"))
+SPLIT_BRACKET = (("fold_mirror", FRONT), ("fold_mirror_clip", FRONT), (FRONT, REAR))
 HINGED_BRACKET = (
     ("fold_mirror", "fold_arm"),
     ("fold_mirror_clip", "fold_arm"),
@@ -126,14 +128,20 @@ def assembly_steps(assembly: Assembly) -> list[Step]:
     bench = Bench.of(assembly)
     hull = next(part.name for part in assembly.parts if part.role is Role.HULL)
     steps = list(chain.from_iterable(_press(bench, part.name) for part in assembly.parts if part.printed))
-    bracket = FIXED_BRACKET if assembly.stow is None else HINGED_BRACKET
-    for name, host in (*bracket, *GIMBAL):
+    for name, host in (*_bracket(assembly), *GIMBAL):
         if name in bench.parts:
             steps.append(_put(bench, name, host))
     for cluster in [cluster for cluster in bench.clusters if hull not in cluster]:
         name = next(name for name in bench.parts if name in cluster and bench.parts[name].printed)
         steps.append(_put(bench, name, hull))
     return steps
+
+
+def _bracket(assembly: Assembly) -> tuple[tuple[str, str], ...]:
+    """What is put to what of all that holds M1."""
+    if assembly.stow is not None:
+        return HINGED_BRACKET
+    return SPLIT_BRACKET if any(part.name == FRONT for part in assembly.parts) else FIXED_BRACKET
 
 
 def _press(bench: Bench, host: str) -> Iterator[Step]:

@@ -11,7 +11,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from cad.checks.printing.orientation import print_orientation
+from cad.assembly.print_pose import print_orientation
 from cad.export.printing.three_mf import PlacedMesh, write_3mf
 from optics.mesh import PartMesh, merge
 from rigs import Mount, Rig

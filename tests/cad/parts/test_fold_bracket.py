@@ -12,12 +12,12 @@ from manifold3d import Manifold
 
 from cad.assembly.assembly import Assembly, build_assembly
 from cad.assembly.meshes import rig_meshes
+from cad.assembly.print_pose import print_pose
 from cad.assembly.tessellation import LINEAR_TOLERANCE_MM, tessellated
-from cad.checks.printing.orientation import print_pose
 from cad.overlaps import manifold_mm
-from cad.parts.bracket_placement import fold_stance
+from cad.parts.bracket.bracket_placement import fold_stance
+from cad.parts.bracket.fold_bracket import fold_bracket_solid
 from cad.parts.flange import hull_side
-from cad.parts.fold_bracket import fold_bracket_solid
 from cad.parts.mirrors import mirror_plate
 from cad.parts.stow_bracket import arm_solid, deck_solid
 from cad.parts.stow_hinge import stow_hinge

@@ -14,7 +14,7 @@ import numpy as np
 from build123d import Axis, Part, Plane, Solid
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from cad.parts.bracket_placement import FoldStance
+from cad.parts.bracket.bracket_placement import FoldStance
 from cad.parts.flange import (
     BOLT_HEAD_DIAMETER_MM,
     STRAP_PLACES_MM,

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cad.checks.printing.orientation import overhang_base_support, print_orientation, print_pose
+from cad.assembly.print_pose import overhang_base_support, print_orientation, print_pose
 from optics.mesh import Group, PartMesh, Role
 from rigs import Mount
 
