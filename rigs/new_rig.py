@@ -86,8 +86,11 @@ def put_hull_file(document: tomlkit.TOMLDocument, hull: FileHull, *, folder: Pat
         table[key] = list(value) if isinstance(value, tuple) else value
         table[key].comment(meaning)
     document["hull"] = table
-    for key in ("fold_plane", "base_plane"):
-        document["mount"].pop(key, None)
+    for end in ("fold", "base"):
+        document["mount"].pop(f"{end}_plane", None)
+        if document["mount"].get(f"{end}_attachment") == "clamps":
+            # They go around a cylinder, which a file's hull is not known to be.
+            document["mount"].pop(f"{end}_attachment")
 
 
 def check_new_file(file: Path) -> None:

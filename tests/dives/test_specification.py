@@ -132,7 +132,7 @@ def test_single_problem(before, after, place, expected, tmp_path):
 
 def test_a_rig_that_is_not_there_is_named_once(tmp_path):
     (problem,) = problems(GOOD.replace('rig = "aqua2"', 'rig = "aqua3"'), tmp_path)
-    assert problem.expected.startswith("a preset (aqua2, ")
+    assert problem.expected.startswith("a preset (aqua-shell, aqua2, ")
     assert problem.expected.endswith("did you mean 'aqua2'?")
 
 

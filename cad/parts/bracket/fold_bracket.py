@@ -30,6 +30,8 @@ from cad.shapes import Limits, along_y, along_z, box, cylinder, location_mm, pri
 ROOF_CORNER_MM = 6.0
 BAR_MM = 8.0
 """Width of the roof's bars."""
+KNEE_MM = 2.0
+"""What is filled around the inner corner of a chord's knee."""
 BOSS_WALL_MM = 3.0
 """Of the pedestal around a bolt, or around its head where that is in the pedestal."""
 RIB_BAR_MM = 9.0
@@ -156,12 +158,20 @@ def _girders(stance: FoldStance) -> list[Part]:
         inwards = 1.0 if side == 0 else -1.0
         if reaches_cell:
             parts += _chord(stance, starts[side], knees[side], inwards)
+            parts.append(_knee(stance, knees[side], inwards))
         parts += _chord(stance, knees[side], ends[side], inwards)
     parts += _bracing(stance, knees, ends, bays=1)
     if reaches_cell:
         width, length = 2 * half, hypot(upper - front, y - (y_low + y_high) / 2)
         parts += _bracing(stance, starts, knees, bays=max(1, round(length / width)))
     return parts
+
+
+def _knee(stance: FoldStance, place: Plan, inwards: float) -> Part:
+    """Fills the inner corner of a chord's knee, where the two bars would else touch along a line."""
+    x, y = place
+    across = ordered(0.0, inwards * (BAR_MM + KNEE_MM))
+    return _bar((x - KNEE_MM, y), (x + KNEE_MM, y), across, (stance.roof_low_mm, stance.roof_mm))
 
 
 def _chord(stance: FoldStance, start: Plan, end: Plan, inwards: float) -> list[Part]:

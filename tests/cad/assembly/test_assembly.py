@@ -233,10 +233,11 @@ def test_a_base_anchor_beside_the_camera_turns_the_base(aqua2):
     assert tuple(flange.center())[:2] == pytest.approx((290.0, 0.0), abs=1e-6)
 
 
-def test_a_fold_anchor_beside_the_camera_or_below_the_mirror_is_refused(aqua2):
-    for anchor, expected in (((270.0, 0.0, 65.0), "expected y = 60"), ((270.0, 60.0, 20.0), "expected z of at least")):
+def test_a_fold_anchor_far_beside_the_camera_or_far_below_the_mirror_is_refused(aqua2):
+    cases = (((270.0, -60.0, 65.0), "expected y from"), ((270.0, 60.0, -150.0), "expected z of at least"))
+    for anchor, expected in cases:
         with pytest.raises(ValueError, match=rf"mount\.fold_anchor_mm.*{expected}"):
-            build_assembly(replaced(aqua2.rig, "mount", fold_anchor_mm=anchor))
+            build_assembly(replaced(aqua2.rig, "mount", fold_anchor_mm=anchor, fold_normal=(0.0, 0.0, 1.0)))
 
 
 def test_a_servo_whose_shaft_is_beside_its_case_is_refused(aqua2):

@@ -103,6 +103,7 @@ def test_every_check_of_the_presets_is_good(checked):
         "axes through the centre of M2",
         "parts out of each other",
         "clearance over the joint range",
+        "attachment holds",
         "screw access",
         "way in",
     }

@@ -15,7 +15,7 @@ def rig(capsule: trimesh.Trimesh, tmp_path_factory: pytest.TempPathFactory) -> R
     file = tmp_path_factory.mktemp("hull") / "capsule.stl"
     capsule.export(file)
     hull = FileHull.model_validate({"shape": "file", "file": Path(file), "unit": "mm"})
-    return Rig.load("torpedo").with_gaze(hull=hull)
+    return Rig.load("torpedo").with_gaze(hull=hull, mount={"fold_attachment": "screws", "base_attachment": "screws"})
 
 
 def test_what_is_pinned_stays_and_the_cheapest_comes_first(rig: Rig, capsule: trimesh.Trimesh) -> None:

@@ -23,8 +23,6 @@ def holed_rig(here, monkeypatch):
     trimesh.Trimesh(box.vertices, box.faces[keep], process=False).export(here / "hull.stl")
     new = ("new", "mine", "--from", "torpedo", "--hull", "hull.stl", "--unit", "mm")
     assert CliRunner().invoke(app, list(new)).exit_code == 0
-    rig = here / "mine.toml"
-    rig.write_text(rig.read_text().replace("[hull]\n", '[hull]\nwindow = "cut"\n'))
     return "mine.toml"
 
 

@@ -33,7 +33,7 @@ def test_keys_that_differ_are_those_that_were_changed(compared: DesignComparison
     keys = {each.key: (each.first, each.second) for each in compared.keys}
     assert keys == {
         "gaze_mirror.height_mm": (100.0, 110.0),
-        "mount.base_anchor_mm": ([270.0, 60.0, -65.0], [270.0, 60.0, 500.0]),
+        "mount.base_anchor_mm": ([276.0, 60.0, -65.0], [270.0, 60.0, 500.0]),
     }
 
 

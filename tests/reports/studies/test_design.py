@@ -214,11 +214,11 @@ def test_a_rig_without_mirrors_has_no_report(tmp_path):
 def test_a_mount_that_does_not_fit_the_printer_is_named(tmp_path, monkeypatch):
     """The bed is a key of the rig: the problem names it, and nothing is written. One part is checked."""
 
-    def bracket_check(assembly, **_):
-        mesh = assembly.part("fold_bracket").mesh
+    def base_check(assembly, **_):
+        mesh = assembly.part("gimbal_base").mesh
         return MountChecks(findings=tuple(print_findings(mesh, assembly.rig.gaze.mount)))
 
-    monkeypatch.setattr(mount_export, "assembly_checks", bracket_check)
+    monkeypatch.setattr(mount_export, "assembly_checks", base_check)
     rig = Rig.load("aqua2")
     small = rig.with_gaze(mount={"printer_bed_mm": (100.0, 100.0, 100.0)})
     with pytest.raises(RigError, match="printer_bed_mm"):

@@ -118,10 +118,12 @@ def test_a_hinge_is_put_together_before_it_goes_to_the_hull(aqua2, servo):
 
 
 def test_pieces_are_drawn_out_of_their_places(built_steps):
+    """All but bands, which are closed around the hull where they are."""
     assembly, found = built_steps
     for step in found:
         for move in step.moves:
-            assert np.linalg.norm(move.shift_m) > 0.005, (step.title, move.names)
+            wrapped = all(assembly.part(name).wraps for name in move.names)
+            assert wrapped or np.linalg.norm(move.shift_m) > 0.005, (step.title, move.names)
     # M2 cannot leave through its tray's floor: it moves along its face or out of it.
     gaze = next(move for step in found for move in step.moves if move.names == ("gaze_mirror",))
     normal = assembly.layout.body_from_m2(0.0, 0.0).rotation.as_matrix()[:, 2]
