@@ -40,7 +40,7 @@ def test_links_lead_somewhere_on_the_site(source):
     broken = [
         f"{page.relative_to(source)}: {target}"
         for page in source.rglob("*.md")
-        for target in links.findall(re.sub(r"```(?!{toctree}).*?```|`[^`]*`", "", page.read_text(), flags=re.DOTALL))
+        for target in links.findall(re.sub(r"```(?!{toctree}).*?```|`[^`]*`", "", page.read_text(encoding="utf-8"), flags=re.DOTALL))
         if not (page.parent / target).exists()
     ]
     assert broken == []
