@@ -84,7 +84,10 @@ def new_rig_on_hull(
     if camera_from is not None:
         camera_mm = _camera_of(taken, camera_from)
     if camera_mm is not None:
-        document["camera"]["position_mm"] = list(camera_mm)
+        told = tomlkit.item(list(camera_mm))
+        # Whatever mark the template has here: this place is the user's.
+        told.comment("as told" if camera_from is None else f"of {camera_from} in {hull.name}")
+        document["camera"]["position_mm"] = told
     log("hull: making a solid of it ...")
     solid = closed_surface(file_hull_solid(section))
     document["hull"]["window"] = "cut"

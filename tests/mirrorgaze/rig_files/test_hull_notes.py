@@ -13,7 +13,7 @@ from mirrorgaze.cli import app
 
 
 @pytest.fixture
-def holed_rig(here, monkeypatch):
+def holed_rig(here, monkeypatch, unplaced):
     """The torpedo's rig on a box of about its size from a file that lacks a triangle."""
     monkeypatch.setenv("MIRRORGAZE_CACHE", str(here / "cache"))
     box = trimesh.creation.box(extents=(1590, 230, 230))

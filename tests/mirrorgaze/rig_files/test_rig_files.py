@@ -10,7 +10,6 @@ import tomlkit
 import trimesh
 from typer.testing import CliRunner
 
-from cad.placement.placement import Placement
 from mirrorgaze.cli import app
 from rigs import Rig, load_document, preset_names, preset_path, save_document
 
@@ -48,16 +47,6 @@ def test_new_copies_a_preset_with_its_comments(here):
 def test_new_begins_with_the_preset_that_has_a_hull(here, shape, preset):
     assert mirrorgaze("new", "reef", "--hull", shape).exit_code == 0
     assert Rig.load(here / "reef.toml").model_copy(update={"name": preset}) == Rig.load(preset)
-
-
-@pytest.fixture
-def unplaced(monkeypatch):
-    """Leave camera, mirrors and anchors where the preset has them: tests/reports/studies places them."""
-
-    def stay(document, folder, hull, **_):
-        return Placement(rig=Rig.parse(tomlkit.dumps(document), source="reef", folder=folder), reasons={}, rejected=())
-
-    monkeypatch.setattr("reports.studies.new_rig.place_document", stay)
 
 
 @pytest.mark.usefixtures("unplaced")
