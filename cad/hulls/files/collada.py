@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull
+from cad.hulls.files.found import FoundHull, Piece, found_hull, reading
 
 UP = {"X_UP": "+x", "Y_UP": "+y", "Z_UP": "+z"}
 
@@ -25,7 +25,7 @@ def read_collada(file: Path) -> FoundHull:
     """
     import collada  # noqa: PLC0415  (the only format that needs it)
 
-    try:
+    with reading("COLLADA"):
         # Materials and pictures that are not there do not matter to a shape.
         with warnings.catch_warnings():
             # pycollada still multiplies with matrices of numpy's old kind.
@@ -34,10 +34,6 @@ def read_collada(file: Path) -> FoundHull:
             pieces = list(_pieces(document))
         asset = document.assetInfo
         unit_mm = 1000 * float(asset.unitmeter or 1.0)
-    except Exception as error:
-        # Readers of broken files fail in as many ways as files are broken.
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"expected COLLADA, got what cannot be read as one ({said}); {EXPORT_AGAIN}") from None
     return found_hull(file, pieces, unit_mm=unit_mm, up=UP.get(asset.upaxis))
 
 

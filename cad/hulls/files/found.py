@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +17,17 @@ from optics.kernels.arrays import FloatArray
 Faces = NDArray[np.int64]
 Corners = NDArray[np.floating[Any]]
 EXPORT_AGAIN = "export it again from the program that made it, as STL, GLB or STEP"
+
+
+@contextmanager
+def reading(what: str) -> Iterator[None]:
+    """Turn whatever a library raises while it reads a broken file into a sentence: `ValueError`."""
+    try:
+        yield
+    except Exception as error:
+        # Readers of broken files fail in as many ways as files are broken.
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"expected {what}, got what cannot be read as one ({said}); {EXPORT_AGAIN}") from None
 
 
 @dataclass(frozen=True, kw_only=True)

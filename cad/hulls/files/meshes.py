@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull
+from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull, reading
 
 STL_HEADER = 80
 """Bytes before the number of triangles in a binary STL."""
@@ -48,14 +48,10 @@ def gltf_buffers(file: Path) -> list[Path]:
 
 
 def _pieces(file: Path) -> list[Piece]:
-    try:
+    with reading("a mesh"):
         scene = trimesh.load_scene(file, process=False)
         placed = [(*scene.graph[node], str(node)) for node in sorted(scene.graph.nodes_geometry)]
         return [_piece(scene.geometry[key], pose, "" if name == file.name else name) for pose, key, name in placed]
-    except Exception as error:
-        # Readers of broken files fail in as many ways as files are broken.
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"expected a mesh, got what cannot be read as one ({said}); {EXPORT_AGAIN}") from None
 
 
 def _piece(geometry: Any, pose: NDArray[np.float64], name: str) -> Piece:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull
+from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull, reading
 from rigs.files import STEP_SUFFIXES
 
 TOLERANCE_MM = 0.2
@@ -45,12 +45,8 @@ def is_one_solid(file: Path) -> bool:
 def _shape(file: Path, changed_ns: int) -> Any:
     from build123d import import_step  # noqa: PLC0415  (takes seconds to import)
 
-    try:
+    with reading("a STEP file"):
         shape = import_step(file)
-    except Exception as error:
-        # The kernel's reader fails in as many ways as files are broken.
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"expected a STEP file, got what cannot be read as one ({said}); {EXPORT_AGAIN}") from None
     if not shape.faces():
         raise ValueError(f"expected a STEP file with solids or faces, got none; {EXPORT_AGAIN}")
     return shape

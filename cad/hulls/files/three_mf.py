@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull
+from cad.hulls.files.found import FoundHull, Piece, found_hull, reading
 
 UNITS_MM = {"MicroMeter": 1e-3, "MilliMeter": 1.0, "CentiMeter": 10.0, "Inch": 25.4, "Foot": 304.8, "Meter": 1000.0}
 
@@ -17,7 +17,7 @@ def read_3mf(file: Path) -> FoundHull:
     """Triangles of what a 3MF file would build, z up as on the printer; raises `ValueError` when there are none."""
     import lib3mf  # noqa: PLC0415  (the only format that needs it)
 
-    try:
+    with reading("3MF"):
         model = lib3mf.get_wrapper().CreateModel()
         model.QueryReader("3mf").ReadFromFile(str(file))
         pieces: list[Piece] = []
@@ -26,10 +26,6 @@ def read_3mf(file: Path) -> FoundHull:
             item = items.GetCurrent()
             pieces += _pieces(item.GetObjectResource(), _matrix(item.GetObjectTransform()))
         unit_mm = UNITS_MM[lib3mf.ModelUnit(model.GetUnit()).name]
-    except Exception as error:
-        # Readers of broken files fail in as many ways as files are broken.
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"expected 3MF, got what cannot be read as one ({said}); {EXPORT_AGAIN}") from None
     return found_hull(file, pieces, unit_mm=unit_mm, up="+z")
 
 
