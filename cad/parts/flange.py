@@ -63,6 +63,8 @@ class Seat:
         Wall of the mount.
     standing_mm : float
         Of what stands on the flange and is bolted down with it.
+    head_room_mm : float
+        Kept free over the bolts' heads, for the bolts and their key.
     """
 
     body_from_seat: RigidTransform
@@ -70,6 +72,7 @@ class Seat:
     attachment: Attachment
     wall_mm: float
     standing_mm: float = 0.0
+    head_room_mm: float = 40.0
 
     @property
     def strapped(self) -> bool:
@@ -283,5 +286,5 @@ def _fastener_room(seat: Seat) -> Part:
         return _hull_side(seat)
     for x, y in bolt_places():
         rooms.append(cylinder((x, y, low), (x, y, high + 1), clearance_diameter_mm("M4") / 2))
-        rooms.append(cylinder((x, y, high), (x, y, high + 40), BOLT_HEAD_DIAMETER_MM / 2))
+        rooms.append(cylinder((x, y, high), (x, y, high + seat.head_room_mm), BOLT_HEAD_DIAMETER_MM / 2))
     return Part() + rooms

@@ -17,7 +17,7 @@ from build123d import Location, Rot
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.parts.contact import CylinderContact
-from cad.parts.flange import Seat, bolt_places, fold_seat
+from cad.parts.flange import BOLT_HEAD_DIAMETER_MM, Seat, bolt_places, fold_seat
 from cad.parts.mirrors import Fixing, tray_depth_mm, tray_foot_mm, tray_half_width_mm, tray_head_mm
 from cad.shapes import Limits, location_mm
 from optics.kernels.arrays import FloatArray
@@ -25,6 +25,10 @@ from optics.layout import Layout
 from rigs import FoldMirror, Mount, Rig
 
 ALIGNMENT_MM = 0.5
+BOSS_WALL_MM = 3.0
+"""Of the pedestal around a bolt, or around its head where that is in the pedestal."""
+KEY_HOLE_WALL_MM = 4.0
+"""Of the roof around a hole for bolt and key."""
 STEEPEST_DEG = 60.0
 """Between the hull's normal and the roof's: beyond it the flange is twice as long as what is seen of it from above."""
 FLATTEST_DEG = 10.0
@@ -62,6 +66,8 @@ class FoldStance:
         Height of the roof's outer face.
     girder_mm : float
         Depth of the girders under it, the roof's own wall included.
+    keys_through_roof : bool
+        Whether the flange's bolts and their key come through holes in the roof.
     """
 
     body_from_fold: RigidTransform
@@ -71,6 +77,7 @@ class FoldStance:
     seat: Seat
     roof_mm: float
     girder_mm: float
+    keys_through_roof: bool = False
 
     @property
     def wall_mm(self) -> float:
@@ -99,8 +106,9 @@ class FoldStance:
 
     @property
     def pedestal_mm(self) -> tuple[Limits, Limits]:
-        """Limits along x and y of what stands on the hull: the flange as seen from above."""
-        low, high = flange_corners_mm(self.seat).min(axis=0), flange_corners_mm(self.seat).max(axis=0)
+        """Limits along x and y of what stands on the hull: the flange, and where keys come through the roof to it."""
+        corners = np.vstack([flange_corners_mm(self.seat)[:, :2], self._key_holes_mm()])
+        low, high = corners.min(axis=0), corners.max(axis=0)
         return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
 
     @property
@@ -111,13 +119,29 @@ class FoldStance:
     @property
     def roof_front_mm(self) -> float:
         """Front end of the roof, over M1's cell; a flange that is over it too makes it longer."""
+        return max(self.over_cell_mm, self.pedestal_mm[0][1])
+
+    @property
+    def over_cell_mm(self) -> float:
+        """How far the roof goes to brace M1's cell."""
         upper, lower = self.upper_mm[0], self.lower_mm[0]
-        return max(upper + ROOF_SHARE * (lower - upper), self.pedestal_mm[0][1])
+        return upper + ROOF_SHARE * (lower - upper)
 
     @property
     def tray_half_width_mm(self) -> float:
         """Half of the cell's width."""
         return tray_half_width_mm(self.mirror)
+
+    def _key_holes_mm(self) -> FloatArray:
+        """Corners of what is around the holes over heads that are in the pedestal, in the roof, shape (8 or 0, 2)."""
+        if not self.keys_through_roof:
+            return np.empty((0, 2))
+        # An oblique cut through a cylinder is longer the way it leans.
+        leaning = self.seat.normal[:2] / self.seat.normal[2]
+        half = BOLT_HEAD_DIAMETER_MM / 2 * np.sqrt(1 + leaning**2) + KEY_HOLE_WALL_MM
+        heads = _heads_mm(self.seat)
+        holes = heads[:, :2] + (self.roof_mm - heads[:, 2:]) * leaning
+        return np.vstack([holes - half, holes + half])
 
     @property
     def upper_mm(self) -> tuple[float, float]:
@@ -171,8 +195,10 @@ def fold_stance(rig: Rig, layout: Layout) -> FoldStance:
     # A hinge's deck has its stiffeners over the roof, where the arm does not swing.
     girder = gaze.mount.wall_mm if gaze.joints.stow else _girder_mm(flat)
     roof = _roof(flat, girder)
-    stance = replace(flat, roof_mm=roof, girder_mm=girder, seat=_bolted_through(seat, roof))
-    _check(stance, place)
+    stance = _bolted(replace(flat, roof_mm=roof, girder_mm=girder))
+    refusal = _refusal(stance)
+    if refusal:
+        raise ValueError(f"{place}: {refusal}")
     return stance
 
 
@@ -192,10 +218,16 @@ def flange_corners_mm(seat: Seat) -> FloatArray:
     return np.asarray(1000 * seat.body_from_seat.apply(np.array(list(sides)) / 1000))
 
 
+def _heads_mm(seat: Seat) -> FloatArray:
+    """Undersides of the bolts' heads on a flange, in the frame the seat is given in, shape (4, 3)."""
+    places = np.array([[x, y, seat.height_mm] for x, y in bolt_places()])
+    return np.asarray(1000 * seat.body_from_seat.apply(places / 1000))
+
+
 def _girder_mm(stance: FoldStance) -> float:
-    """Depth of the girders: a share of their length from the middle of the flange to the far end of the roof."""
+    """Depth of the girders: a share of their length from the middle of the flange to the far end over the cell."""
     x, y, _ = stance.anchor_mm
-    return max(SMALLEST_GIRDER_MM, hypot(stance.roof_front_mm - x, stance.y_mm - y) / SLENDEREST_GIRDER)
+    return max(SMALLEST_GIRDER_MM, hypot(stance.over_cell_mm - x, stance.y_mm - y) / SLENDEREST_GIRDER)
 
 
 def _roof(stance: FoldStance, girder_mm: float) -> float:
@@ -212,14 +244,19 @@ def _roof(stance: FoldStance, girder_mm: float) -> float:
     return max(levels)
 
 
-def _bolted_through(seat: Seat, roof_mm: float) -> Seat:
-    """Seat whose bolts go through the roof, where it is all but parallel to the flange and not far off."""
+def _bolted(stance: FoldStance) -> FoldStance:
+    """Stance with bolts through a roof that is near and parallel, else with holes in it for bolts and their key."""
+    seat, heads, upright = stance.seat, _heads_mm(stance.seat), float(stance.seat.normal[2])
     if seat.attachment != "screws":
-        return seat
-    heads = np.array([[x, y, seat.height_mm] for x, y in bolt_places()])
-    standing = (roof_mm - 1000 * seat.body_from_seat.apply(heads / 1000)[:, 2].max()) / float(seat.normal[2])
-    parallel = float(seat.normal[2]) > np.cos(np.radians(FLATTEST_DEG))
-    return replace(seat, standing_mm=standing) if parallel and 0 < standing <= LONGEST_GRIP_MM else seat
+        return stance
+    standing = (stance.roof_mm - heads[:, 2].max()) / upright
+    if upright > np.cos(np.radians(FLATTEST_DEG)) and 0 < standing <= LONGEST_GRIP_MM:
+        return replace(stance, seat=replace(seat, standing_mm=standing))
+    beyond = BOLT_HEAD_DIAMETER_MM * np.tan(np.arccos(upright)) + 1
+    room = float((stance.roof_mm - heads[:, 2].min()) / upright + beyond)
+    holed = replace(stance, seat=replace(seat, head_room_mm=room), keys_through_roof=True)
+    # On a steep nose they would be in M1's cell: there keys come in under the roof, if at all.
+    return stance if _refusal(holed) else holed
 
 
 def _check_slope(seat: Seat, body_from_fold: RigidTransform, place: str) -> None:
@@ -232,30 +269,30 @@ def _check_slope(seat: Seat, body_from_fold: RigidTransform, place: str) -> None
         )
 
 
-def _check(stance: FoldStance, place: str) -> None:
-    """Compare the anchor with M1; numbers in messages are those of the body frame, as in the rig file."""
+def _refusal(stance: FoldStance) -> str:
+    """Why the anchor does not suit M1, empty when it does; numbers are those of the body frame, as in the rig file."""
     x, y, z = stance.anchor_mm
     front = stance.pedestal_mm[0][1]
     rise = stance.roof_mm - float(flange_corners_mm(stance.seat)[:, 2].max())
     if rise > LARGEST_RISE_MM:
         here, better = (stance.in_body_mm(x, y, level)[2] for level in (z, z + rise - LARGEST_RISE_MM))
-        raise ValueError(
-            f"{place}: expected z of at {'least' if better > here else 'most'} {better:.1f}, so that the roof over "
+        return (
+            f"expected z of at {'least' if better > here else 'most'} {better:.1f}, so that the roof over "
             f"M1's cell is at most {LARGEST_RISE_MM:g} mm off the flange, got z = {here:g}"
         )
     # A flange over the cell must leave M1 its light.
     over_cell = float(flange_corners_mm(stance.seat)[:, 2].min()) > stance.upper_mm[1]
     furthest = stance.lower_mm[0] if over_cell and abs(y - stance.y_mm) <= ALIGNMENT_MM else stance.upper_mm[0]
     if front > furthest:
-        raise ValueError(
-            f"{place}: expected x of at most {x - front + furthest:.1f}, where the flange is behind "
+        return (
+            f"expected x of at most {x - front + furthest:.1f}, where the flange is behind "
             f"{'the front' if furthest == stance.lower_mm[0] else 'the upper edge'} of M1's cell, got x = {x:g}"
         )
     beside, room = abs(y - stance.y_mm), max(STEEPEST_GIRDER * (stance.upper_mm[0] - front), ALIGNMENT_MM)
     if beside > room:
         here = stance.in_body_mm(x, y, z)[1]
         low, high = sorted(stance.in_body_mm(x, stance.y_mm + side * room, z)[1] for side in (-1, 1))
-        raise ValueError(
-            f"{place}: expected y from {low:.1f} to {high:.1f}, so that the girders reach M1's cell from there, "
-            f"got y = {here:g}"
+        return (
+            f"expected y from {low:.1f} to {high:.1f}, so that the girders reach M1's cell from there, got y = {here:g}"
         )
+    return ""

@@ -14,7 +14,7 @@ import numpy as np
 from build123d import Axis, Part, Plane, Solid
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from cad.parts.bracket.bracket_placement import FoldStance
+from cad.parts.bracket.bracket_placement import BOSS_WALL_MM, FoldStance
 from cad.parts.flange import (
     BOLT_HEAD_DIAMETER_MM,
     STRAP_PLACES_MM,
@@ -28,12 +28,12 @@ from cad.parts.mirrors import BOND_HOLE_DIAMETER_MM, mirror_tray
 from cad.shapes import Limits, along_y, along_z, box, cylinder, location_mm, prism, single_solid
 
 ROOF_CORNER_MM = 6.0
+SMALLEST_KINK_MM = 0.5
+"""Between the sides of pedestal and cell, for a girder that widens or narrows."""
 BAR_MM = 8.0
 """Width of the roof's bars."""
 KNEE_MM = 2.0
 """What is filled around the inner corner of a chord's knee."""
-BOSS_WALL_MM = 3.0
-"""Of the pedestal around a bolt, or around its head where that is in the pedestal."""
 RIB_BAR_MM = 9.0
 """Left around the hole of a rib, which spares weight and lets the water through."""
 SMALLEST_POCKET_MM = 3.0
@@ -148,8 +148,13 @@ def _girders(stance: FoldStance) -> list[Part]:
     upper, end = stance.upper_mm[0], stance.roof_front_mm
     parts = []
     # Both chords from behind the pedestal's front to the cell and over it.
-    starts = ((front - stance.wall_mm, y_low), (front - stance.wall_mm, y_high))
     knees = ((upper, y - half), (upper, y + half))
+    # The kernel loses shapes at sides that all but are one: there the girder is straight.
+    sides = [
+        knee if abs(side - knee) < SMALLEST_KINK_MM else side
+        for side, (_, knee) in zip((y_low, y_high), knees, strict=True)
+    ]
+    starts = ((front - stance.wall_mm, sides[0]), (front - stance.wall_mm, sides[1]))
     ends = ((end, y - half), (end, y + half))
     reaches_cell = upper - front > stance.wall_mm
     if not reaches_cell:

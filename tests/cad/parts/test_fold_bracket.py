@@ -17,11 +17,11 @@ from cad.assembly.tessellation import LINEAR_TOLERANCE_MM, tessellated
 from cad.overlaps import manifold_mm
 from cad.parts.bracket.bracket_placement import fold_stance
 from cad.parts.bracket.fold_bracket import fold_bracket_solid
-from cad.parts.flange import hull_side
+from cad.parts.flange import bolt_places, hull_side
 from cad.parts.mirrors import mirror_plate
 from cad.parts.stow_bracket import arm_solid, deck_solid
 from cad.parts.stow_hinge import stow_hinge
-from cad.shapes import box, location_mm
+from cad.shapes import box, cylinder, location_mm
 from optics.gaze.stowed_view import direct_view_loss
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -282,11 +282,30 @@ def test_the_train_with_m1_stowed_is_the_camera_alone():
 
 def test_a_hinge_without_room_is_named():
     near = changed(stowable("aqua2"), mount={"fold_anchor_mm": (340.0, 60.0, 65.0)})
-    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*expected x of at most 323\.\d.*got x = 340"):
+    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*expected x of at most 321\.\d.*got x = 340"):
         stow_hinge(near, Layout.from_rig(near))
     narrow = changed(stowable("aqua2", servo=True), fold_mirror={"width_mm": 40.0})
     with pytest.raises(ValueError, match=r"fold_mirror\.width_mm = 40: expected at least \d+, so that.*its servo fit"):
         stow_hinge(narrow, Layout.from_rig(narrow))
+
+
+def test_chords_that_all_but_meet_the_pedestal_in_a_line_are_one_solid():
+    """Cell and flange all but equally wide: the kernel loses all shapes when it unites them in one go."""
+    mirror = {"width_mm": 41.453125, "height_mm": 40.0, "thickness_mm": 2.0, "distance_mm": 85.0}
+    rig = changed(loaded("aqua2"), fold_mirror=mirror, mount={"wall_mm": 1.25})
+    bracket = fold_bracket_solid(fold_stance(rig, Layout.from_rig(rig)))
+    assert manifold_mm(meshed(bracket)).volume() == pytest.approx(bracket.volume, rel=0.01)
+
+
+def test_keys_come_through_the_roof_over_a_slope():
+    """A round nose's flange leans forward: the pedestal is as long as the holes over its bolts' heads need."""
+    rig = changed(loaded("aqua2"), mount={"fold_anchor_mm": (250.0, 60.0, 40.0), "fold_normal": (0.5, 0.0, 1.0)})
+    stance = fold_stance(rig, Layout.from_rig(rig))
+    assert stance.keys_through_roof
+    bracket = fold_bracket_solid(stance)
+    for hole in bolt_places():
+        way = location_mm(stance.seat.body_from_seat) * cylinder((*hole, stance.seat.height_mm), (*hole, 120.0), 4.9)
+        assert shared_mm3(bracket, way) < TOUCHING_MM3
 
 
 @settings(max_examples=10)
