@@ -15,6 +15,10 @@ from cad.hulls.window import window_body
 from cad.loads.holding import holdings
 from cad.loads.joint_strength import joint_strength
 from cad.overlaps import manifold_mm
+from cad.parts.contact import ROUGH_MM, SHEET_MM, SurfaceContact
+from cad.parts.flange import fold_seat
+from cad.parts.gimbal_base import base_stance, flange_seat
+from cad.parts.gimbal_dimensions import GimbalDimensions
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh
@@ -23,6 +27,7 @@ from rigs import DomePortSpec, FlatPortSpec, Problem, Rig
 
 ANCHOR_CHECK = "anchor on the hull"
 VIEW_CHECK = "view of the port"
+BEDDING_CHECK = "bedding under the flange"
 HOLDING_CHECK = "attachment holds"
 JOINT_CHECK = "joint holds"
 PORT_VIEW_TOLERANCE_MM3 = 1.0
@@ -51,7 +56,26 @@ def attachment_findings(rig: Rig, hull: PartMesh, layout: Layout) -> list[Findin
                 problem=problems[places[0]] if places else None,
             )
         )
-    return [*findings, _view_of_the_port(rig, hull, layout)]
+    return [*findings, *_bedding(rig, layout), _view_of_the_port(rig, hull, layout)]
+
+
+def _bedding(rig: Rig, layout: Layout) -> list[Finding]:
+    """How thick the bed is that a flange needs on a hull from a file: the hull's steps under it."""
+    if rig.file_hull is None:
+        return []
+    seats = {"fold": fold_seat(rig), "base": flange_seat(rig, base_stance(GimbalDimensions.from_rig(rig), layout))}
+    return [
+        Finding(
+            check=BEDDING_CHECK,
+            subject=f"{end} flange",
+            figure=seat.contact.error_mm if isinstance(seat.contact, SurfaceContact) else 0.0,
+            unit="mm",
+            limit=ROUGH_MM,
+            sense=Sense.AT_MOST,
+            note=f"steps of the hull under it; a neoprene sheet takes up {SHEET_MM:g} mm, a bed of epoxy putty more",
+        )
+        for end, seat in seats.items()
+    ]
 
 
 def holding_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:

@@ -27,9 +27,11 @@ REACH_MM = 30.0
 """Surfaces further than this from the anchor's tangent plane are other parts of the hull."""
 FLAT_MM = 0.05
 """What a printer's first layer levels out: a surface as flat as this is a plane."""
+SHEET_MM = 1.0
+"""What a neoprene sheet between hull and flange takes up."""
 ROUGH_MM = 3.0
-"""More than this between hull and flange is no fit. What is less is bedded: a neoprene sheet takes up a millimetre, a
-bed of epoxy putty cast against foil the rest. The facets of a coarse mesh count as steps: a tube of 260 mm drawn with
+"""More than this between hull and flange is no fit; what a sheet does not take up is a bed of epoxy putty, cast against
+foil. The facets of a coarse mesh count as steps: a tube of 260 mm drawn with
 24 sides has some of 2.2 mm."""
 
 
