@@ -14,22 +14,33 @@ import numpy as np
 import trimesh
 
 from cad.assembly.assembly import build_assembly
-from cad.checks.assembly_checks import assembly_problems
-from cad.checks.printing.walls import wall_finding
-from cad.hulls.anchors import Anchor, base_anchor, fold_anchor
+from cad.checks.assembly_checks import assembly_checks
 from cad.parts.bracket.bracket_placement import fold_stance
 from cad.parts.clearance_envelope import gimbal_rooms_mm
 from cad.parts.gimbal_base import base_stance, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.placement.camera_sites import CameraSite, camera_sites
 from cad.placement.candidates import BASE_REACH_MM, FOLD_REACH_MM, Candidate, Shortfalls, candidates, mirror_shapes
+from cad.placement.fold_frame import (
+    BASE_ANCHOR,
+    CAMERA,
+    DESIGN_KEYS,
+    DIRECTION,
+    FOLD_ANCHOR,
+    PLACED_KEYS,
+    facing,
+    pinned_seats,
+    rig_of,
+    turn_of,
+    turned,
+    with_pinned,
+)
 from cad.placement.hull_field import HullField, hull_field
 from cad.placement.mirror_table import D1_MM, D2_MM, FIELD, mirror_table
 from cad.placement.seats import SeatFinder
 from optics.feasibility.feasibility import feasibility_problems
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
-from optics.search.objectives import PARAMETERS, rig_with
 from optics.sizing.gaze_range import GazeRange
 from optics.sizing.limits import Request
 from optics.sizing.window import fraction_window
@@ -42,18 +53,9 @@ SIDES_MM = 330.0
 """How far beside the camera's plane the hull is looked at."""
 UPWARDS_MM = 30.0
 """What a fold up costs, in millimetres of arm: a vehicle is lifted, and stands in the air, by its top."""
-HALF_TURN = np.array([1.0, -1.0, -1.0])
-"""Half a turn about x: from the body frame to the fold frame of a rig that folds up, and back."""
 WINDOW = 0.2
 AZIMUTH_DEG, ELEVATION_DEG = (-60.0, 60.0), (-30.0, 30.0)
 """What the mirrors are sized for: as `mirrorgaze size` by itself."""
-
-CAMERA = "camera.position_mm"
-DIRECTION = "fold_mirror.direction"
-FOLD_ANCHOR, BASE_ANCHOR = "mount.fold_anchor_mm", "mount.base_anchor_mm"
-DESIGN_KEYS = tuple(f"{section}.{key}" for section, key in PARAMETERS)
-PLACED_KEYS = (CAMERA, DIRECTION, *DESIGN_KEYS, FOLD_ANCHOR, BASE_ANCHOR)
-"""Keys of a rig file that a placement decides, unless they are pinned."""
 
 STAGES = (
     "M1 clear",
@@ -146,19 +148,24 @@ def place(
     ranked = _ranked(rig, hull, wanted, short)
     body = _manifold(hull)
     built = 0
+    failed: set[tuple[str, str, tuple[float, float, float]]] = set()
     for direction, candidate in ranked[:ASKED]:
-        placed = _rig_of(rig, candidate, direction, pinned)
+        seats = {(direction, end, getattr(candidate, end).point_mm) for end in ("fold", "base")}
+        if seats & failed:
+            continue
+        placed = rig_of(rig, candidate, direction, pinned)
         refusal = _refusal(placed, body)
         if refusal:
             short.note(refusal)
             continue
         built += 1
         log(f"placing: building mount {built} ...")
-        problem = _problem(placed)
+        problem = _problem(placed, log)
         if problem is None:
             reasons = _reasons(candidate, direction, wanted)
             return Placement(rig=placed, reasons=reasons, rejected=_sentences(short))
         short.note(problem)
+        failed |= {seat for seat in seats if _is_of(seat[1], problem)}
         if built == BUILT:
             break
     raise ValueError(_nothing_fits(rig, hull, wanted, short))
@@ -178,59 +185,27 @@ def _ranked(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortfalls) 
 def _of_direction(
     rig: Rig, hull: trimesh.Trimesh, direction: str, wanted: Wanted, short: Shortfalls
 ) -> Iterator[Candidate]:
-    turn = _turn(direction)
-    facing = _facing(rig, direction)
-    table = mirror_table(facing, wanted.request)
+    turn, folding = turn_of(direction), facing(rig, direction)
+    table = mirror_table(folding, wanted.request)
     for condition, missing in table.rejected.items():
         short.note(condition, missing)
-    designs = _with_pinned(rig, table.designs, wanted.pinned)
+    designs = with_pinned(rig, table.designs, wanted.pinned)
     if not len(designs):
         return
-    shapes = mirror_shapes(facing, designs)
+    shapes = mirror_shapes(folding, designs)
     vertices = np.asarray(hull.vertices) * turn
     # Half a turn keeps the triangles' sense.
-    turned = trimesh.Trimesh(vertices, hull.faces, process=False)
+    in_fold = trimesh.Trimesh(vertices, hull.faces, process=False)
     middle = _middle_mm(vertices)
-    position = _turned(rig.camera.position_mm, turn)
+    position = turned(rig.camera.position_mm, turn)
     y = position[1] if CAMERA in wanted.pinned else middle
-    space = _space(turned, y)
-    finder = SeatFinder(solid=turned, space=space, pinned=_pinned_seats(rig, wanted.pinned, turn))
+    space = _space(in_fold, y)
+    finder = SeatFinder(solid=in_fold, space=space, pinned=pinned_seats(rig, wanted.pinned, turn))
     sites = [CameraSite(pinhole_mm=position)] if CAMERA in wanted.pinned else camera_sites(rig, space, y)
     if not sites:
         short.note("a nose in the plane of symmetry for the camera's port")
     for site in sites:
         yield from candidates(site, shapes, finder, short)
-
-
-def _facing(rig: Rig, direction: str) -> Rig:
-    """The rig folding in a direction; if that is new, with the limits of its tilt the other way round."""
-    gaze = rig.require_gaze()
-    if gaze.fold_mirror.direction == direction:
-        return rig
-    tilt = gaze.joints.tilt
-    turned = tilt.model_copy(update={"min_deg": -tilt.max_deg, "max_deg": -tilt.min_deg})
-    joints = gaze.joints.model_copy(update={"tilt": turned})
-    return rig.with_gaze(fold_mirror={"direction": direction}, joints=joints)
-
-
-def _pinned_seats(rig: Rig, pinned: Collection[str], turn: FloatArray) -> dict[int, Anchor]:
-    """Seats that the user has chosen, by the side of the fold frame that they are on."""
-    ends = ((FOLD_ANCHOR, 1, fold_anchor), (BASE_ANCHOR, -1, base_anchor))
-    chosen = {side: find(rig) for key, side, find in ends if key in pinned}
-    return {
-        side: Anchor(point_mm=_turned(anchor.point_mm, turn), normal=_turned(anchor.normal, turn))
-        for side, anchor in chosen.items()
-    }
-
-
-def _turned(vector: tuple[float, float, float], turn: FloatArray) -> tuple[float, float, float]:
-    # Adding zero turns -0.0 into 0.0, which is what a rig file should say.
-    x, y, z = (np.array(vector) * turn + 0.0).tolist()
-    return x, y, z
-
-
-def _turn(direction: str) -> FloatArray:
-    return HALF_TURN if direction == "up" else np.ones(3)
 
 
 def _middle_mm(vertices: FloatArray) -> float:
@@ -262,35 +237,6 @@ def _manifold(surface: trimesh.Trimesh) -> manifold3d.Manifold:
     )
 
 
-def _with_pinned(rig: Rig, designs: FloatArray, pinned: Collection[str]) -> FloatArray:
-    """Designs with the numbers that are pinned: of pinned distances the nearest rows, pinned sizes as they are."""
-    gaze = rig.require_gaze()
-    designs = designs.copy()
-    for column, (section, key) in enumerate(PARAMETERS):
-        if f"{section}.{key}" in pinned and len(designs):
-            value = getattr(getattr(gaze, section), key)
-            if key == "distance_mm":
-                away = np.abs(designs[:, column] - value)
-                designs = designs[away == away.min()]
-            designs[:, column] = value
-    return designs
-
-
-def _rig_of(rig: Rig, candidate: Candidate, direction: str, pinned: Collection[str]) -> Rig:
-    """The rig that a candidate describes, in the body frame."""
-    turn = _turn(direction)
-    sized = rig_with(_facing(rig, direction), candidate.shape.design)
-    mount: dict[str, object] = {}
-    for end, anchor in (("fold", candidate.fold), ("base", candidate.base)):
-        if f"mount.{end}_anchor_mm" not in pinned:
-            mount[f"{end}_anchor_mm"] = _turned(anchor.point_mm, turn)
-            mount[f"{end}_normal"] = _turned(anchor.normal, turn)
-            mount[f"{end}_plane"] = None
-    placed = sized.with_gaze(mount=mount)
-    camera = rig.camera.model_copy(update={"position_mm": _turned(candidate.site.pinhole_mm, turn)})
-    return placed if CAMERA in pinned else placed.model_copy(update={"camera": camera})
-
-
 def _refusal(rig: Rig, hull: manifold3d.Manifold) -> str:
     """Why the parts themselves refuse a candidate, empty when they do not."""
     problems = feasibility_problems(rig)
@@ -307,17 +253,22 @@ def _refusal(rig: Rig, hull: manifold3d.Manifold) -> str:
     return worst if rooms[worst] < 0 else ""
 
 
-def _problem(rig: Rig) -> str | None:
-    """First problem of the mount as it is built."""
+def _problem(rig: Rig, log: Log) -> str | None:
+    """First problem of the mount as it is built, by every check but the slicer's."""
     try:
-        assembly = build_assembly(rig)
+        problems = assembly_checks(build_assembly(rig), log=lambda line: log(f"placing: {line}")).problems
     except ValueError as error:
         return str(error)
-    problems = assembly_problems(assembly)
-    if not problems:
-        walls = (wall_finding(mesh, rig.require_gaze().mount).problem for mesh in assembly.printed)
-        problems = [problem for problem in walls if problem is not None]
     return str(problems[0]) if problems else None
+
+
+def _is_of(end: str, problem: str) -> bool:
+    """Whether a problem is of what stands at an anchor: then another mount on the same seat has it too."""
+    names = {
+        "fold": ("fold_bracket", "fold_flange", "fold_anchor"),
+        "base": ("gimbal_base", "base_flange", "base_anchor"),
+    }
+    return any(name in problem for name in names[end])
 
 
 def _reasons(candidate: Candidate, direction: str, wanted: Wanted) -> dict[str, str]:
@@ -357,7 +308,7 @@ def _nothing_fits(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortf
     for words, other, changed in _easier(rig, wanted):
         ranked = _ranked(other, hull, changed, Shortfalls())
         body = _manifold(hull)
-        if any(not _refusal(_rig_of(other, item, way, changed.pinned), body) for way, item in ranked[:ASKED]):
+        if any(not _refusal(rig_of(other, item, way, changed.pinned), body) for way, item in ranked[:ASKED]):
             return f"{found}; there is room {words}"
     return f"{found}; look at {CAMERA}, and at the hull's axes: mirrorgaze show draws them"
 

@@ -11,7 +11,8 @@ from cad.hulls.files.taken import TakenHull, take_hull
 from cad.hulls.files.triangles import read_hull_file
 from cad.hulls.hull import closed_surface, file_hull_solid
 from cad.hulls.hull_mesh import body_from_file
-from cad.placement.placement import CAMERA, Placement
+from cad.placement.fold_frame import CAMERA
+from cad.placement.placement import Placement
 from reports.progress import Log
 from reports.studies.placement import place_document, put_vehicle
 from rigs.files import load_document

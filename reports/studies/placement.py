@@ -17,7 +17,8 @@ from tomlkit.items import Item
 from cad.hulls.files.found import FoundHull
 from cad.hulls.hull import closed_surface, file_hull_solid
 from cad.loads.seawater import water_density
-from cad.placement.placement import BASE_ANCHOR, DIRECTION, FOLD_ANCHOR, PLACED_KEYS, Placement, place
+from cad.placement.fold_frame import BASE_ANCHOR, DIRECTION, FOLD_ANCHOR, PLACED_KEYS
+from cad.placement.placement import Placement, place
 from reports.progress import Log
 from rigs import Rig, Water, load_document, save_document
 from rigs.files import PRESETS, find_rig

@@ -5,7 +5,8 @@ import trimesh
 
 from cad.placement import placement
 from cad.placement.candidates import Shortfalls
-from cad.placement.placement import CAMERA, DIRECTION, FOLD_ANCHOR, Wanted, default_request, place
+from cad.placement.fold_frame import CAMERA, DIRECTION, FOLD_ANCHOR
+from cad.placement.placement import Wanted, default_request, place
 from rigs import FileHull, Rig
 from tests.cad.placement.conftest import RADIUS_MM
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad.placement.placement import BASE_ANCHOR, CAMERA, FOLD_ANCHOR, PLACED_KEYS, Placement
+from cad.placement.fold_frame import BASE_ANCHOR, CAMERA, FOLD_ANCHOR, PLACED_KEYS
+from cad.placement.placement import Placement
 from reports.studies import placement as studied
 from reports.studies.new_rig import new_rig_on_hull
 from reports.studies.placement import pinned_keys, place_rig_file, placement_rows
