@@ -28,6 +28,8 @@ ENDS: tuple[End, End] = ("fold", "base")
 LARGEST_GAP_MM = 1.0
 LARGEST_ANGLE_DEG = 10.0
 """How far an anchor's normal may be from the surface's: a flange of 50 mm then stands off by 4 mm at its edge."""
+DISC_MM, DISC_POINTS = 25.0, 48
+"""Half a flange, and where on it the normal of a hull from a file is looked at."""
 TIE_MM = 1e-6
 BATCH = 100_000
 
@@ -99,6 +101,9 @@ def anchor_problems(rig: Rig, hull: trimesh.Trimesh) -> list[Problem]:
             expected = f"a point on the hull; the nearest is {_coordinates(nearest)}, {gap:.1f} mm away"
             problems.append(Problem(place=f"mount.{end}_anchor_mm", value=anchor.point_mm, expected=expected))
             continue
+        if isinstance(rig.require_gaze().hull, FileHull):
+            # A facet of a coarse mesh is not the surface that it stands for.
+            normals = np.vstack([normals, _normal_around(hull, anchor)])
         cosines = normals @ np.array(anchor.normal)
         best = int(np.argmax(cosines))
         angle = float(np.degrees(np.arccos(np.clip(cosines[best], -1, 1))))
@@ -136,6 +141,22 @@ def nearest_on_surface(surface: trimesh.Trimesh, point_mm: ArrayLike) -> tuple[F
     lengths = np.linalg.norm(across, axis=1)
     normals = across[lengths > 0] / lengths[lengths > 0, np.newaxis]
     return np.asarray(closest[int(np.argmin(distances))]), normals, gap
+
+
+def _normal_around(surface: trimesh.Trimesh, anchor: Anchor) -> FloatArray:
+    """Mean normal of the surface under a disc as wide as a flange, unit length, shape (3,)."""
+    point, z = np.array(anchor.point_mm), np.array(anchor.normal)
+    x, y = np.linalg.svd(z[np.newaxis])[2][1:]
+    radius = DISC_MM * np.sqrt((np.arange(DISC_POINTS) + 0.5) / DISC_POINTS)
+    # The sunflower's angle spreads points evenly.
+    angle = np.pi * (3 - 5**0.5) * np.arange(DISC_POINTS)
+    disc = point + np.outer(radius * np.cos(angle), x) + np.outer(radius * np.sin(angle), y)
+    triangles = np.asarray(surface.triangles)
+    near = (triangles.min(axis=1) <= point + 2 * DISC_MM).all(axis=1)
+    near &= (triangles.max(axis=1) >= point - 2 * DISC_MM).all(axis=1)
+    piece = trimesh.Trimesh(np.asarray(surface.vertices), np.asarray(surface.faces)[near], process=False)
+    mean = np.sum([nearest_on_surface(piece, place)[1].mean(axis=0) for place in disc], axis=0)
+    return np.asarray(mean / max(np.linalg.norm(mean), 1e-12))
 
 
 def _anchor(rig: Rig, end: End) -> Anchor:

@@ -114,3 +114,23 @@ def test_an_edge_has_the_normals_of_both_its_faces():
 def test_name_and_normal_together_are_refused():
     with pytest.raises(ValueError, match="expected base_plane or base_normal, got both"):
         Mount.model_validate(AQUA2.gaze.mount.model_dump() | {"base_plane": "top", "base_normal": (0, 0, 1)})
+
+
+def test_facets_of_a_coarse_mesh_are_not_its_normal(tmp_path):
+    """A roof of ridges 12 mm apart whose flanks slope by 20 degrees: a flange lies on it as on the level."""
+    x = np.arange(-100.0, 101.0, 6.0)
+    heights = np.tile([0.0, 6 * np.tan(np.radians(20))], len(x))[: len(x)]
+    top = np.array([[a, b, h] for b in (-100.0, 100.0) for a, h in zip(x, heights, strict=True)])
+    n = len(x)
+    quads = [((i, i + 1, n + i), (i + 1, n + i + 1, n + i)) for i in range(n - 1)]
+    roof = trimesh.Trimesh(top, np.array(quads).reshape(-1, 3), process=False)
+    rig = with_mount(
+        AQUA2.with_gaze(hull=FileHull(shape="file", file=tmp_path / "roof.stl", unit="mm")),
+        fold_anchor_mm=(3.0, 0.0, 3 * np.tan(np.radians(20))),
+        fold_normal=(0.0, 0.0, 1.0),
+        base_normal=(0.0, 0.0, -1.0),
+    )
+    places = [problem.place for problem in anchor_problems(rig, roof)]
+    assert places == ["mount.base_anchor_mm"]
+    leaning = with_mount(rig, fold_normal=(0.0, 0.3, 1.0))
+    assert "mount.fold_normal" in [problem.place for problem in anchor_problems(leaning, roof)]
