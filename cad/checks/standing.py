@@ -22,10 +22,12 @@ from cad.hulls.anchors import (
     base_anchor,
     fold_anchor,
     nearest_on_surface,
+    normal_around,
 )
 from cad.hulls.distance import NearestPoints, nearest_points
 from cad.hulls.hull_mesh import posed, read_hull_surface
 from cad.hulls.window import with_window
+from optics.feasibility.hull_room import LARGEST_ANCHOR_GAP_M
 from optics.kernels.arrays import FloatArray, unit
 from optics.kernels.ray_scene import first_faces, mesh_scene
 from optics.layout import Layout
@@ -323,14 +325,17 @@ def _anchor(rig: Rig, end: End, hull: trimesh.Trimesh) -> tuple[Anchor, Place] |
             anchor = fold_anchor(rig) if end == "fold" else base_anchor(rig)
         except ValueError:
             return None
-    return anchor, _anchor_place(f"{end} anchor", anchor, hull)
+    return anchor, _anchor_place(f"{end} anchor", anchor, hull, from_file=rig.file_hull is not None)
 
 
-def _anchor_place(name: str, anchor: Anchor, hull: trimesh.Trimesh) -> Place:
+def _anchor_place(name: str, anchor: Anchor, hull: trimesh.Trimesh, *, from_file: bool) -> Place:
     place = _place(name, np.array([anchor.point_mm]), hull)
-    if abs(place.distance_mm) > LARGEST_GAP_MM:
+    # Seats are on the solid of a file, which may stand off its triangles as a wrap does.
+    if abs(place.distance_mm) > (1000 * LARGEST_ANCHOR_GAP_M if from_file else LARGEST_GAP_MM):
         return replace(place, wrong="not on the hull's surface")
     _, normals, _ = nearest_on_surface(hull, anchor.point_mm)
+    if from_file:
+        normals = np.vstack([normals, normal_around(hull, anchor)])
     # Triangles of a file may face inwards.
     square = np.abs(normals @ np.array(anchor.normal)).max() > np.cos(np.radians(LARGEST_ANGLE_DEG))
     return place if square else replace(place, wrong="not square to the hull's surface")

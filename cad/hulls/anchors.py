@@ -103,7 +103,7 @@ def anchor_problems(rig: Rig, hull: trimesh.Trimesh) -> list[Problem]:
             continue
         if isinstance(rig.require_gaze().hull, FileHull):
             # A facet of a coarse mesh is not the surface that it stands for.
-            normals = np.vstack([normals, _normal_around(hull, anchor)])
+            normals = np.vstack([normals, normal_around(hull, anchor)])
         cosines = normals @ np.array(anchor.normal)
         best = int(np.argmax(cosines))
         angle = float(np.degrees(np.arccos(np.clip(cosines[best], -1, 1))))
@@ -143,7 +143,7 @@ def nearest_on_surface(surface: trimesh.Trimesh, point_mm: ArrayLike) -> tuple[F
     return np.asarray(closest[int(np.argmin(distances))]), normals, gap
 
 
-def _normal_around(surface: trimesh.Trimesh, anchor: Anchor) -> FloatArray:
+def normal_around(surface: trimesh.Trimesh, anchor: Anchor) -> FloatArray:
     """Mean normal of the surface under a disc as wide as a flange, unit length, shape (3,)."""
     point, z = np.array(anchor.point_mm), np.array(anchor.normal)
     x, y = np.linalg.svd(z[np.newaxis])[2][1:]
