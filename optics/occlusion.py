@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.kernels.arrays import aligned
 from optics.kernels.backend import Float32, UInt32, dr, mi
 from optics.kernels.ray_scene import mesh_scene
 from optics.mesh import Group, PartMesh, Role, merge
@@ -69,7 +70,7 @@ class Occluder:
         roles = np.array([ROLES.index(part.role) for part in self.parts], dtype=np.uint32)
         return {
             "scene": self._scene,
-            "part_of_face": UInt32(self._part_of_face.astype(np.uint32)),
+            "part_of_face": UInt32(aligned(self._part_of_face, np.uint32)),
             "role_of_face": UInt32(roles[self._part_of_face]),
         }
 

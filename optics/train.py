@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.camera import Camera, camera_from_spec
-from optics.kernels.arrays import FloatArray, check_points, opaque, to_columns, to_rows
+from optics.kernels.arrays import FloatArray, aligned, check_points, opaque, to_columns, to_rows
 from optics.kernels.backend import Array3f64, Float64, Int32, UInt32, dr
 from optics.kernels.freezing import frozen
 from optics.layout import Layout, check_stows
@@ -176,7 +176,7 @@ class OpticalTrain:
             return _no_rays()
         # Lanes are gathered into memory of Dr.Jit's own: a kernel is recorded for each alignment of NumPy's arrays.
         lane, count = dr.arange(UInt32, len(poses) * len(pixels)), dr.opaque(UInt32, len(pixels))
-        pose, table = lane // count, Float64(np.ascontiguousarray(poses[:, :3]).ravel())
+        pose, table = lane // count, Float64(aligned(poses[:, :3], np.float64))
         u, v = (dr.gather(Float64, column, lane - pose * count) for column in to_columns(pixels))
         x, y, normal, point = (
             Array3f64(*(dr.gather(Float64, table, pose * 12 + 4 * row + column) for row in range(3)))

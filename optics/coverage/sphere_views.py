@@ -22,7 +22,7 @@ from optics.coverage.gaze_cone import Cone, gaze_cone
 from optics.coverage.outcome import Outcome
 from optics.coverage.pose_axes import PoseAxes, Progress, axes_at, gaze_mirror_at
 from optics.coverage.sphere import cell_count, cell_directions, cells_of
-from optics.kernels.arrays import FloatArray, opaque, opaque_vector, to_columns
+from optics.kernels.arrays import FloatArray, aligned, opaque, opaque_vector, to_columns
 from optics.kernels.backend import Array3f64, Float32, Float64, Matrix3f64, UInt32, dr
 from optics.kernels.refraction import reflect
 from optics.layout import Layout
@@ -156,7 +156,7 @@ def _numbers(
         "cone_axis": opaque_vector(turn.apply(cone.axis)),
         "least_cosine": opaque(np.cos(min(np.pi, cone.half_angle + families.radius))),
         "middles": Array3f64(*to_columns(families.middles)),
-        "members": UInt32(families.members.ravel().astype(np.uint32)),
+        "members": UInt32(aligned(families.members, np.uint32)),
         "directions": Array3f64(*to_columns(families.directions.reshape(-1, 3))),
     }
 

@@ -9,11 +9,13 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from optics.kernels import backend
 
 FloatArray = NDArray[np.float64]
+
+CACHE_LINE_BYTES = 64
 
 
 def check_points(name: str, points: ArrayLike, columns: int) -> FloatArray:
@@ -53,9 +55,23 @@ def opaque_vector(vector: ArrayLike) -> Any:
     return backend.Array3f64(*(opaque(component) for component in np.asarray(vector, dtype=np.float64)))
 
 
+def aligned(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
+    """Flat copy whose memory begins where a cache line does, to be handed to Dr.Jit.
+
+    Dr.Jit uses an array's memory as it is, and compiles a kernel once more for each mixture of aligned and unaligned
+    arrays: with what NumPy happens to allocate it would never be done.
+    """
+    flat = np.asarray(values).ravel()
+    memory = np.empty(flat.size * np.dtype(dtype).itemsize + CACHE_LINE_BYTES, dtype=np.uint8)
+    start = -memory.ctypes.data % CACHE_LINE_BYTES
+    result = memory[start : start + memory.size - CACHE_LINE_BYTES].view(dtype)
+    result[:] = flat
+    return result
+
+
 def to_columns(array: FloatArray) -> list[Any]:
     """Columns of an (n, k) array as Dr.Jit arrays."""
-    return [backend.Float64(np.ascontiguousarray(column)) for column in array.T]
+    return [backend.Float64(aligned(column, np.float64)) for column in array.T]
 
 
 def to_rows(columns: Iterable[Any]) -> FloatArray:

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from optics.kernels.arrays import aligned
 from optics.kernels.backend import Array3f32, ArrayXf32, Float32, UInt32, dr
 from optics.kernels.trees import Structure, leaves_of, structure_of
 
@@ -67,9 +68,7 @@ class Packing:
 
     def upload(self, tree: Any, count: int = 1) -> Any:
         """Records, one after the other, as a kernel takes them."""
-        # As a list, which is copied into Dr.Jit's own memory: it would use an array's as it is, and trace again
-        # for each alignment that comes along.
-        return Float32(self.records(tree, count).ravel().tolist())
+        return Float32(aligned(self.records(tree, count), np.float32))
 
     def unpack(self, packed: Any, record: Any) -> Any:
         """Kernel: the tree with the numbers of a record for every lane; of width 1 when `record` is."""
@@ -97,14 +96,14 @@ def _nested(numbers: Iterator[Any], shape: tuple[int, ...]) -> Any:
 
 def vectors(rows: NDArray[np.float64]) -> Any:
     """Rows, shape (n, 3), as vectors, one per lane."""
-    return Array3f32(*(Float32(np.ascontiguousarray(column, dtype=np.float32)) for column in rows.T))
+    return Array3f32(*(Float32(aligned(column, np.float32)) for column in rows.T))
 
 
 def rows_of(table: NDArray[np.float64], width: int) -> Any:
     """Table of at most `width` columns as the kernels read it: padded rows, one after the other."""
-    padded = np.zeros((len(table), width), dtype=np.float32)
-    padded[:, : table.shape[1]] = table
-    return Float32(padded.ravel())
+    padded = aligned(np.zeros(len(table) * width, dtype=np.float32), np.float32)
+    padded.reshape(len(table), width)[:, : table.shape[1]] = table
+    return Float32(padded)
 
 
 def pairs_of(nodes: NDArray[np.float64], width: int) -> Any:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.camera import camera_from_spec
-from optics.kernels.arrays import FloatArray, to_rows
+from optics.kernels.arrays import FloatArray, aligned, to_rows
 from optics.kernels.backend import Float64, UInt32, dr
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
@@ -176,7 +176,7 @@ class PerturbedTrain:
         for row, value in enumerate(values.values()):
             table[row] = value if math.prod(shape) else np.nan
         count = math.prod(batch)
-        whole, lane, step = Float64(table.ravel()), dr.arange(UInt32, count), dr.opaque(UInt32, count)
+        whole, lane, step = Float64(aligned(table, np.float64)), dr.arange(UInt32, count), dr.opaque(UInt32, count)
         lanes = {name: dr.gather(Float64, whole, lane + row * step) for row, name in enumerate(values)}
         dr.eval(lanes)
         return lanes, shape

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.coverage.sphere import cell_count, cell_of
-from optics.kernels.arrays import FloatArray, opaque, opaque_vector, to_columns
+from optics.kernels.arrays import FloatArray, aligned, opaque, opaque_vector, to_columns
 from optics.kernels.backend import Array3f64, Bool, Float64, UInt32, dr
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -222,7 +222,7 @@ class CoarseScorer:
         )
         x, y, normal = (opaque_vector(axis) for axis in axes)
         m1 = MirrorPlane(point=m1_centre, x=x, y=y, normal=normal, outline=of_m1)
-        columns = [Float64(np.ascontiguousarray(column)) for column in self.m2_axes.transpose(0, 2, 1).reshape(-1, 9).T]
+        columns = [Float64(aligned(column, np.float64)) for column in self.m2_axes.transpose(0, 2, 1).reshape(-1, 9).T]
         turned = [dr.gather(Float64, column, pose) for column in columns]
         x, y, normal = (Array3f64(*turned[k : k + 3]) for k in (0, 3, 6))
         m2 = MirrorPlane(point=m2_centre, x=x, y=y, normal=normal, outline=of_m2)

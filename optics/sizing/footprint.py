@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.gaze.kinematics import gaze_mirror_normal
-from optics.kernels.arrays import FloatArray, opaque, opaque_vector, to_columns
+from optics.kernels.arrays import FloatArray, aligned, opaque, opaque_vector, to_columns
 from optics.kernels.backend import Array3f64, Float64, Matrix3f64, UInt32, dr
 from optics.layout import Layout
 from optics.mirror import Hit, MirrorPlane, reflect_over
@@ -132,7 +132,7 @@ def _parameters(layout: Layout, rays: Rays, q1: FloatArray, q2: FloatArray) -> d
         "direction": Array3f64(*to_columns(rays.direction)),
         "m1_axes": [opaque_vector(axis) for axis in layout.camera_from_m1.rotation.as_matrix().T],
         "down": opaque_vector(down),
-        "m2_axes": Matrix3f64([[Float64(np.ascontiguousarray(m2[:, i, j])) for j in range(3)] for i in range(3)]),
+        "m2_axes": Matrix3f64([[Float64(aligned(m2[:, i, j], np.float64)) for j in range(3)] for i in range(3)]),
     }
 
 

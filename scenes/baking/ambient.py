@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from optics.kernels.arrays import FloatArray
+from optics.kernels.arrays import FloatArray, aligned
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.cache import load_or_make, result_key
 from optics.kernels.freezing import Flat
@@ -43,7 +43,7 @@ INSET = 0.05
 
 OFFSET_M = 1e-3
 
-LIGHT_VERSION = 3
+LIGHT_VERSION = 4
 """Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
 
 One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.
@@ -212,7 +212,7 @@ def _outward(origins: FloatArray, normals: FloatArray, count: int, first: int) -
     radius = dr.sqrt((Float32(sample) + 0.5) / count)
     sine, cosine = dr.sincos(spiral_azimuth(vertex + first, sample))
     columns = [
-        [dr.gather(Float32, Float32(np.ascontiguousarray(column, dtype=np.float32)), vertex) for column in array.T]
+        [dr.gather(Float32, Float32(aligned(column, np.float32)), vertex) for column in array.T]
         for array in (origins, normals)
     ]
     origin, normal = Array3f32(*columns[0]), Array3f32(*columns[1])

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from optics.kernels.arrays import FloatArray
+from optics.kernels.arrays import FloatArray, aligned
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr, mi
-from optics.kernels.packing import vectors
-from scenes.baking.ambient import Surroundings
+from optics.kernels.packing import opaque_numbers, vectors
+from scenes.baking.ambient import RAYS_AT_ONCE, Surroundings
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.sample_directions import Cone, SampleDirections, scattered_density, scattered_directions
 from scenes.kernels.shading import channels, molecular_phase, phase
@@ -66,7 +66,11 @@ class RobotLight:
         self._field = field_table(light.field_nodes)
         means = light.channel_means(depth)
         self._hidden_shares = light.hidden_shares
-        self._mean = [{name: float(values[k]) for name, values in means.items()} for k in range(3)]
+        self._mean = [{name: dr.opaque(Float32, values[k]) for name, values in means.items()} for k in range(3)]
+        self._middle, self._radius = (
+            Array3f32(*opaque_numbers(self._extent.middle)),
+            dr.opaque(Float32, self._extent.radius),
+        )
 
     def open_water(self, eyes: FloatArray, directions: FloatArray) -> FloatArray:
         """Radiance of open water as the field's table holds it, shape (n, 3), as each eye sees it."""
@@ -75,13 +79,18 @@ class RobotLight:
         found = looked_up(self._uniforms, self._field, -vectors(eyes).z, way.z, azimuth)
         return np.stack([channel.numpy() for channel in found], axis=-1)
 
-    def missing_from_line(self, eyes: FloatArray, directions: FloatArray, distance: float) -> FloatArray:
+    def missing_from_lines(self, eyes: FloatArray, directions: FloatArray, distance_m: FloatArray) -> FloatArray:
         """Light per metre, shape (n, 3), that a point at a distance from each eye does not scatter towards it.
 
         Whether the robot itself stands before the point does not count: what is looked up there belongs to lines
         between the nodes, which may pass beside it.
         """
-        way = vectors(directions)
+        pieces = np.array_split(np.arange(len(eyes)), -(-len(eyes) * self._count // RAYS_AT_ONCE))
+        return np.concatenate([self._missing_from(eyes[k], directions[k], distance_m[k]) for k in pieces])
+
+    def _missing_from(self, eyes: FloatArray, directions: FloatArray, distance_m: FloatArray) -> FloatArray:
+        """`missing_from_lines` of so many points that they fit into the memory."""
+        way, distance = vectors(directions), Float32(aligned(distance_m, np.float32))
         point = vectors(eyes) + way * distance
         sun = Array3f32(*self._uniforms.refracted_sun)
         in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=True)
@@ -89,15 +98,15 @@ class RobotLight:
         from_around = self._missing_around(point, way)
         result = []
         # Dark water is seen through dark water: what is scattered on the path comes from the shadow as well.
-        share = self._share_scattered_within(np.array(distance))
+        share = Float32(aligned(self._share_scattered_within(distance_m), np.float32))
         for mean, s, a in zip(self._mean, from_sun, from_around, strict=True):
-            reaching = mean["scattering"] * float(np.exp(-mean["attenuation"] * distance))
-            gain = float(np.exp(mean["scattering_without_peak"] * float(share) * distance))
-            total = (dr.select(in_shadow, s, 0) + a * reaching) * gain
-            result.append(total.numpy())
-        return np.stack(result, axis=-1)
+            reaching = mean["scattering"] * dr.exp(-mean["attenuation"] * distance)
+            gain = dr.exp(mean["scattering_without_peak"] * share * distance)
+            result.append((dr.select(in_shadow, s, 0) + a * reaching) * gain)
+        dr.eval(result)
+        return np.stack([channel.numpy() for channel in result], axis=-1)
 
-    def _scattered_sun(self, way: Any, depth: Any, distance: float) -> list[Any]:
+    def _scattered_sun(self, way: Any, depth: Any, distance: Any) -> list[Any]:
         """The sun's light by channel that points scatter against the way, as it arrives from a distance."""
         light = self._uniforms
         cosine = dr.dot(Array3f32(*light.refracted_sun), way)
@@ -124,11 +133,13 @@ class RobotLight:
         missing = self._missing(point, samples, cone.of(samples.place).directions(samples), weights)
         distance = np.linalg.norm(points - self._extent.middle, axis=1)
         way = self._share_scattered_within(distance) * distance
+        within = Float32(aligned(way, np.float32))
         gained = [
-            channel.numpy() * np.exp(mean["scattering_without_peak"] * way)
+            channel * dr.exp(mean["scattering_without_peak"] * within)
             for channel, mean in zip(missing, self._mean, strict=True)
         ]
-        return np.stack(gained, axis=-1)
+        dr.eval(gained)
+        return np.stack([channel.numpy() for channel in gained], axis=-1)
 
     def _phases(self, looking: Any, way: Any) -> list[Any]:
         """Phase function by channel of light that comes along the one direction and is seen along the other."""
@@ -156,10 +167,10 @@ class RobotLight:
 
     def _cone(self, origin: Any) -> Cone:
         """The cone about the ball around the robot, as points see it; from within it all directions."""
-        towards = Array3f32(*(float(x) for x in self._extent.middle)) - origin
+        towards = self._middle - origin
         distance = dr.norm(towards)
-        narrowest = dr.safe_sqrt(1 - dr.square(self._extent.radius / distance))
-        return Cone(axis=towards / distance, lowest=dr.select(distance > self._extent.radius, narrowest, -1))
+        narrowest = dr.safe_sqrt(1 - dr.square(self._radius / distance))
+        return Cone(axis=towards / distance, lowest=dr.select(distance > self._radius, narrowest, -1))
 
     def _missing(
         self, point: Any, samples: SampleDirections, looking: Any, weights: Callable[[Any, Any], list[Any]]
@@ -191,7 +202,7 @@ class RobotLight:
         if self._gaze_mirror is None:
             return mi.Bool(False)
         mirror = self._gaze_mirror
-        centre, across, along = (Array3f32(*map(float, each)) for each in (mirror.centre, mirror.x, mirror.y))
+        centre, across, along = (Array3f32(*opaque_numbers(each)) for each in (mirror.centre, mirror.x, mirror.y))
         normal = dr.cross(across, along)
         facing = dr.dot(looking, normal)
         to_plane = dr.dot(centre - origin, normal) / facing

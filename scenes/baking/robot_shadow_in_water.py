@@ -13,7 +13,6 @@ frame and length.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -87,18 +86,17 @@ def _shares(
     directions = world_from_body.rotation.apply(node_directions(AZIMUTHS, ELEVATIONS))
     around = RobotLight(robot, light, quality)
     nodes = lengths_m()
+    near, far = nodes[:-1][nodes[1:] <= FARTHEST_M], nodes[1:][nodes[1:] <= FARTHEST_M]
+    width = (far - near) / quality.line_points
+    distance = near[:, np.newaxis] + width[:, np.newaxis] * (np.arange(quality.line_points) + 0.5)
     result = []
     for begins in begins_m:
         eyes = world_from_body.apply(begins)
-        missing = [np.zeros((len(directions), 3))]
-        for near, far in pairwise(nodes):
-            if far > FARTHEST_M:
-                missing.append(missing[-1])
-                continue
-            width = (far - near) / quality.line_points
-            middles = near + width * (np.arange(quality.line_points) + 0.5)
-            pieces = [around.missing_from_line(eyes, directions, float(middle)) for middle in middles]
-            missing.append(missing[-1] + np.sum(pieces, axis=0) * width)
-        open_water = around.open_water(eyes, directions)
-        result.append(np.stack(missing, axis=1) / open_water[:, np.newaxis])
+        lines, places = np.repeat(np.arange(len(eyes)), distance.size), np.tile(distance.ravel(), len(eyes))
+        per_metre = around.missing_from_lines(eyes[lines], directions[lines], places)
+        pieces = per_metre.reshape(len(eyes), *distance.shape, 3).sum(axis=2) * width[:, np.newaxis]
+        missing = np.zeros((len(eyes), PIECES + 1, 3))
+        missing[:, 1 : len(width) + 1] = np.cumsum(pieces, axis=1)
+        missing[:, len(width) + 1 :] = missing[:, [len(width)]]
+        result.append(missing / around.open_water(eyes, directions)[:, np.newaxis])
     return np.stack(result).reshape(len(begins_m), ELEVATIONS, AZIMUTHS, PIECES + 1, 3)

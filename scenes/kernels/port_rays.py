@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.kernels.arrays import aligned
 from optics.kernels.backend import Float32, UInt32
 from optics.kernels.packing import vectors
 from optics.layout import camera_pose
@@ -32,8 +33,8 @@ def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> Rays:
     return Rays(
         origin=vectors(rays.origin_m),
         direction=vectors(rays.direction),
-        gain=Float32(np.where(rays.passed, gain, 0).astype(np.float32)),
-        place=UInt32(np.add.outer(tiled * samples, np.arange(samples)).ravel().astype(np.uint32)),
+        gain=Float32(aligned(np.where(rays.passed, gain, 0), np.float32)),
+        place=UInt32(aligned(np.add.outer(tiled * samples, np.arange(samples)), np.uint32)),
     )
 
 

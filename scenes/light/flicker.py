@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import i0e
 
-from optics.kernels.arrays import FloatArray
+from optics.kernels.arrays import FloatArray, aligned
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.packing import row_of
 from optics.kernels.powers import power_of_two
@@ -207,7 +207,7 @@ def flicker_modes(variation: FloatArray) -> tuple[Any, FloatArray]:
     count = min(MODE_COUNT, len(size))
     modes, mix = np.zeros((TABLE_SIZE, MODE_COUNT)), np.zeros((len(variation), MODE_COUNT))
     modes[:, :count], mix[:, :count] = left[:, :count] * size[:count], right[:count].T
-    return Float32(modes.astype(np.float32).ravel()), mix
+    return Float32(aligned(modes, np.float32)), mix
 
 
 def flicker(pattern: FlickerUniforms, time_s: Any, table: Any, point_world: Any, depth: Any) -> list[Any]:

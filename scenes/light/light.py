@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from optics.kernels.arrays import FloatArray
+from optics.kernels.arrays import FloatArray, aligned
 from optics.kernels.backend import Float32
 from optics.kernels.packing import on_device, pairs_of, rows_of, vectors
 from optics.water.inherent_optics import InherentOptics, inherent_optics
@@ -94,7 +94,7 @@ class Light:
     def open_water_irradiance(self, depth_m: FloatArray, normals: FloatArray) -> FloatArray:
         """Irradiance of planes in open water by all but the direct sun, by channel, shape (n, 3)."""
         light = on_device(self.uniforms(float(np.median(depth_m))))
-        depth = Float32(depth_m.astype(np.float32))
+        depth = Float32(aligned(depth_m, np.float32))
         normal = vectors(normals)
         azimuth = azimuth_from(light.sun_azimuth, normal)
         found = looked_up(light, field_table(self.ambient_nodes), depth, normal.z, azimuth)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from optics.kernels.arrays import FloatArray
+from optics.kernels.arrays import FloatArray, aligned
 from optics.kernels.backend import Float32, UInt32, dr, mi
 from optics.water.pure_water import molecular_phase
 from scenes.reference.sea import Phase, Sea
@@ -123,7 +123,7 @@ def _volume(values: FloatArray) -> dict[str, Any]:
 
 def _kernel_table(table: ScatteringTable) -> dict[str, Any]:
     density = 1 / (BINS * 2 * np.pi * np.diff(table.edges))
-    return {"edges": Float32(table.edges.astype(np.float32)), "density": Float32(density.astype(np.float32))}
+    return {"edges": Float32(aligned(table.edges, np.float32)), "density": Float32(aligned(density, np.float32))}
 
 
 def _within_bin(table: dict[str, Any], cell: Any, fraction: Any) -> Any:

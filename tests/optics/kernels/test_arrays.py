@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from optics.kernels.arrays import check_points, check_vector, opaque, to_columns, to_rows, unit
+from optics.kernels.arrays import (
+    CACHE_LINE_BYTES,
+    aligned,
+    check_points,
+    check_vector,
+    opaque,
+    to_columns,
+    to_rows,
+    unit,
+)
 from optics.kernels.backend import Array3f64
 
 
@@ -48,3 +57,14 @@ def test_a_zero_vector_has_no_direction():
 @pytest.mark.parametrize("scale", [1e-200, 1e-30, 1.0, 1e200])
 def test_unit_keeps_the_direction_at_any_scale(scale):
     np.testing.assert_allclose(unit("normal", np.array([3.0, 0, 4.0]) * scale), [0.6, 0, 0.8], rtol=1e-15)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.uint32])
+def test_aligned_memory_begins_where_a_cache_line_does(dtype):
+    """Whatever it is a copy of: of every other item, from any first one on."""
+    values = np.arange(101)
+    for first in range(8):
+        found = aligned(values[first::2], dtype)
+        assert found.ctypes.data % CACHE_LINE_BYTES == 0
+        assert found.dtype == dtype
+        np.testing.assert_array_equal(found, values[first::2])
