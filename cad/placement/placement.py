@@ -14,7 +14,7 @@ import numpy as np
 import trimesh
 
 from cad.assembly.assembly import build_assembly
-from cad.checks.assembly_checks import assembly_checks
+from cad.checks.kept_checks import kept_checks
 from cad.parts.bracket.bracket_placement import fold_stance
 from cad.parts.clearance_envelope import gimbal_rooms_mm
 from cad.parts.gimbal_base import base_stance, flange_seat
@@ -256,7 +256,7 @@ def _refusal(rig: Rig, hull: manifold3d.Manifold) -> str:
 def _problem(rig: Rig, log: Log) -> str | None:
     """First problem of the mount as it is built, by every check but the slicer's."""
     try:
-        problems = assembly_checks(build_assembly(rig), log=lambda line: log(f"placing: {line}")).problems
+        problems = kept_checks(build_assembly(rig), log=lambda line: log(f"placing: {line}")).problems
     except ValueError as error:
         return str(error)
     return str(problems[0]) if problems else None

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cad.assembly.assembly import Assembly, build_assembly
-from cad.checks.assembly_checks import MountChecks, assembly_checks
+from cad.checks.assembly_checks import MountChecks
+from cad.checks.kept_checks import kept_checks
 from cad.export.mount import export_mount
 from cad.export.printing.plate_slices import plate_findings
 from cad.loads.study import LoadStudy, load_study
@@ -38,7 +39,7 @@ class CheckedMount:
 
 def mount_checks(assembly: Assembly, *, log: Log, slicing: bool = True) -> MountChecks:
     """Make every check of a mount, and slice its print plates when all else is in order."""
-    checks = assembly_checks(assembly, log=lambda line: log(f"checks: {line}"))
+    checks = kept_checks(assembly, log=lambda line: log(f"checks: {line}"))
     if checks.problems or not slicing:
         return checks
     log("checks: slicer ...")
