@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import trimesh
@@ -98,10 +99,15 @@ class SeatFinder:
         (x, y, z), (nx, ny, nz) = point.tolist(), normal.tolist()
         return Anchor(point_mm=(x, y, z), normal=(nx, ny, nz))
 
-    def _piece(self, point_mm: FloatArray) -> trimesh.Trimesh:
+    @cached_property
+    def _limits_mm(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest coordinates of each triangle."""
         triangles = np.asarray(self.solid.triangles)
-        near = (triangles.min(axis=1) <= point_mm + NEAR_MM).all(axis=1)
-        near &= (triangles.max(axis=1) >= point_mm - NEAR_MM).all(axis=1)
+        return triangles.min(axis=1), triangles.max(axis=1)
+
+    def _piece(self, point_mm: FloatArray) -> trimesh.Trimesh:
+        low, high = self._limits_mm
+        near = ((low <= point_mm + NEAR_MM) & (high >= point_mm - NEAR_MM)).all(axis=1)
         return trimesh.Trimesh(np.asarray(self.solid.vertices), np.asarray(self.solid.faces)[near], process=False)
 
 
