@@ -37,6 +37,7 @@ def test_only_the_bench_has_no_mirrors():
         "aqua2": True,
         "bench": False,
         "bluerov2": True,
+        "glider": True,
         "torpedo": True,
     }
 
@@ -73,7 +74,7 @@ def test_aqua_shell_weighs_what_the_links_of_its_description_weigh():
 
 
 def test_joint_ranges_fit_the_servos():
-    for name in ("aqua-shell", "aqua2", "bluerov2", "torpedo"):
+    for name in ("aqua-shell", "aqua2", "bluerov2", "glider", "torpedo"):
         rig = Rig.load(name)
         for joint, servo in ((rig.gaze.joints.pan, rig.gaze.servos.pan), (rig.gaze.joints.tilt, rig.gaze.servos.tilt)):
             assert joint.max_deg - joint.min_deg <= servo.travel_deg

@@ -14,7 +14,7 @@ file = "hull.step"
 
 
 def test_an_unknown_rig_is_said_with_the_presets():
-    presets = r"rig 'aqua3': expected a preset \(aqua-shell, aqua2, bench, bluerov2, torpedo\) or a TOML"
+    presets = r"rig 'aqua3': expected a preset \(aqua-shell, aqua2, bench, bluerov2, glider, torpedo\) or a TOML"
     with pytest.raises(FileNotFoundError, match=presets):
         Rig.load("aqua3")
     with pytest.raises(FileNotFoundError, match="did you mean 'aqua2'"):
