@@ -8,6 +8,7 @@ help: a summary that begins with a verb, what is written, an example), import wh
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable
 
 import typer
@@ -78,6 +79,8 @@ for heading, commands in COMMANDS.items():
 
 def main() -> None:
     """Run the command line; the entry point of the installed `mirrorgaze`."""
+    # Before anybody loads NumPy. Matrices are small here: threads that wait for each other only take processor time.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # What takes long and is not a result is logged: people see it on stderr.
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     logging.getLogger("scenes").setLevel(logging.INFO)

@@ -6,12 +6,13 @@ import difflib
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-import tomlkit
+from typing import TYPE_CHECKING, Any
 
 from rigs.atomic_files import write_text
 from rigs.problems import Problem, RigError
+
+if TYPE_CHECKING:
+    import tomlkit
 
 PRESETS = Path(__file__).parent / "presets"
 STEP_SUFFIXES = (".step", ".stp")
@@ -104,9 +105,13 @@ def missing_files(document: Mapping[str, Any], folder: Path) -> list[Problem]:
 
 def load_document(path: Path) -> tomlkit.TOMLDocument:
     """Read a TOML file so that its comments survive writing it again."""
+    import tomlkit  # noqa: PLC0415  (only what writes rig files needs it)
+
     return tomlkit.parse(path.read_text(encoding="utf-8"))
 
 
 def save_document(document: tomlkit.TOMLDocument, path: Path) -> None:
     """Write a TOML document, whole or not at all."""
+    import tomlkit  # noqa: PLC0415
+
     write_text(path, tomlkit.dumps(document))

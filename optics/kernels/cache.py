@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.lib.format import read_array
 from numpy.typing import NDArray
 
 from optics.kernels.cache_contents import entry_path, evict, limit_bytes
@@ -95,13 +96,11 @@ def load_or_make(
 
 
 def _load(path: Path) -> dict[str, NDArray[Any]]:
-    content = path.read_bytes()
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        # NumPy reads no further than an array's header says, and then nothing has been compared with the checksum.
-        if archive.testzip() is not None:
-            raise zipfile.BadZipFile("wrong checksum")
-    with np.load(io.BytesIO(content), allow_pickle=False) as stored:
-        arrays = {name: stored[name] for name in stored.files}
+    with zipfile.ZipFile(path) as archive:
+        # Each file is read to its end before NumPy sees it, which reads no further than an array's header says: what
+        # was not read has not been compared with the checksum.
+        members = {name.removesuffix(".npy"): archive.read(name) for name in archive.namelist()}
+    arrays = {name: read_array(io.BytesIO(content), allow_pickle=False) for name, content in members.items()}
     # The time of the last use; that of the last change stays. A cache that may only be read is still one.
     with suppress(OSError):
         os.utime(path, ns=(time.time_ns(), path.stat().st_mtime_ns))

@@ -11,9 +11,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-import trimesh
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from optics.kernels.cache import Arrays, load_or_make, result_key
 from scenes.baking.ambient import with_ambient
 from scenes.baking.light_quality import LightQuality
 from scenes.light.light import Light
@@ -21,6 +22,9 @@ from scenes.stage.group_mesh import GroupMesh, face_normals, joined_meshes, move
 
 LONGEST_EDGE_M = 0.05
 """Faces are divided until the light can vary over them so finely."""
+
+DIVISION_VERSION = 1
+"""Raised when the same mesh is divided otherwise."""
 
 DEPTH_M = 5.0
 """Where the robot is taken to be; the shares hardly depend on it."""
@@ -78,18 +82,38 @@ def at_rest(world_from_body: RigidTransform) -> RigidTransform:
 
 def _divided(mesh: GroupMesh) -> GroupMesh:
     """Mesh with short edges, whose vertices belong to faces of about one normal."""
-    vertices, faces, origin = trimesh.remesh.subdivide_to_size(
-        mesh.vertices_m, mesh.faces, LONGEST_EDGE_M, max_iter=20, return_index=True
-    )
-    normals = np.round(face_normals(vertices, faces) * NORMAL_STEPS).astype(np.int64)
-    keys = np.column_stack([faces.ravel(), np.repeat(normals, 3, axis=0)])
-    corners, corner_of = np.unique(keys, axis=0, return_inverse=True)
-    split = vertices[corners[:, 0]]
+    key = result_key("divided part", DIVISION_VERSION, mesh.vertices_m, mesh.faces, LONGEST_EDGE_M, NORMAL_STEPS)
+
+    def unchanged(arrays: Arrays) -> Arrays:
+        return arrays
+
+    def made() -> Arrays:
+        return divided_faces(mesh.vertices_m, mesh.faces)
+
+    found = load_or_make("divided part", key, made, pack=unchanged, unpack=unchanged)
+    origin = found["origin"]
     return GroupMesh(
-        vertices_m=split,
-        faces=corner_of.reshape(-1, 3).astype(np.int32),
+        vertices_m=found["vertices_m"],
+        faces=found["faces"],
         material=mesh.material[origin],
         label=mesh.label[origin],
         instance=mesh.instance[origin],
-        colour=np.ones((len(split), 3), dtype=np.float32),
+        colour=np.ones((len(found["vertices_m"]), 3), dtype=np.float32),
     )
+
+
+def divided_faces(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Arrays:
+    """Vertices and faces with short edges, each vertex of faces of about one normal, and the face that each was in."""
+    import trimesh  # noqa: PLC0415  (takes longer to import than a frame to render)
+
+    vertices, fine, origin = trimesh.remesh.subdivide_to_size(
+        vertices_m, faces, LONGEST_EDGE_M, max_iter=20, return_index=True
+    )
+    normals = np.round(face_normals(vertices, fine) * NORMAL_STEPS).astype(np.int64)
+    keys = np.column_stack([fine.ravel(), np.repeat(normals, 3, axis=0)])
+    corners, corner_of = np.unique(keys, axis=0, return_inverse=True)
+    return {
+        "vertices_m": vertices[corners[:, 0]],
+        "faces": corner_of.reshape(-1, 3).astype(np.int32),
+        "origin": origin,
+    }

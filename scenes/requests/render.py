@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,20 +18,21 @@ from optics.layout import Layout, check_stows
 from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.baking.lit_scene import prepare
-from scenes.forward_scatter import blurred
 from scenes.image import check_image_path, display_image, write_image
-from scenes.reference.limits import check_known_to_reference, without_lamps
-from scenes.reference.render import Progress, render_reference
 from scenes.renderer import FastRenderer
-from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
 from scenes.stage.frame import Frame
 from scenes.stage.scene import Scene
 from scenes.stage.state import State
 from scenes.stage.targets import Ball
-from scenes.truth import GroundTruth, ground_truth, write_truth
-from scenes.truth.layers import write_layers
+
+# Reference, blur, sensor and ground truth take longer to import than a frame to render: they are, where asked for.
+if TYPE_CHECKING:
+    from scenes.truth import GroundTruth
 
 Made = TypeVar("Made")
+
+Progress = Callable[[int, int], None]
+"""Called with the launches done and to do."""
 
 FEWEST_REFERENCE_SAMPLES = 2
 """Paths of a pixel whose spread tells the error."""
@@ -194,6 +195,8 @@ def render(
     """
     notes = scene.world.notes
     if request.renderer == "reference":
+        from scenes.reference.limits import check_known_to_reference, without_lamps  # noqa: PLC0415
+
         check_known_to_reference(scene)
         rig, dark = without_lamps(rig)
         notes += dark
@@ -209,6 +212,8 @@ def render(
     frame, elapsed = _timed(lambda: renderer.render_states([state])[0])
     exact = frame
     if request.renderer == "reference":
+        from scenes.reference.render import render_reference  # noqa: PLC0415
+
         light, elapsed = _timed(
             lambda: render_reference(
                 rig,
@@ -227,6 +232,8 @@ def render(
     elif request.samples > 1 and output.has_truth:
         exact = fast(1).render_states([state])[0]
     if request.blur:
+        from scenes.forward_scatter import blurred  # noqa: PLC0415
+
         frame = replace(frame, radiance=blurred(replace(exact, radiance=frame.radiance), scene.light, rig))
     files: list[Path] = []
     if output.has_truth:
@@ -281,6 +288,8 @@ def _state(scene: Scene, request: RenderRequest) -> State:
 def _truth_of(
     frame: Frame, rig: Rig, scene: Scene, state: State, *, parts: Sequence[PartMesh], instance_names: tuple[str, ...]
 ) -> GroundTruth:
+    from scenes.truth import ground_truth  # noqa: PLC0415
+
     ball = scene.target.shape if scene.target is not None and isinstance(scene.target.shape, Ball) else None
     return ground_truth(
         frame,
@@ -293,6 +302,9 @@ def _truth_of(
 
 
 def _write_truth(truth: GroundTruth, output: Output) -> list[Path]:
+    from scenes.truth import write_truth  # noqa: PLC0415
+    from scenes.truth.layers import write_layers  # noqa: PLC0415
+
     if output.layered:
         write_layers(truth, output.path)
     return [] if output.truth is None else write_truth(output.truth, truth)
@@ -300,6 +312,8 @@ def _write_truth(truth: GroundTruth, output: Output) -> list[Path]:
 
 def _sensor_image(frame: Frame, rig: Rig, scene: Scene, *, seed: int) -> tuple[NDArray[np.uint8], dict[str, float]]:
     """What the rig's image sensor takes once exposure and white balance have settled, and with which exposure."""
+    from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings  # noqa: PLC0415
+
     height, width = frame.label.shape
     sensor = ImageSensor.from_rig(rig, width_px=width, height_px=height)
     card = scene.light.white_radiance(scene.depth_m)

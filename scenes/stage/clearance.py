@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -22,17 +24,22 @@ class Clearance:
     """
 
     def __init__(self, world: World):
-        corners = world.vertices_m[world.faces]
-        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1, initial=0)
-        reach = np.zeros(len(world.vertices_m))
-        np.maximum.at(reach, world.faces.ravel(), np.repeat(longest / np.sqrt(3), 3))
+        a, b, c = (world.vertices_m[column] for column in world.faces.T)
+        longest = np.sqrt(np.max([((one - other) ** 2).sum(axis=1) for one, other in ((a, b), (b, c), (c, a))], axis=0))
+        reach = np.full(len(world.vertices_m), -1.0)
+        for column in world.faces.T:
+            np.maximum.at(reach, column, longest / np.sqrt(3))
         size = np.ceil(np.log2(np.maximum(reach, SMALLEST_REACH_M) / SMALLEST_REACH_M)).astype(int)
-        used = np.unique(world.faces)
+        used = np.flatnonzero(reach >= 0)
         self._classes = [
-            (SMALLEST_REACH_M * 2.0**each, cKDTree(world.vertices_m[used[size[used] == each]]))
-            for each in np.unique(size[used])
+            (SMALLEST_REACH_M * 2.0**each, world.vertices_m[used[size[used] == each]]) for each in np.unique(size[used])
         ]
         self._found: tuple[FloatArray, float] | None = None
+
+    @cached_property
+    def _trees(self) -> list[tuple[float, cKDTree]]:
+        """Corners of each class by place."""
+        return [(reach, cKDTree(corners)) for reach, corners in self._classes]
 
     def metres(self, points_m: FloatArray) -> FloatArray:
         """Radius of a ball about each point, shape (n, 3), that no face reaches into.
@@ -51,7 +58,12 @@ class Clearance:
 
     def _searched(self, points_m: FloatArray) -> FloatArray:
         nearest = np.full(len(points_m), np.inf)
-        for reach, tree in self._classes:
+        if self._found is None and len(points_m) == 1:
+            # Robots that stay where they are need no tree, which takes longer to grow than a frame to render.
+            for reach, corners in self._classes:
+                nearest = np.minimum(nearest, np.sqrt(((corners - points_m) ** 2).sum(axis=1).min()) - reach)
+            return np.asarray(np.maximum(nearest, 0.0))
+        for reach, tree in self._trees:
             # What is farther than the nearest so far need not be found.
             distance, _ = tree.query(points_m, distance_upper_bound=nearest.max() + reach)
             nearest = np.minimum(nearest, distance - reach)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,6 +71,8 @@ class Frame:
         """The radiance as an sRGB image, exposed for its brightest percent, without white balance."""
         white = max(float(np.percentile(self.radiance, 99)), float(np.finfo(np.float32).tiny))
         image = np.round(srgb_encode(np.clip(self.radiance / white, 0, 1)) * 255).astype(np.uint8)
+        import cv2  # noqa: PLC0415  (only notebooks show a frame like this)
+
         encoded: bytes = cv2.imencode(".png", image[..., ::-1])[1].tobytes()
         return encoded
 

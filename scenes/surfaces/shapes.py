@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-import trimesh
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
@@ -15,6 +14,8 @@ from optics.mesh import Triangles
 @cache
 def unit_sphere(subdivisions: int) -> Triangles:
     """Icosahedron subdivided onto the unit sphere, 20 * 4^subdivisions faces; not to be changed in place."""
+    import trimesh  # noqa: PLC0415  (takes longer to import than a frame to render)
+
     sphere = trimesh.creation.icosphere(subdivisions=subdivisions)
     return np.asarray(sphere.vertices, dtype=np.float64), np.asarray(sphere.faces, dtype=np.int32)
 

@@ -7,17 +7,25 @@ from pathlib import Path
 
 import numpy as np
 
+from optics.kernels.cache import load_or_make, result_key
 from scenes.surfaces.surface import Surface
 from scenes.worlds.blue import blue
 from scenes.worlds.mesh_file import MESH_SUFFIXES, Thing, read_things
 from scenes.worlds.mitsuba_file import MITSUBA_SUFFIX, read_mitsuba
-from scenes.worlds.reef import reef
+from scenes.worlds.reef import REEF_VERSION, reef
 from scenes.worlds.tank import tank
-from scenes.worlds.world import World, world_of
+from scenes.worlds.world import World, packed_world, unpacked_world, world_of
+
+
+def kept_reef(depth_m: float, seed: int) -> World:
+    """Reef of a depth and seed (`scenes.worlds.reef`), from the cache when it can be: it takes two seconds to grow."""
+    key = result_key("reef", REEF_VERSION, depth_m, seed)
+    return load_or_make("world", key, lambda: reef(depth_m, seed), pack=packed_world, unpack=unpacked_world)
+
 
 BUILT_IN: dict[str, Callable[[float, int], World]] = {
     "blue": lambda depth_m, seed: blue(),
-    "reef": reef,
+    "reef": kept_reef,
     "tank": lambda depth_m, seed: tank(depth_m),
 }
 """Worlds by name; each is made for a robot at a depth and from a seed."""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
 from scenes.light.materials import Material
 from scenes.surfaces.surface import Surface, double_area_vectors, surface
+
+if TYPE_CHECKING:
+    import trimesh
 
 METRES = {"m": 1.0, "mm": 0.001, "inch": 0.0254}
 Y_UP_SUFFIXES = (".glb", ".gltf")
@@ -43,6 +45,8 @@ def read_things(path: Path, *, unit: str, plausible_m: tuple[float, float]) -> l
     if unit not in METRES:
         raise ValueError(f"expected a unit ({', '.join(METRES)}), got {unit!r}")
     check_is_file(path)
+    import trimesh  # noqa: PLC0415  (takes longer to import than a frame to render)
+
     try:
         scene = trimesh.load_scene(path, process=False)
         placed = [(str(scene.graph[node][1]), *scene.graph[node]) for node in sorted(scene.graph.nodes_geometry)]
@@ -72,6 +76,8 @@ def linear(srgb: NDArray[Any]) -> NDArray[np.float32]:
 
 def _placed(geometry: Any, pose: FloatArray) -> trimesh.Trimesh | None:
     """Copy of a mesh where the file's scene puts it; None for points and curves, which hold no triangles."""
+    import trimesh  # noqa: PLC0415
+
     if not isinstance(geometry, trimesh.Trimesh) or not len(geometry.faces):
         return None
     mesh = geometry.copy()

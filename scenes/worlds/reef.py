@@ -26,6 +26,9 @@ FREE_RADIUS_M = 1.6
 ARENA_RADIUS_M, ARENA_FLOOR_M = 3.2, 0.75
 """Around the robot, nothing stands higher over the bottom than this: room for a target and for the robot."""
 
+REEF_VERSION = 1
+"""Raised when a reef of the same depth and seed comes out otherwise."""
+
 CURRENT = np.array([0.8, 0.6, 0.0])
 """Where the sea comes from, along a ridge's normal."""
 

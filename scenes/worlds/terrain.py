@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
-from scipy.ndimage import gaussian_filter
 
 from optics.kernels.arrays import FloatArray
 from optics.mesh import Triangles
@@ -93,6 +91,10 @@ def terrain(rng: np.random.Generator, *, ceiling_m: float) -> Terrain:
 
 def _polar_mesh(noise: GradientNoise, wall_m: float) -> tuple[FloatArray, NDArray[np.int32]]:
     """Flat mesh around the middle whose rings crowd where the relief is steep and near: evenly fine for the robot."""
+    # Each takes a tenth of a second to import, and a reef is in the cache as a rule.
+    from scipy.integrate import cumulative_trapezoid  # noqa: PLC0415
+    from scipy.ndimage import gaussian_filter  # noqa: PLC0415
+
     azimuth = np.linspace(0, 2 * np.pi, SURVEY_RAYS, endpoint=False)
     radius = np.linspace(0, RADIUS_M, SURVEY_RINGS)
     survey = _polar(azimuth[:, np.newaxis], np.broadcast_to(radius, (SURVEY_RAYS, SURVEY_RINGS)))

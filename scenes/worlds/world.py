@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,3 +60,14 @@ def world_of(name: str, things: Sequence[tuple[str, Surface]], notes: tuple[str,
         instance_names=tuple(thing for thing, _ in things),
         notes=notes,
     )
+
+
+def packed_world(world: World) -> dict[str, NDArray[Any]]:
+    """World as named arrays, to be kept."""
+    return {field.name: np.array(getattr(world, field.name)) for field in fields(world) if field.name != "notes"}
+
+
+def unpacked_world(arrays: Mapping[str, NDArray[Any]]) -> World:
+    """World of what `packed_world` gives; it has no notes, which are of a user's file."""
+    words: dict[str, Any] = {"name": str(arrays["name"]), "instance_names": tuple(arrays["instance_names"].tolist())}
+    return World(**{**arrays, **words})

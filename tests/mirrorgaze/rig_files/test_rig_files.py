@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import jsonschema
 import pytest
@@ -26,6 +28,21 @@ def bad_rig(here):
     document["port"]["thicknes_mm"] = 3
     save_document(document, here / "bad.toml")
     return "bad.toml"
+
+
+def test_a_check_loads_little():
+    """A rig's numbers need no renderer, no solids and no meshes."""
+    too_heavy = {"mitsuba", "trimesh", "build123d", "matplotlib", "tomlkit", "scipy.optimize", "scipy.ndimage", "igl"}
+    code = f"""import sys
+from mirrorgaze.cli import main
+try:
+    main()
+finally:
+    print(*sorted({too_heavy} & set(sys.modules)))"""
+    child = subprocess.run(
+        [sys.executable, "-c", code, "check", "aqua2"], check=True, stdout=subprocess.PIPE, text=True
+    )
+    assert child.stdout.splitlines()[-1] == ""
 
 
 def test_rigs_lists_the_presets():

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.transform import RigidTransform
 
 from optics.mesh import Group
@@ -11,7 +12,7 @@ from optics.mirror_outline import Rectangle
 from scenes.baking.ambient import cached, gathered, with_ambient
 from scenes.baking.irradiance_volume import irradiance_volume
 from scenes.baking.light_quality import LightQuality
-from scenes.baking.robot_occlusion import at_rest, with_occlusion
+from scenes.baking.robot_occlusion import DIVISION_VERSION, LONGEST_EDGE_M, at_rest, divided_faces, with_occlusion
 from scenes.kernels.ambient_cube import ROW, SIDES
 from scenes.light.materials import Material, albedo_table
 from scenes.stage.frame import Label
@@ -152,3 +153,13 @@ def test_what_is_kept_on_disk_is_of_the_places_too(light, tmp_path, monkeypatch,
     ]
     assert made == [0, 0, 2]
     assert [record.getMessage() for record in caplog.records] == ["finding the light; it is kept for the next time"] * 2
+
+
+def test_a_part_is_divided_as_in_caches(check_recorded):
+    """Edges of at most 5 cm, and three corners where three sides meet."""
+    box = trimesh.creation.box(bounds=[[0, 0, 0], [0.12, 0.12, 0.12]])
+    found = divided_faces(np.asarray(box.vertices), np.asarray(box.faces, dtype=np.int32))
+    corners = found["vertices_m"][found["faces"]]
+    assert np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max() <= LONGEST_EDGE_M
+    assert (found["vertices_m"] == 0).all(axis=1).sum() == 3
+    check_recorded("divided part", DIVISION_VERSION, rel=1e-9, **found)

@@ -11,7 +11,16 @@ from scenes.surfaces.poisson_disk import spaced
 from scenes.surfaces.space_colonisation import PIPE_EXPONENT, grown_tree
 from scenes.surfaces.surface import double_area_vectors, enclosed_volume_m3
 from scenes.worlds import growths
-from scenes.worlds.reef import ARENA_FLOOR_M, ARENA_RADIUS_M, BOTTOM_BELOW_ROBOT_M, FORMS, FREE_RADIUS_M, reef
+from scenes.worlds.catalogue import world_named
+from scenes.worlds.reef import (
+    ARENA_FLOOR_M,
+    ARENA_RADIUS_M,
+    BOTTOM_BELOW_ROBOT_M,
+    FORMS,
+    FREE_RADIUS_M,
+    REEF_VERSION,
+    reef,
+)
 from scenes.worlds.terrain import RADIUS_M
 
 DEPTH_M = 6.0
@@ -31,6 +40,21 @@ def test_reef_has_the_size_the_renderer_is_measured_with(world):
     assert world.colour.shape == world.vertices_m.shape
     assert world.colour.dtype == np.float32
     assert world.instance.dtype == np.int32
+
+
+def test_reef_is_what_is_in_caches(world, check_recorded):
+    arrays = {"vertices": world.vertices_m, "faces": world.faces, "material": world.material, "colour": world.colour}
+    check_recorded("reef", REEF_VERSION, rel=1e-6, **arrays)
+
+
+def test_a_kept_reef_is_the_reef(world, tmp_path, monkeypatch):
+    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
+    monkeypatch.setattr("scenes.worlds.catalogue.reef", lambda depth_m, seed: world)
+    made, kept = world_named("reef", DEPTH_M), world_named("reef", DEPTH_M)
+    assert made is world
+    assert (kept.name, kept.instance_names, kept.notes) == (world.name, world.instance_names, ())
+    for name in ("vertices_m", "faces", "material", "colour", "instance"):
+        np.testing.assert_array_equal(getattr(kept, name), getattr(world, name), strict=True)
 
 
 @pytest.mark.parametrize(("depth_m", "seed"), [(0.5, 3), (30.0, 1)])
