@@ -2,36 +2,38 @@
 
 The sea's own light reaches a reef or a tank through what stands around, and what stands around sends light as well.
 Both are gathered by the kernel that renders frames: from each vertex it looks out in many directions, through the same
-water, at the same surfaces, which are lit by what was gathered before. Each iteration adds one more reflection. What is
-averaged over the directions is the difference that the surroundings make to open water, whose light is known without
-any averaging: where nothing is in the way there is no noise.
+water, at the same surfaces, which are lit by what was gathered before. Each iteration adds one more reflection. Open
+water's light is known without any averaging: what is found is which share of it comes past the mesh, and what the mesh
+sends. Where nothing is in the way there is no noise.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from optics.kernels.arrays import FloatArray, aligned
+from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.cache import load_or_make, result_key
 from optics.kernels.freezing import Flat
-from optics.kernels.packing import Packing
+from optics.kernels.packing import Packing, opaque_numbers, vectors
 from optics.kernels.trees import leaves_of
+from scenes.baking.gather_places import places_on
 from scenes.baking.light_quality import LightQuality
-from scenes.baking.sample_directions import spiral_azimuth
-from scenes.kernels.geometry import geometry_of
+from scenes.baking.sample_directions import SampleDirections, scattered_density, scattered_directions
+from scenes.kernels.geometry import Geometry, geometry_of, relit
 from scenes.kernels.grid import GridTable
 from scenes.kernels.kernel import Shape, compiled_frame
 from scenes.kernels.tracing import FAR_M, FixedHit, Rays
 from scenes.light.light import Light
-from scenes.light.uniforms import LightUniforms
+from scenes.light.uniforms import LightTables, LightUniforms
+from scenes.stage.frame import FrameArrays, Label
 from scenes.stage.group_mesh import GroupMesh, vertex_normals
-from scenes.stage.records import NO_BALL, WORLD, Pose, StateRecord
+from scenes.stage.records import NO_BALL, WORLD, MirrorPlate, Pose, StateRecord
 
 LOG = logging.getLogger(__name__)
 
@@ -42,19 +44,25 @@ INSET = 0.05
 """How far towards the middles of its faces a vertex looks out from: at an edge it lies in the next face's plane."""
 
 OFFSET_M = 1e-3
+ABOUT_SUN = 4
+"""One direction in so many is drawn about the sun."""
 
-LIGHT_VERSION = 4
+LEAST = 1e-30
+LEAST_DENSITY = 1e-6
+"""Light that is divided by is more than this."""
+
+LIGHT_VERSION = 5
 """Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
 
 One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.
 """
 
 
-def with_ambient(mesh: GroupMesh, light: Light, quality: LightQuality) -> GroupMesh:
+def with_ambient(mesh: GroupMesh, light: Light, quality: LightQuality, apart_m: PlaceSizes) -> GroupMesh:
     """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
     if not len(mesh.faces):
         return mesh
-    ambient = cached(mesh, light, quality, "light on the robot", lambda: ambient_light(mesh, light, quality))
+    ambient = cached(mesh, light, quality, "light on the robot", lambda: ambient_light(mesh, light, quality, apart_m))
     return replace(mesh, ambient=ambient)
 
 
@@ -92,20 +100,42 @@ def light_key(
     return result_key(name, LIGHT_VERSION, surface, lit, asdict(quality), places)
 
 
-def ambient_light(mesh: GroupMesh, light: Light, quality: LightQuality) -> FloatArray:
-    """Irradiance at the vertices, shape (n, 3), once its reflections have settled."""
-    reflection = Reflection(mesh, light, quality)
-    before = reflection.open_water
+def ambient_light(mesh: GroupMesh, light: Light, quality: LightQuality, apart_m: PlaceSizes) -> FloatArray:
+    """Irradiance at the vertices, shape (n, 3), once its reflections have settled.
+
+    They settle on few places that look in few directions; the last one is gathered on all of them in many.
+    """
+    around = Surroundings.of(mesh, light)
+    coarse = Reflection(mesh, around, apart_m.iterated, quality.iteration_directions)
+    before = coarse.open_water
     for _ in range(quality.reflections):
-        ambient = reflection.once(before)
-        if change_of_light(before, ambient) < quality.settled:
-            return ambient
-        before = ambient
-    return before
+        ambient = coarse.once(before)
+        change, before = change_of_light(before, ambient), ambient
+        if change < quality.settled:
+            break
+    return Reflection(mesh, around, apart_m.kept, quality.directions).once(before)
+
+
+@dataclass(frozen=True)
+class PlaceSizes:
+    """How far apart, in metres, light is gathered on a mesh: while its reflections settle, and what is kept."""
+
+    iterated: float
+    kept: float
 
 
 class Reflection:
     """What the vertices of a mesh receive from each other.
+
+    Parameters
+    ----------
+    mesh : GroupMesh
+    around : Surroundings
+        The mesh as it is looked at.
+    apart_m : float
+        Vertices nearer to each other, that face about the same way, share what they receive.
+    directions : callable
+        From the number of places to that of the directions in which each looks out.
 
     Attributes
     ----------
@@ -113,21 +143,31 @@ class Reflection:
         Irradiance at the vertices by all but the direct sun if the mesh hid nothing and sent nothing.
     """
 
-    def __init__(self, mesh: GroupMesh, light: Light, quality: LightQuality):
-        self._mesh, self._light, self._quality = mesh, light, quality
-        self._normals = vertex_normals(mesh.vertices_m, mesh.faces)
-        self._origins = _inset(mesh) + self._normals * OFFSET_M
-        self.open_water = light.open_water_irradiance(-self._origins[:, 2], self._normals)
-        self._unseen = gathered(None, self._origins, self._normals, light, quality)
+    def __init__(self, mesh: GroupMesh, around: Surroundings, apart_m: float, directions: Callable[[int], int]):
+        normals = vertex_normals(mesh.vertices_m, mesh.faces)
+        origins = _inset(mesh) + normals * OFFSET_M
+        self.open_water = around.light.open_water_irradiance(-origins[:, 2], normals)
+        places = places_on(mesh, normals, apart_m)
+        self._around, self._owner = around, places.owner
+        self._origins, self._normals = origins[places.vertices], normals[places.vertices]
+        self._count = directions(len(self._origins))
+        # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
+        self._depth_m = float(np.median(-self._origins[:, 2]))
+        nothing = Surroundings.of(None, around.light, depth_m=self._depth_m)
+        of_water = sum(nothing.irradiance(self._origins, self._normals, self._count))
+        self._open_water = self.open_water[places.vertices]
+        self._share_found = self._open_water / np.maximum(of_water, LEAST)
 
     def once(self, ambient: FloatArray, source: GridTable | None = None) -> FloatArray:
         """Irradiance at the vertices, shape (n, 3), when the mesh is lit by what is given: one more reflection.
 
         `source` is what the mesh changes of the water's light (`scenes.baking.source_volume`).
         """
-        lit = replace(self._mesh, ambient=ambient)
-        seen = gathered(lit, self._origins, self._normals, self._light, self._quality, source)
-        return np.maximum(self.open_water + seen - self._unseen, 0)
+        lit = self._around.lit(ambient, source, depth_m=self._depth_m)
+        of_mesh, past_it = lit.irradiance(self._origins, self._normals, self._count)
+        # Where nothing is in the way it is open water's exactly, and where all is, its share does not matter.
+        received = of_mesh + past_it * self._share_found
+        return self.open_water * (received / np.maximum(self._open_water, LEAST))[self._owner]
 
 
 def change_of_light(before: FloatArray, ambient: FloatArray) -> float:
@@ -135,44 +175,30 @@ def change_of_light(before: FloatArray, ambient: FloatArray) -> float:
     return float((np.abs((ambient - before).mean(axis=0)) / ambient.mean(axis=0)).max())
 
 
-def gathered(  # noqa: PLR0917
-    mesh: GroupMesh | None,
-    origins: FloatArray,
-    normals: FloatArray,
-    light: Light,
-    quality: LightQuality,
-    source: GridTable | None = None,
-) -> FloatArray:
-    """Irradiance at points from some directions, by channel, shape (n, 3); without a mesh that of open water."""
-    directions = int(np.clip(quality.rays // len(origins), quality.fewest_directions, quality.most_directions))
-    # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
-    around = Surroundings(mesh, light, depth_m=float(np.median(-origins[:, 2])), source=source)
-    parts = []
-    at_once = max(1, RAYS_AT_ONCE // directions)
-    for start in range(0, len(origins), at_once):
-        origin, direction = _outward(
-            origins[start : start + at_once], normals[start : start + at_once], directions, start
-        )
-        seen = around.radiance(origin, direction)
-        # Directions are spread as the cosine: irradiance is pi times their mean radiance.
-        parts.append(
-            np.pi * np.stack([channel.numpy().reshape(-1, directions).mean(axis=1) for channel in seen], axis=-1)
-        )
-    return np.concatenate(parts)
-
-
 class Surroundings:
-    """What a lit mesh shows along any rays of the world frame; open water without a mesh. Its tables are kept."""
+    """What a lit mesh shows along any rays of the world frame; open water without a mesh.
 
-    def __init__(self, mesh: GroupMesh | None, light: Light, *, depth_m: float, source: GridTable | None = None):
-        geometry = geometry_of({} if mesh is None else {WORLD: mesh}, light.towards_sun)
-        self._geometry = replace(geometry, source=source)
-        self.tables = light.tables(without_peak=True)
-        self._flat_geometry, self._flat_tables = Flat(self._geometry), Flat(self.tables)
+    Parameters
+    ----------
+    geometry : Geometry
+        Of one mesh at most.
+    light : Light
+    tables : LightTables
+    mirrors : dict of MirrorPlate
+    depth_m : float
+        For which the light divides within each channel.
+    """
+
+    def __init__(
+        self, geometry: Geometry, light: Light, tables: LightTables, mirrors: dict[str, MirrorPlate], depth_m: float
+    ):
+        self.light, self.tables = light, tables
+        self._geometry, self._mirrors = geometry, mirrors
+        self._flat_geometry, self._flat_tables = Flat(geometry), Flat(tables)
         uniforms = light.uniforms(depth_m)
         still = StateRecord(
             poses={WORLD: Pose.of(np.eye(4))},
-            mirrors=(mesh and mesh.mirrors) or {},
+            mirrors=mirrors,
             towards_sun=light.towards_sun,
             clearance_m=0.0,
             ball=NO_BALL,
@@ -190,6 +216,21 @@ class Surroundings:
         )
         self.uniforms: LightUniforms = light_packing.unpack(self._records[0], UInt32(0))
 
+    @classmethod
+    def of(cls, mesh: GroupMesh | None, light: Light, *, depth_m: float = 0.0) -> Surroundings:
+        """Surroundings that a mesh is, lit as it says or, when it does not say, dark."""
+        meshes, mirrors = {}, {}
+        if mesh is not None:
+            ambient = np.zeros_like(mesh.vertices_m) if mesh.ambient is None else mesh.ambient
+            meshes, mirrors = {WORLD: replace(mesh, ambient=ambient)}, mesh.mirrors or {}
+        tables = light.tables(without_peak=True)
+        return cls(geometry_of(meshes, light.towards_sun), light, tables, mirrors, depth_m)
+
+    def lit(self, ambient: FloatArray, source: GridTable | None, *, depth_m: float) -> Surroundings:
+        """The same with other light on the mesh and in the water, at another depth."""
+        geometry = replace(relit(self._geometry, ambient), source=source)
+        return Surroundings(geometry, self.light, self.tables, self._mirrors, depth_m)
+
     @property
     def scene(self) -> Any:
         """The mesh as Mitsuba traces it."""
@@ -197,38 +238,58 @@ class Surroundings:
 
     def radiance(self, origin: Any, direction: Any) -> list[Any]:
         """Radiance by channel, without the direct sun and what surrounds it closely."""
+        return list(self._seen(origin, direction).rgb)
+
+    def irradiance(self, origins: FloatArray, normals: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+        """Irradiance by channel, shape (n, 3), from so many directions: of the mesh, and of the water past it."""
+        parts = []
+        at_once = max(1, RAYS_AT_ONCE // count)
+        for start in range(0, len(origins), at_once):
+            some = slice(start, start + at_once)
+            *rays, weight = _outward(origins[some], normals[some], count, start, self.light.towards_sun)
+            frame = self._seen(*rays)
+            past = (frame.label == int(Label.OPEN_WATER)) | (frame.label == int(Label.SURFACE))
+            split = [dr.select(each, c * weight, 0) for each in (~past, past) for c in frame.rgb]
+            sums = [dr.block_sum(each, count) for each in split]
+            dr.eval(sums)
+            parts.append(np.stack([each.numpy() for each in sums], axis=-1))
+        of_mesh, past_it = np.split(np.concatenate(parts), 2, axis=1)
+        return of_mesh, past_it
+
+    def _seen(self, origin: Any, direction: Any) -> FrameArrays:
         nothing = FixedHit(distance=dr.full(Float32, FAR_M, 1), face=dr.zeros(UInt32, 1))
         gain = dr.full(Float32, 1.0, dr.width(origin))
         rays = Rays(origin=origin, direction=direction, gain=gain, prefix=(nothing,))
         dr.eval(rays)
-        frame = compiled_frame(self._shape)(Flat(rays), self._flat_geometry, self._flat_tables, *self._records)
-        return list(frame.rgb)
+        found: FrameArrays = compiled_frame(self._shape)(
+            Flat(rays), self._flat_geometry, self._flat_tables, *self._records
+        )
+        return found
 
 
-def _outward(origins: FloatArray, normals: FloatArray, count: int, first: int) -> tuple[Any, Any]:
-    """Rays (origins, directions) from vertices into the half-space before them, spread as the cosine, each turned."""
-    lane = dr.arange(UInt32, len(origins) * count)
-    vertex, sample = lane // count, lane % count
-    radius = dr.sqrt((Float32(sample) + 0.5) / count)
-    sine, cosine = dr.sincos(spiral_azimuth(vertex + first, sample))
-    columns = [
-        [dr.gather(Float32, Float32(aligned(column, np.float32)), vertex) for column in array.T]
-        for array in (origins, normals)
-    ]
-    origin, normal = Array3f32(*columns[0]), Array3f32(*columns[1])
-    across, along = _axes(normal)
-    height = dr.safe_sqrt(1 - dr.square(radius))
-    direction = across * (radius * cosine) + along * (radius * sine) + normal * height
-    return origin, direction
+def _outward(
+    origins: FloatArray, normals: FloatArray, count: int, first: int, towards_sun: FloatArray
+) -> tuple[Any, Any, Any]:
+    """Rays (origins, directions) from vertices, and the weights by which their radiance adds up to irradiance.
 
-
-def _axes(normal: Any) -> tuple[Any, Any]:
-    """Two axes across a normal, without a branch (Duff et al. 2017, JCGT 6, 1)."""
-    sign = dr.select(normal.z >= 0, Float32(1), Float32(-1))
-    a = -1 / (sign + normal.z)
-    b = normal.x * normal.y * a
-    first = Array3f32(1 + sign * dr.square(normal.x) * a, sign * b, -sign * normal.x)
-    return first, Array3f32(b, sign + dr.square(normal.y) * a, -normal.y)
+    They are spread as the cosine, each vertex's turned; but some are drawn about the sun by the angle of scattering,
+    where open water is brightest by far. A direction that either might have taken counts by both densities (Veach &
+    Guibas 1995, SIGGRAPH).
+    """
+    samples = SampleDirections.of(len(origins), count, first)
+    vertex = samples.place - first
+    origin, normal = (dr.gather(Array3f32, vectors(rows), vertex) for rows in (origins, normals))
+    sun = Array3f32(*opaque_numbers(towards_sun))
+    about_sun = count // ABOUT_SUN
+    spread = SampleDirections(samples.place, samples.number, count - about_sun)
+    beside = SampleDirections(samples.place, samples.number - spread.count, about_sun)
+    cosine = dr.safe_sqrt(1 - spread.share)
+    direction = dr.select(
+        samples.number < spread.count, spread.around(normal, cosine), scattered_directions(sun, beside)
+    )
+    facing = dr.maximum(dr.dot(direction, normal), 0)
+    density = spread.count * facing * dr.inv_pi + about_sun * scattered_density(dr.dot(direction, sun))
+    return origin, direction, facing / dr.maximum(density, LEAST_DENSITY)
 
 
 def _inset(mesh: GroupMesh) -> FloatArray:

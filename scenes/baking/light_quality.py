@@ -11,10 +11,10 @@ class LightQuality:
 
     Attributes
     ----------
-    rays : int
-        Of a reflection, divided among the vertices.
+    rays, iteration_rays : int
+        Of a reflection that is kept, and of those until they settle, divided among the places on the surfaces.
     fewest_directions, most_directions : int
-        In which a vertex looks out.
+        In which a place looks out.
     reflections : int
         Between the surfaces of a robot that are followed at most.
     settled : float
@@ -32,9 +32,10 @@ class LightQuality:
         On a line of sight, between the nodes of the robot's shadow in the water.
     """
 
-    rays: int = 10_000_000
-    fewest_directions: int = 64
-    most_directions: int = 256
+    rays: int = 4_000_000
+    iteration_rays: int = 150_000
+    fewest_directions: int = 24
+    most_directions: int = 96
     reflections: int = 16
     settled: float = 0.005
     iterations: int = 16
@@ -52,3 +53,14 @@ class LightQuality:
     def coarse(cls) -> LightQuality:
         """Noisy light in seconds, for looks at a scene and tests of what does not depend on it."""
         return cls(fewest_directions=4, most_directions=4, iterations=2, grid_points=6, sample_directions=4)
+
+    def directions(self, places: int) -> int:
+        """In how many each of some places looks out for what is kept."""
+        return self._shared(self.rays, places)
+
+    def iteration_directions(self, places: int) -> int:
+        """In how many until the light has settled."""
+        return self._shared(self.iteration_rays, places)
+
+    def _shared(self, rays: int, places: int) -> int:
+        return min(max(rays // places, self.fewest_directions), self.most_directions)

@@ -15,7 +15,6 @@ from optics.kernels.packing import vectors
 from optics.layout import Layout, camera_pose
 from optics.mesh import PartMesh
 from rigs import Rig
-from scenes.baking.irradiance_volume import irradiance_volume
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_occlusion import at_rest, with_occlusion
 from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
@@ -98,8 +97,7 @@ def prepare(
     if meshes:
         meshes, in_water, on_world = _robot(parts, scene, records, meshes, quality)
     if len(scene.world.faces):
-        meshes[WORLD], source = lit_world(world_mesh(scene.world, len(names)), scene.light, quality)
-        irradiance = irradiance_volume(meshes[WORLD], scene.light, quality, source)
+        meshes[WORLD], source, irradiance = lit_world(world_mesh(scene.world, len(names)), scene.light, quality)
     geometry = replace(
         geometry_of(meshes | _unlit(scene, instance_names), scene.light.towards_sun),
         irradiance=irradiance,

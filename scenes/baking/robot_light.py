@@ -61,7 +61,7 @@ class RobotLight:
         self._extent = extent_of(robot)
         self._gaze_mirror = (robot.mirrors or {}).get(Primitive.M2.name)
         depth = -float(self._extent.middle[2])
-        self._with, self._without = (Surroundings(mesh, light, depth_m=depth) for mesh in (robot, None))
+        self._with, self._without = (Surroundings.of(mesh, light, depth_m=depth) for mesh in (robot, None))
         self._scene, self._tables, self._uniforms = self._with.scene, self._with.tables, self._with.uniforms
         self._field = field_table(light.field_nodes)
         means = light.channel_means(depth)

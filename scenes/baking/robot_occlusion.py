@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.kernels.cache import Arrays, load_or_make, result_key
-from scenes.baking.ambient import with_ambient
+from scenes.baking.ambient import PlaceSizes, with_ambient
 from scenes.baking.light_quality import LightQuality
 from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh, face_normals, joined_meshes, moved_mesh
@@ -25,6 +25,9 @@ LONGEST_EDGE_M = 0.05
 
 DIVISION_VERSION = 1
 """Raised when the same mesh is divided otherwise."""
+
+PLACES_M = PlaceSizes(iterated=0.005, kept=0.004)
+"""Vertices nearer to each other share the light that they receive."""
 
 DEPTH_M = 5.0
 """Where the robot is taken to be; the shares hardly depend on it."""
@@ -61,7 +64,7 @@ def with_occlusion(
     fine = {name: _divided(mesh) for name, mesh in meshes.items()}
     placed = [moved_mesh(mesh, world_from_body * body_from[name]) for name, mesh in fine.items()]
     whole = joined_meshes([*placed, *([] if mirrors is None else [moved_mesh(mirrors, world_from_body)])])
-    lit = with_ambient(whole, light, quality)
+    lit = with_ambient(whole, light, quality, PLACES_M)
     assert lit.ambient is not None
     result, start = {}, 0
     for (name, mesh), world in zip(fine.items(), placed, strict=True):

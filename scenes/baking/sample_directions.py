@@ -30,10 +30,10 @@ class SampleDirections:
     count: int
 
     @classmethod
-    def of(cls, points: int, count: int) -> SampleDirections:
-        """SampleDirections of so many points."""
-        lane = dr.arange(UInt32, points * count)
-        return cls(lane // count, lane % count, count)
+    def of(cls, points: int, count: int, first: int = 0) -> SampleDirections:
+        """SampleDirections of so many points, counted from a first one."""
+        lane, each = dr.arange(UInt32, points * count), dr.opaque(UInt32, count)
+        return cls(lane // each + dr.opaque(UInt32, first), lane % each, count)
 
     @property
     def share(self) -> Any:

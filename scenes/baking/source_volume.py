@@ -15,7 +15,7 @@ other, and are found by iteration.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 
 import numpy as np
@@ -23,9 +23,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from optics.kernels.arrays import FloatArray
+from optics.kernels.backend import Array3f32, UInt32, dr
 from optics.kernels.packing import rows_of, vectors
-from scenes.baking.ambient import LOG, RAYS_AT_ONCE, Reflection, Surroundings, cached, change_of_light
+from scenes.baking.ambient import LOG, RAYS_AT_ONCE, PlaceSizes, Reflection, Surroundings, cached, change_of_light
 from scenes.baking.light_quality import LightQuality
+from scenes.baking.secant import Secant
+from scenes.kernels.ambient_cube import ROW as SIDE_ROW
+from scenes.kernels.ambient_cube import SIDES
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.grid import GridTable, grid_axes, grid_points
 from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
@@ -36,27 +40,33 @@ SPACING_M = 0.35
 INSET_M = 0.02
 """Points of the grid keep off the world's bounding box, where a basin has its walls."""
 
-LARGE_GRID = 5000
-"""Points, from which on most iterations are made on a grid with an eighth of them: three or so are left for all."""
+PLACES_M = PlaceSizes(iterated=0.4, kept=0.1)
+"""Vertices nearer to each other share the light that they receive."""
 
 SUN_RINGS_RAD = np.radians(np.geomspace(0.7, 15, 10))
 SUN_AROUND = 12
 """Rings about the sun, and directions on each."""
 
+CELL_HEIGHTS, CELL_TURNS = 400, 800
+"""Cells of the sphere, each of which belongs to the direction nearest to it."""
+
 RINGS, AROUND = 64, 48
 """Points at which the phase function is taken to share out a direction's light, by angle and around."""
 
 
-def lit_world(mesh: GroupMesh, light: Light, quality: LightQuality) -> tuple[GroupMesh, GridTable]:
-    """World with the irradiance at its vertices by all but the direct sun, and its source volume.
+def lit_world(mesh: GroupMesh, light: Light, quality: LightQuality) -> tuple[GroupMesh, GridTable, GridTable]:
+    """World with the irradiance at its vertices by all but the direct sun, and what it changes of the water's light.
 
-    From the cache when it can be; the volume is as `scenes.kernels.veiling_light` takes it.
+    From the cache when it can be: its source volume as `scenes.kernels.veiling_light` takes it, and the irradiance of
+    planes as `scenes.kernels.ambient_cube` does.
     """
     axes = grid_axes(mesh, spacing_m=SPACING_M, most=quality.grid_points, inset_m=INSET_M)
-    found = cache(lambda: _iterated(mesh, light, quality, axes))
-    ambient = cached(mesh, light, quality, "light on the world", lambda: found()[0])
-    source = cached(mesh, light, quality, "light that the water scatters", lambda: found()[1])
-    return replace(mesh, ambient=ambient), source_volume(axes, source)
+    found = cache(lambda: _found(mesh, light, quality, axes))
+    ambient = cached(mesh, light, quality, "light on the world", lambda: found().ambient)
+    source = cached(mesh, light, quality, "light that the water scatters", lambda: found().source)
+    around = cached(mesh, light, quality, "light in the water", lambda: found().around)
+    irradiance = GridTable.of(axes, rows_of(around.reshape(-1, 3), SIDE_ROW))
+    return replace(mesh, ambient=ambient), source_volume(axes, source), irradiance
 
 
 def source_volume(axes: list[FloatArray], source: FloatArray) -> GridTable:
@@ -64,53 +74,68 @@ def source_volume(axes: list[FloatArray], source: FloatArray) -> GridTable:
     return GridTable.of(axes, rows_of(source.reshape(-1, 3), SOURCE_ROW))
 
 
-def _iterated(
-    mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Irradiance at the vertices and source at the points, of a large grid beginning with those of a coarser one."""
-    reflection = Reflection(mesh, light, quality)
-    ambient, source = reflection.open_water, _dark(axes)
-    if len(source) > LARGE_GRID:
-        coarse = [np.linspace(axis[0], axis[-1], len(axis) // 2 + 1) for axis in axes]
-        ambient, found = _settled(mesh, light, quality, reflection, coarse, ambient, _dark(coarse))
-        source = resampled(coarse, found, axes)
-    return _settled(mesh, light, quality, reflection, axes, ambient, source)
+@dataclass(frozen=True, kw_only=True)
+class WorldLight:
+    """What is found of a world's light, and kept.
+
+    Attributes
+    ----------
+    ambient : array, shape (n, 3)
+        Irradiance at its vertices by all but the direct sun.
+    source : array, shape (k, elevations, azimuths, 3)
+        What it changes of the light that water scatters, at the points of a grid.
+    around : array, shape (k, sides, 3)
+        What it changes of the irradiance of planes there (`scenes.kernels.ambient_cube`).
+    """
+
+    ambient: FloatArray
+    source: FloatArray
+    around: FloatArray
+
+
+def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[FloatArray]) -> WorldLight:
+    """Light that has settled on few places and a coarse grid, and then once more on more of them, and on all.
+
+    What a coarse grid cannot tell a finer one is local: it needs no more turns.
+    """
+    around = Surroundings.of(mesh, light)
+    ambient, volume = _settled(mesh, around, quality, _coarser(axes, 3))
+    finer = _coarser(axes, 2)
+    source, _ = _Water(light, grid_points(finer)).source(around, ambient, volume)
+    volume = source_volume(finer, source)
+    ambient = Reflection(mesh, around, PLACES_M.kept, quality.directions).once(ambient, volume)
+    source, sides = _Water(light, grid_points(axes)).source(around, ambient, volume)
+    return WorldLight(ambient=ambient, source=source, around=sides)
+
+
+def _coarser(axes: list[FloatArray], times: int) -> list[FloatArray]:
+    """Grid over the same box with so many times fewer cells along each axis."""
+    return [np.linspace(axis[0], axis[-1], max(len(axis) // times, 1) + 1) for axis in axes]
+
+
+def _settled(
+    mesh: GroupMesh, around: Surroundings, quality: LightQuality, axes: list[FloatArray]
+) -> tuple[FloatArray, GridTable]:
+    """Irradiance at the vertices and source volume on a grid: each iteration adds one reflection and one scattering."""
+    reflection = Reflection(mesh, around, PLACES_M.iterated, quality.iteration_directions)
+    water = _Water(around.light, grid_points(axes))
+    lit, scattered = reflection.open_water, _dark(axes)
+    secant = Secant()
+    for iteration in range(1, quality.iterations + 1):
+        volume = source_volume(axes, scattered)
+        ambient = reflection.once(lit, volume)
+        source, _ = water.source(around, ambient, volume)
+        change = max(change_of_light(lit, ambient), np.abs(source - scattered).mean() / water.mean_source)
+        LOG.info("iteration %d of at most %d: light changed by %.1f %%", iteration, quality.iterations, 100 * change)
+        if change < quality.iterations_settled:
+            break
+        lit, scattered = secant.following((lit, scattered), (ambient, source))
+    return ambient, source_volume(axes, source)
 
 
 def _dark(axes: list[FloatArray]) -> FloatArray:
     """Source of a world that changes nothing, shape (n, elevations, azimuths, 3)."""
     return np.zeros((len(grid_points(axes)), SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3), dtype=np.float32)
-
-
-def _settled(  # noqa: PLR0917
-    mesh: GroupMesh,
-    light: Light,
-    quality: LightQuality,
-    reflection: Reflection,
-    axes: list[FloatArray],
-    ambient: FloatArray,
-    source: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Irradiance and source once they have settled: each iteration adds one reflection and one scattering."""
-    water = _Water(light, grid_points(axes))
-    for iteration in range(1, quality.iterations + 1):
-        volume = source_volume(axes, source)
-        lit, ambient = ambient, reflection.once(ambient, volume)
-        scattered, source = source, water.source(replace(mesh, ambient=ambient), volume)
-        change = max(change_of_light(lit, ambient), np.abs(source - scattered).mean() / water.mean_source)
-        LOG.info("iteration %d of at most %d: light changed by %.1f %%", iteration, quality.iterations, 100 * change)
-        if change < quality.iterations_settled:
-            break
-    return ambient, source
-
-
-def resampled(axes: list[FloatArray], source: FloatArray, finer: list[FloatArray]) -> FloatArray:
-    """Source, shape (n, elevations, azimuths, 3), on the points of another grid over the same box: linear between."""
-    values = source.reshape(*(len(axis) for axis in axes), -1)
-    for k, (nodes, places) in enumerate(zip(axes, finer, strict=True)):
-        weights = np.stack([np.interp(places, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
-        values = np.moveaxis(np.tensordot(weights.astype(np.float32), values, axes=(1, k)), 0, k)
-    return values.reshape(-1, *source.shape[1:])
 
 
 class _Water:
@@ -123,27 +148,33 @@ class _Water:
     """
 
     def __init__(self, light: Light, points: FloatArray):
-        self._light, self._points = light, points
+        self._points = points
         self._depth = float(-np.median(points[:, 2]))
         self._directions = sample_directions(light.towards_sun)
         means = light.channel_means(self._depth)
         shares = direction_weights(light, means["molecular"], self._directions)
         self._scattering = (means["scattering"][:, np.newaxis, np.newaxis] * shares).astype(np.float32)
+        self._sides = side_weights(self._directions).astype(np.float32)
         # Open water's radiance depends on the height alone.
         heights, self._height = np.unique(points[:, 2], return_inverse=True)
         column = np.stack([0 * heights, 0 * heights, heights], axis=-1)
-        self._open_water = self._seen(Surroundings(None, light, depth_m=self._depth), column)
+        self._open_water = self._seen(Surroundings.of(None, light, depth_m=self._depth), column)
         self.mean_source = float(self._scattered(self._open_water)[self._height].mean())
 
-    def source(self, mesh: GroupMesh, volume: GridTable) -> FloatArray:
-        """Source at the points beside a lit mesh, shape (n, elevations, azimuths, 3)."""
-        around = Surroundings(mesh, self._light, depth_m=self._depth, source=volume)
+    def source(self, around: Surroundings, ambient: FloatArray, volume: GridTable) -> tuple[FloatArray, FloatArray]:
+        """Source at the points, shape (n, elevations, azimuths, 3), and irradiance of planes, shape (n, sides, 3).
+
+        Both as a lit mesh changes them.
+        """
+        lit = around.lit(ambient, volume, depth_m=self._depth)
         pieces = max(1, len(self._points) * len(self._directions) // RAYS_AT_ONCE)
-        parts = []
+        sources, sides = [], []
         for part in np.array_split(np.arange(len(self._points)), pieces):
-            change = self._seen(around, self._points[part]) - self._open_water[:, self._height[part]]
-            parts.append(self._scattered(change))
-        return np.concatenate(parts).reshape(-1, SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3)
+            change = self._seen(lit, self._points[part]) - self._open_water[:, self._height[part]]
+            sources.append(self._scattered(change))
+            sides.append(np.moveaxis(change @ self._sides.T, 0, -1))
+        shape = (-1, SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3)
+        return np.concatenate(sources).reshape(shape), np.concatenate(sides)
 
     def _scattered(self, seen: FloatArray) -> FloatArray:
         """Source by radiance in all directions, shape (n, nodes, 3)."""
@@ -152,8 +183,12 @@ class _Water:
     def _seen(self, around: Surroundings, points: FloatArray) -> FloatArray:
         """Radiance in all directions, shape (3, n, directions)."""
         count = len(self._directions)
-        origins, directions = np.repeat(points, count, axis=0), np.tile(self._directions, (len(points), 1))
-        seen = around.radiance(vectors(origins), vectors(directions))
+        lane = dr.arange(UInt32, len(points) * count)
+        origins, directions = (
+            dr.gather(Array3f32, vectors(rows), index)
+            for rows, index in ((points, lane // count), (self._directions, lane % count))
+        )
+        seen = around.radiance(origins, directions)
         return np.stack([channel.numpy().reshape(len(points), count) for channel in seen])
 
 
@@ -178,35 +213,49 @@ def direction_weights(light: Light, molecular: FloatArray, directions: FloatArra
     Shape (3, nodes, directions): by channel, for the shares that molecules have of the scattering; without what is
     scattered by so little that it counts as not scattered.
     """
-    middle, solid = _rings()
+    ring = np.radians(np.geomspace(0.2, 180, RINGS + 1))
+    ring[0] = 0
+    middle, solid = (ring[:-1] + ring[1:]) / 2, 2 * np.pi * (np.cos(ring[:-1]) - np.cos(ring[1:])) / AROUND
     weight = [np.repeat(light.phase_without_peak(middle, share) * solid, AROUND) for share in molecular]
-    nearest = _nearest(directions.tobytes())
-    result = np.zeros((3, len(nearest), len(directions)))
-    for k, numbers in enumerate(nearest):
+    turn = np.tile(np.arange(AROUND) * (2 * np.pi / AROUND), RINGS)[:, np.newaxis]
+    ahead, aside = np.repeat(np.cos(middle), AROUND)[:, np.newaxis], np.repeat(np.sin(middle), AROUND)[:, np.newaxis]
+    nearest = nearest_direction(directions.tobytes())
+    nodes = node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS)
+    result = np.zeros((3, len(nodes), len(directions)))
+    for k, node in enumerate(nodes):
+        across = np.linalg.svd(node[np.newaxis])[2][1:]
+        ways = ahead * node + aside * (np.cos(turn) * across[0] + np.sin(turn) * across[1])
+        numbers = nearest[_cell_of(ways)]
         result[:, k] = [np.bincount(numbers, each, minlength=len(directions)) for each in weight]
     return result
 
 
-def _rings() -> tuple[FloatArray, FloatArray]:
-    """Angles at which the phase function is taken, and the solid angle of each point there, shapes (RINGS,)."""
-    ring = np.radians(np.geomspace(0.2, 180, RINGS + 1))
-    ring[0] = 0
-    return (ring[:-1] + ring[1:]) / 2, 2 * np.pi * (np.cos(ring[:-1]) - np.cos(ring[1:])) / AROUND
+def side_weights(directions: FloatArray) -> FloatArray:
+    """Integral of the cosine to each of the six sides over what of the sphere is nearest to each direction: (6, n)."""
+    nearest = nearest_direction(directions.tobytes())
+    cosines = np.maximum(SIDES @ _cell_middles().T, 0) * (4 * np.pi / len(nearest))
+    return np.stack([np.bincount(nearest, each, minlength=len(directions)) for each in cosines])
 
 
 @lru_cache(maxsize=2)
-def _nearest(directions: bytes) -> NDArray[np.int32]:
-    """Number of the direction that is nearest to each point around each node, shape (nodes, RINGS * AROUND).
-
-    It depends on the sun's place alone, and takes a second.
-    """
+def nearest_direction(directions: bytes) -> NDArray[np.int64]:
+    """Number of the direction that is nearest to each of many cells of the sphere, all of one solid angle."""
     tree = cKDTree(np.frombuffer(directions).reshape(-1, 3))
-    angle = np.repeat(_rings()[0], AROUND)[:, np.newaxis]
-    around = np.tile(np.arange(AROUND) * (2 * np.pi / AROUND), RINGS)[:, np.newaxis]
-    nodes = node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS)
-    result = np.empty((len(nodes), RINGS * AROUND), dtype=np.int32)
-    for k, node in enumerate(nodes):
-        across = np.linalg.svd(node[np.newaxis])[2][1:]
-        beside = np.cos(around) * across[0] + np.sin(around) * across[1]
-        result[k] = tree.query(np.cos(angle) * node + np.sin(angle) * beside)[1]
-    return result
+    return np.asarray(tree.query(_cell_middles())[1])
+
+
+def _cell_middles() -> FloatArray:
+    """Directions of the middles of the cells, shape (n, 3)."""
+    height = (np.arange(CELL_HEIGHTS) + 0.5) * (2 / CELL_HEIGHTS) - 1
+    turn = (np.arange(CELL_TURNS) + 0.5) * (2 * np.pi / CELL_TURNS) - np.pi
+    level = np.sqrt(1 - height**2)[:, np.newaxis]
+    ways = np.broadcast_arrays(level * np.cos(turn), level * np.sin(turn), height[:, np.newaxis])
+    return np.stack(ways, axis=-1).reshape(-1, 3)
+
+
+def _cell_of(ways: FloatArray) -> NDArray[np.int64]:
+    """Number of the cell that directions, shape (n, 3), lie in."""
+    row = np.clip((ways[:, 2] + 1) * (CELL_HEIGHTS / 2), 0, CELL_HEIGHTS - 1).astype(np.int64)
+    turn = np.arctan2(ways[:, 1], ways[:, 0])
+    column = np.clip((turn + np.pi) * (CELL_TURNS / (2 * np.pi)), 0, CELL_TURNS - 1).astype(np.int64)
+    return row * CELL_TURNS + column

@@ -6,7 +6,7 @@ What a face looks like stands in two tables that all groups share.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
@@ -65,7 +65,7 @@ class Geometry:
     sun_map : SunMap, optional
         Where the world stands in its own light; without it shadows are traced.
     irradiance : GridTable, optional
-        What the world changes of the light around what moves (`scenes.baking.irradiance_volume`).
+        What the world changes of the light around what moves (`scenes.baking.source_volume`).
     source : GridTable, optional
         What the world changes of the light that water scatters (`scenes.baking.source_volume`).
     shadow_in_water : Float32, optional
@@ -111,6 +111,13 @@ def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) 
     faces, vertices = (rows_of(table, ROW) for table in tables)
     shadows = sun_map(groups[WORLD].scene, meshes[WORLD].vertices_m, towards_sun) if WORLD in meshes else None
     return Geometry(groups=groups, faces=faces, vertices=vertices, sun_map=shadows)
+
+
+def relit(geometry: Geometry, ambient: NDArray[np.float64]) -> Geometry:
+    """Geometry of a single mesh whose vertices are lit by this ambient light, shape (n, 3), instead."""
+    rows = np.array(geometry.vertices).reshape(-1, ROW)
+    rows[1:, VertexColumn.AMBIENT :] = ambient
+    return replace(geometry, vertices=rows_of(rows, ROW))
 
 
 def _face_rows(mesh: GroupMesh, first_vertex: int | None) -> NDArray[np.float64]:

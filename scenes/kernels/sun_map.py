@@ -79,11 +79,12 @@ def sun_map(scene: Any, vertices_m: FloatArray, towards_sun: FloatArray) -> SunM
         return None
     top = float(along.max()) + MARGIN_M
     node = dr.arange(UInt32, CELLS * CELLS)
-    column, row = Float32(node % CELLS) * cell + float(corner[0]), Float32(node // CELLS) * cell + float(corner[1])
-    axes = [Array3f32(*(float(component) for component in axis)) for axis in (u, v, towards_sun)]
-    ray = mi.Ray3f(axes[0] * column + axes[1] * row + axes[2] * top, -axes[2])
+    low_u, low_v, step, highest = opaque_numbers([*corner, cell, top])
+    axes = [Array3f32(*opaque_numbers(axis)) for axis in (u, v, towards_sun)]
+    column, row = Float32(node % CELLS) * step + low_u, Float32(node // CELLS) * step + low_v
+    ray = mi.Ray3f(axes[0] * column + axes[1] * row + axes[2] * highest, -axes[2])
     found = scene.ray_intersect_preliminary(ray, coherent=True)
-    height = dr.select(found.is_valid(), top - found.t, -np.inf)
+    height = dr.select(found.is_valid(), highest - found.t, -np.inf)
     dr.eval(height)
     return SunMap(
         height=height,

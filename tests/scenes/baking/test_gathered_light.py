@@ -9,10 +9,10 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.mesh import Group
 from optics.mirror_outline import Rectangle
-from scenes.baking.ambient import cached, gathered, with_ambient
-from scenes.baking.irradiance_volume import irradiance_volume
+from scenes.baking.ambient import PlaceSizes, Surroundings, cached, with_ambient
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_occlusion import DIVISION_VERSION, LONGEST_EDGE_M, at_rest, divided_faces, with_occlusion
+from scenes.baking.source_volume import lit_world
 from scenes.kernels.ambient_cube import ROW, SIDES
 from scenes.light.materials import Material, albedo_table
 from scenes.stage.frame import Label
@@ -20,12 +20,22 @@ from scenes.stage.group_mesh import GroupMesh
 from scenes.stage.records import MirrorPlate
 
 FULL = LightQuality.full()
+EVERYWHERE = PlaceSizes(iterated=0.001, kept=0.001)
 UP, DOWN, LEVEL = [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 
 
 @pytest.fixture(scope="module")
 def light(aqua2_light):
     return aqua2_light
+
+
+def gathered(mesh, origins, normals, light, source=None, *, directions=256):
+    """Irradiance of planes by what they see in some directions, shape (n, 3)."""
+    depth_m = float(np.median(-origins[:, 2]))
+    around = Surroundings.of(mesh, light, depth_m=depth_m)
+    if source is not None:
+        around = around.lit(mesh.ambient, source, depth_m=depth_m)
+    return sum(around.irradiance(origins, normals, directions))
 
 
 def plate(half_m, height_m, material=Material.TILE_WHITE, *, cells=1):
@@ -58,7 +68,7 @@ def test_open_water_gathered_is_the_irradiance_of_its_solution(light):
     normals = np.repeat([UP, DOWN, LEVEL], 200, axis=0)
     origins = np.tile([0.0, 0.0, -5.0], (len(normals), 1))
     expected = light.open_water_irradiance(-origins[:, 2], normals)
-    found = gathered(None, origins, normals, light, FULL)
+    found = gathered(None, origins, normals, light)
     means = [values.reshape(3, 200, 3).mean(axis=1) for values in (found, expected)]
     np.testing.assert_allclose(*means, rtol=0.02)
 
@@ -70,10 +80,10 @@ def test_a_lid_takes_the_light_from_above(light):
     Light from below lacks what the sun would have sent through the water that now lies in the lid's shadow: no more
     than its share, a third in red.
     """
-    lid = with_ambient(plate(3.0, -4.9, Material.NEOPRENE), light, FULL)
+    lid = with_ambient(plate(3.0, -4.9, Material.NEOPRENE), light, FULL, EVERYWHERE)
     normals = np.array([UP, DOWN])
     origins = np.tile([0.0, 0.0, -5.0], (2, 1))
-    under, open_water = (gathered(mesh, origins, normals, light, FULL) for mesh in (lid, None))
+    under, open_water = (gathered(mesh, origins, normals, light) for mesh in (lid, None))
     assert (under[0] < 0.1 * open_water[0]).all()
     assert (under[1] < open_water[1]).all()
     assert (under[1] > 0.66 * open_water[1]).all()
@@ -82,14 +92,14 @@ def test_a_lid_takes_the_light_from_above(light):
 def test_a_floor_close_by_sends_its_albedo(light):
     """A plane that faces a wide floor from 20 mm above receives what the floor sends: albedo times its irradiance."""
     depth = 5.0
-    floor = with_ambient(plate(3.0, -depth, cells=6), light, FULL)
+    floor = with_ambient(plate(3.0, -depth, cells=6), light, FULL, EVERYWHERE)
     uniforms = light.uniforms(depth)
     sun = uniforms.sun_irradiance * np.exp(-uniforms.sun_attenuation * depth) * light.towards_sun[2]
     ambient = light.open_water_irradiance(np.array([depth]), np.array([UP]))[0]
     received = uniforms.ambient_fraction * ambient.repeat(3) + sun
     white = albedo_table(light.bands)[int(Material.TILE_WHITE)]
     expected = (light.bands.weight @ (white * received)).ravel()
-    found = gathered(floor, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light, FULL)[0]
+    found = gathered(floor, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light)[0]
     np.testing.assert_allclose(found, expected, rtol=0.02)
 
 
@@ -108,7 +118,7 @@ def test_a_mirror_close_by_sends_what_comes_from_above(light):
     mirror = replace(plate(3.0, -depth - 1e-3, Material.MIRROR_BACK), mirrors={"M1": level})
     cosine = np.linspace(0.05, 1, 50)
     loss = [np.polynomial.polynomial.polyval(cosine, fit) for fit in light.uniforms(depth).mirror_fit]
-    found = gathered(mirror, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light, FULL)[0]
+    found = gathered(mirror, np.array([[0.0, 0.0, 0.02 - depth]]), np.array([DOWN]), light, directions=4096)[0]
     share = found / light.open_water_irradiance(np.array([depth]), np.array([UP]))[0]
     assert 0.98 * np.min(loss) < share.min()
     assert share.max() < 1.02 * np.max(loss)
@@ -116,14 +126,13 @@ def test_a_mirror_close_by_sends_what_comes_from_above(light):
 
 def test_the_volume_over_a_floor_is_what_is_gathered_there(light):
     """At a node the volume holds the difference to open water; far above the middle of a small floor there is none."""
-    floor = with_ambient(plate(0.4, -5.0), light, FULL)
-    volume = irradiance_volume(floor, light, FULL)
+    floor, source, volume = lit_world(plate(0.4, -5.0), light, FULL)
     shape = [int(n[0]) for n in volume.count]
     values = np.array(volume.values).reshape(*shape, len(SIDES), ROW)[..., :3]
     corner, step = (np.array([float(x[0]) for x in axis]) for axis in (volume.corner, volume.inverse_step))
     point = corner + np.array([0, 0, 1]) / step
-    there = np.array([point]), np.array([DOWN]), light, FULL
-    expected = (gathered(floor, *there) - gathered(None, *there))[0]
+    there = np.array([point]), np.array([DOWN]), light
+    expected = (gathered(floor, *there, source) - gathered(None, *there))[0]
     side = int(np.argmax(SIDES @ DOWN))
     # Each point looks in directions of its own: the difference is known to some per cent of itself.
     np.testing.assert_allclose(values[0, 0, 1, side], expected, rtol=0.2)

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from scenes.baking.ambient import LIGHT_VERSION, ambient_light
-from scenes.baking.irradiance_volume import irradiance_volume
+from scenes.baking.ambient import LIGHT_VERSION, PlaceSizes, ambient_light
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_shadow_in_water import shadow_in_water
 from scenes.baking.robot_shadow_on_world import shadow_on_world
@@ -72,8 +71,7 @@ def ball():
 
 def test_kept_light_of_a_world_is_what_would_be_found_today(lit_floor, aqua2_light, nothing_kept, check_recorded):
     """On its surfaces, in what the water scatters, and around what moves in it."""
-    floor, source = lit_floor
-    around = irradiance_volume(floor, aqua2_light, COARSE, source)
+    floor, source, around = lit_floor
     found = {
         "ambient": floor.ambient,
         "source": np.array(source.values),
@@ -86,7 +84,7 @@ def test_kept_light_of_a_robot_is_what_would_be_found_today(ball, aqua2_light, n
     """On it, and its shadows in the water and on the world."""
     pose = RigidTransform.from_translation([0, 0, -BALL_M])
     begins = np.broadcast_to([0.0, 0.0, -0.8], (1, ELEVATIONS * AZIMUTHS, 3))
-    ambient = ambient_light(ball, aqua2_light, COARSE)
+    ambient = ambient_light(ball, aqua2_light, COARSE, PlaceSizes(iterated=0.1, kept=0.01))
     robot = replace(ball, ambient=ambient)
     shadow = np.array(shadow_in_water(robot, pose, begins, aqua2_light, COARSE))
     check_recorded("light of a robot", LIGHT_VERSION, rel=RECORDED_REL, ambient=ambient, in_the_water=shadow)

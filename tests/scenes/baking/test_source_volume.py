@@ -6,9 +6,9 @@ from scipy.interpolate import RegularGridInterpolator
 
 from optics.water.pure_water import molecular_phase
 from scenes.baking.light_quality import LightQuality
-from scenes.baking.source_volume import direction_weights, lit_world, resampled, sample_directions
+from scenes.baking.source_volume import direction_weights, lit_world, sample_directions, side_weights
+from scenes.kernels.ambient_cube import SIDES
 from scenes.kernels.direction_grid import node_directions
-from scenes.kernels.grid import grid_points
 from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
 from scenes.light.materials import Material
 from scenes.stage.frame import Label
@@ -71,7 +71,7 @@ def test_right_above_a_black_floor_the_water_lacks_what_comes_from_below(light):
     over the lower half-space, looking down and half down, in green; 8 % for the looks' spacing and for what the water
     above lacks.
     """
-    _, volume = lit_world(floor(0.0), light, LightQuality.full())
+    _, volume, _ = lit_world(floor(0.0), light, LightQuality.full())
     found, depth = source_at(volume, height=0.02)
     means = light.channel_means(depth)
     edges = np.concatenate([[0], np.geomspace(np.radians(0.1), np.pi, 300)])
@@ -110,7 +110,7 @@ def upwelling(light, depth, ways):
 
 def test_over_a_white_floor_the_water_shines_most_downwards(light):
     """A white floor sends more than open water: looking down most, looking up hardly, and less from farther above."""
-    _, volume = lit_world(floor(1.0), light, LightQuality.full())
+    _, volume, _ = lit_world(floor(1.0), light, LightQuality.full())
     near, _ = source_at(volume, height=0.02)
     far, _ = source_at(volume, height=0.35)
     level = SOURCE_ELEVATIONS // 2 * SOURCE_AZIMUTHS
@@ -119,9 +119,10 @@ def test_over_a_white_floor_the_water_shines_most_downwards(light):
     assert (near[0] > far[0]).all()
 
 
-def test_on_a_finer_grid_a_source_that_varies_evenly_is_the_same():
-    """Linear interpolation is exact for a source linear in x, y and z, on grids of unequal sides (float32: 1e-5)."""
-    coarse, fine = ([np.linspace(-1, 2, 2 * n), np.linspace(0, 5, n + 2), np.linspace(-6, -5, n)] for n in (3, 7))
-    slopes = np.random.default_rng(0).normal(size=(3, 2, 4, 3))
-    before, expected = (np.tensordot(grid_points(axes), slopes, axes=1).astype(np.float32) for axes in (coarse, fine))
-    np.testing.assert_allclose(resampled(coarse, before, fine), expected, atol=1e-5)
+def test_looks_share_out_the_irradiance_of_each_side(light):
+    """Of an even light that is pi, and of one that grows with the cosine to a side, 2/3 pi of the side itself."""
+    directions = sample_directions(light.towards_sun)
+    weights = side_weights(directions)
+    np.testing.assert_allclose(weights.sum(axis=1), np.pi, rtol=1e-4)
+    rising = np.maximum(directions @ SIDES.T, 0)
+    np.testing.assert_allclose(np.diag(weights @ rising), 2 / 3 * np.pi, rtol=5e-3)

@@ -1,0 +1,59 @@
+"""Where light is gathered on a mesh: at one vertex of each cell and facing, which the others there share it with.
+
+A screw head has as many vertices as a hull, and all of them lie within a pixel or two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.kernels.arrays import FloatArray
+from scenes.stage.group_mesh import GroupMesh
+
+FACINGS = 1.5
+"""Normals are told apart by their components in steps of one over so many."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """Vertices that stand for others.
+
+    Attributes
+    ----------
+    vertices : array of int, shape (k,)
+        Where light is gathered.
+    owner : array of int, shape (n,)
+        Which of them each vertex of the mesh takes its share of open water's light from.
+    """
+
+    vertices: NDArray[np.int64]
+    owner: NDArray[np.int64]
+
+
+def places_on(mesh: GroupMesh, normals: FloatArray, apart_m: float) -> Places:
+    """Places on a mesh with the normals of its vertices: one in each cell of a grid for those that face about one way.
+
+    It is the vertex with the largest faces: what is seen of a cell, not what lies in a hole of it.
+    """
+    cells = np.floor(mesh.vertices_m / apart_m).astype(np.int64)
+    numbers = np.column_stack([cells, np.round(normals * FACINGS).astype(np.int64)])
+    lowest = numbers.min(axis=0)
+    key = np.ravel_multi_index((numbers - lowest).T, tuple(np.ptp(numbers, axis=0) + 1))
+    order = np.lexsort([-_areas(mesh), key])
+    _, first, group = np.unique(key[order], return_index=True, return_inverse=True)
+    owner = np.empty(len(key), dtype=np.int64)
+    owner[order] = group
+    # In the order of the vertices: neighbours look at about the same.
+    vertices = order[first]
+    rank = np.argsort(np.argsort(vertices))
+    return Places(np.sort(vertices), rank[owner])
+
+
+def _areas(mesh: GroupMesh) -> FloatArray:
+    """Area of the faces around each vertex, shape (n,)."""
+    corners = mesh.vertices_m[mesh.faces]
+    double = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return np.asarray(np.bincount(mesh.faces.ravel(), np.repeat(double, 3), minlength=len(mesh.vertices_m)))
