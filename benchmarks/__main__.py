@@ -17,7 +17,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-NAMES = ("train", "projection", "coverage", "render", "search", "loop")
+NAMES = ("first", "train", "projection", "coverage", "render", "search", "loop")
 CHECKS = ("healpix", "distances", "bias", "robots")
 COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
 

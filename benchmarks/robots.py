@@ -13,7 +13,6 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Sequence
@@ -21,8 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.processes import CACHE, finished
+
 ROBOTS = Path(__file__).with_name("robots.toml")
-CACHE = "MIRRORGAZE_CACHE"
 STEPS = ("new", "check", "design")
 ALLOWED_S = 180.0
 """Processor time that a robot may take from its file to its design."""
@@ -126,22 +126,13 @@ def _done(robot: Robot) -> dict[str, dict[str, Any]]:
 
 def _run(robot: Robot, step: str) -> dict[str, Any]:
     """A step in a process of its own: exit status, processor time with that of the slicer, and what went wrong."""
-    files = [robot.folder / f"{step}.{stream}" for stream in ("stdout", "stderr")]
-    with files[0].open("w") as output, files[1].open("w") as errors:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "mirrorgaze", *robot.arguments[step]],
-            cwd=robot.folder,
-            env={**os.environ, CACHE: str((robot.folder / "cache").absolute()), "PYTHONPATH": str(ROBOTS.parents[1])},
-            stdout=output,
-            stderr=errors,
-        )
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-    said = files[1].read_text(encoding="utf-8")
+    command = ["-m", "mirrorgaze", *robot.arguments[step]]
+    cache = {CACHE: str((robot.folder / "cache").absolute())}
+    done = finished(command, folder=robot.folder, name=step, variables=cache)
     return {
-        "status": process.returncode,
-        "processor_s": used.ru_utime + used.ru_stime,
-        "sentence": _sentence(said) if process.returncode else "",
+        "status": done.status,
+        "processor_s": done.processor_s,
+        "sentence": _sentence(done.said) if done.status else "",
     }
 
 

@@ -1,0 +1,110 @@
+"""What a user waits for: the first render, the next ones, and those with everything in the cache.
+
+Each row is a `mirrorgaze render` in a process of its own, in caches of its own: of results and of compiled kernels,
+empty for the first render in a world. Times are of the processor, which are the same on a machine that is busy with
+something else; how fast it is says a frame of stock Mitsuba `path` (`benchmarks.render`), measured in the same run.
+"""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.processes import CACHE, KERNELS, finished
+from rigs import load_document, preset_path, save_document
+
+MIRROR_FILE, WIDER_MM = "wider.toml", 10
+STOCK = "from benchmarks.first import stock_frame_s; print(stock_frame_s())"
+STOCK_WORLD, STOCK_SIZE = "reef", (640, 480)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wait:
+    """A render that is waited for, after those before it in the same caches, and how long that may take."""
+
+    name: str
+    caches: str
+    rig: str
+    world: str
+    allowed_s: float
+
+
+WAITS = (
+    Wait(name="first render, tank", caches="tank", rig="aqua2", world="tank", allowed_s=25),
+    Wait(name="warm render, tank", caches="tank", rig="aqua2", world="tank", allowed_s=2.5),
+    Wait(name=f"mirror {WIDER_MM} mm wider, tank", caches="tank", rig=MIRROR_FILE, world="tank", allowed_s=5),
+    Wait(name="another rig, tank", caches="tank", rig="bluerov2", world="tank", allowed_s=8),
+    Wait(name="first render, reef", caches="reef", rig="aqua2", world="reef", allowed_s=45),
+    Wait(name="warm render, reef", caches="reef", rig="aqua2", world="reef", allowed_s=2.5),
+)
+
+
+def run() -> list[dict[str, Any]]:
+    """Processor time of each render, beside what is allowed."""
+    with tempfile.TemporaryDirectory() as named:
+        folder = Path(named)
+        _write_wider_mirror(folder / MIRROR_FILE)
+        seconds = [_waited_s(wait, folder) for wait in WAITS]
+        frame_s = float(_output_s(["-c", STOCK], folder, "stock", WAITS[-1].caches)[0])
+    return [_row(wait, spent, frame_s) for wait, spent in zip(WAITS, seconds, strict=True)]
+
+
+def stock_frame_s() -> float:
+    """Median processor time of a frame of stock `path`, one sample per pixel."""
+    from benchmarks.render import STOCK_FRAMES, STOCK_WARM_UP, _states, _stock_path
+    from cad.assembly.meshes import rig_meshes
+    from rigs import Rig
+    from scenes.stage.scene import make_scene
+
+    rig = Rig.load("aqua2")
+    scene = make_scene(rig, world=STOCK_WORLD)
+    frame = _stock_path(rig, rig_meshes(rig), scene, *STOCK_SIZE)
+    seconds = []
+    for state in _states(scene, STOCK_WARM_UP + STOCK_FRAMES):
+        start = time.process_time()
+        frame(state)
+        seconds.append(time.process_time() - start)
+    return statistics.median(seconds[STOCK_WARM_UP:])
+
+
+def _write_wider_mirror(path: Path) -> None:
+    """The rig aqua2 with another gaze mirror."""
+    document = load_document(preset_path("aqua2"))
+    document["gaze_mirror"]["width_mm"] += WIDER_MM
+    save_document(document, path)
+
+
+def _waited_s(wait: Wait, folder: Path) -> float:
+    command = ["-m", "mirrorgaze", "render", wait.rig, "--world", wait.world, "-o", "view.png"]
+    return _output_s(command, folder, wait.name.replace(" ", "_"), wait.caches)[1]
+
+
+def _output_s(arguments: list[str], folder: Path, name: str, caches: str) -> tuple[str, float]:
+    """What a process prints, and its processor time; it must succeed."""
+    variables = {CACHE: str(folder / caches / "results"), KERNELS: str(folder / caches / "kernels")}
+    # Dr.Jit makes its folder, not those above it.
+    (folder / caches).mkdir(exist_ok=True)
+    done = finished(arguments, folder=folder, name=name, variables=variables)
+    if done.status:
+        raise RuntimeError(f"{name}: expected success, got status {done.status}: {done.said}")
+    return done.output, done.processor_s
+
+
+def _row(wait: Wait, spent_s: float, frame_s: float) -> dict[str, Any]:
+    width, height = STOCK_SIZE
+    beside = (
+        f"{spent_s / frame_s:.0f} frames of stock path ({STOCK_WORLD}, {width} x {height}: {1000 * frame_s:.0f} ms)"
+    )
+    note = f"processor time, {beside}; peer: what is allowed"
+    return {
+        "name": wait.name,
+        "ours": spent_s,
+        "peer": wait.allowed_s,
+        "unit": "s",
+        "ratio": wait.allowed_s / spent_s,
+        "note": note,
+    }

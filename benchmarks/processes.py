@@ -1,0 +1,41 @@
+"""Commands in processes of their own, measured by their processor time: how busy the machine is does not count."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+CACHE, KERNELS = "MIRRORGAZE_CACHE", "DRJIT_CACHE_DIR"
+"""Where results and compiled kernels are kept."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finished:
+    """What a process came to: its exit status, its processor time with that of its children, and what it said."""
+
+    status: int
+    processor_s: float
+    output: str
+    said: str
+
+
+def finished(arguments: Sequence[str], *, folder: Path, name: str, variables: Mapping[str, str]) -> Finished:
+    """Run Python with arguments and wait for it; what it prints stays in NAME.stdout and NAME.stderr of its folder."""
+    files = [folder / f"{name}.{stream}" for stream in ("stdout", "stderr")]
+    with files[0].open("w") as output, files[1].open("w") as errors:
+        process = subprocess.Popen(
+            [sys.executable, *arguments],
+            cwd=folder,
+            env={**os.environ, **variables, "PYTHONPATH": str(ROOT)},
+            stdout=output,
+            stderr=errors,
+        )
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    printed, said = (file.read_text(encoding="utf-8") for file in files)
+    return Finished(status=process.returncode, processor_s=used.ru_utime + used.ru_stime, output=printed, said=said)
