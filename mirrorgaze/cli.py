@@ -33,6 +33,7 @@ from mirrorgaze.commands.rig_files import check, presets, schema, show
 from mirrorgaze.errors import with_exit_status
 from mirrorgaze.help import SectionedCommand, SectionedGroup
 from mirrorgaze.option_groups import with_option_groups
+from mirrorgaze.waiting import with_clock
 
 COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
     "Rig files": (presets.rigs, presets.new, check.check, show.show, schema.schema),
@@ -74,7 +75,9 @@ app = typer.Typer(
 )
 for heading, commands in COMMANDS.items():
     for command in commands:
-        app.command(cls=SectionedCommand, rich_help_panel=heading)(with_exit_status(with_option_groups(command)))
+        app.command(cls=SectionedCommand, rich_help_panel=heading)(
+            with_exit_status(with_clock(with_option_groups(command)))
+        )
 
 
 def main() -> None:
@@ -83,5 +86,6 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # What takes long and is not a result is logged: people see it on stderr.
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
-    logging.getLogger("scenes").setLevel(logging.INFO)
+    for package in ("optics", "scenes"):
+        logging.getLogger(package).setLevel(logging.INFO)
     app()

@@ -5,11 +5,21 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+if TYPE_CHECKING:
+    from optics.kernels.clock import Pace
+
 TENTHS = 10
+DOTS = "..."
+
+CLEAR = "\x1b[K"
+"""Takes away what is left of a longer line at a terminal."""
+
+_PACES: dict[str, Pace] = {}
+"""Of what is being counted, by name."""
 
 
 def print_json(data: Any) -> None:
@@ -31,15 +41,37 @@ def print_note(line: str) -> None:
     typer.echo(line, err=True)
 
 
+def print_step(line: str) -> None:
+    """Print a line on stderr of what is being done.
+
+    One that ends in dots begins a part of the work (`optics.kernels.clock`): how long that took the last time is said
+    with it.
+    """
+    if not line.endswith(DOTS):
+        print_note(line)
+        return
+    from optics.kernels.clock import CLOCK, last_time
+
+    name = line.removesuffix(DOTS).strip()
+    CLOCK.begin(name)
+    print_note(line + last_time(name))
+
+
 def print_progress(name: str, done: int, total: int) -> None:
-    """Print how far something is, on stderr.
+    """Print how far something is, and how long the rest takes at the pace since its first call, on stderr.
 
     At a terminal over what was printed before; into a file a line for every tenth.
     """
+    from optics.kernels.clock import Pace
+
+    pace = _PACES.setdefault(name, Pace())
+    line = f"{name}: {done} of {total}{pace.to_go(done, total)}"
+    if done >= total:
+        _PACES.pop(name)
     if sys.stderr.isatty():
-        typer.echo(f"\r{name}: {done} of {total}", err=True, nl=done == total)
+        typer.echo(f"\r{line}{CLEAR}", err=True, nl=done == total)
     elif done * TENTHS // total > (done - 1) * TENTHS // total:
-        typer.echo(f"{name}: {done} of {total}", err=True)
+        typer.echo(line, err=True)
 
 
 def _plain(data: Any) -> Any:

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter
 
 from optics.kernels.cache import result_key
+from optics.kernels.clock import Pace
 from rigs import Rig
 from rigs.atomic_files import write_text
 
@@ -22,6 +23,8 @@ STAGES_VERSION = 2
 
 Log = Callable[[str], None]
 """Takes one line of progress at a time."""
+
+TENTHS = 10
 
 Result = TypeVar("Result")
 
@@ -78,6 +81,18 @@ class Stages:
     def _save(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / STATE_FILE, json.dumps({"key": self.key, "done": self.done}, indent=1))
+
+
+def counter(log: Log, what: str) -> Callable[[int, int], None]:
+    """Progress, from counts done and to do, as a line of the log for every tenth, with the time that is left."""
+    pace = Pace()
+
+    def count(done: int, total: int) -> None:
+        rest = pace.to_go(done, total)
+        if done * TENTHS // total > (done - 1) * TENTHS // total:
+            log(f"  {done} of {total} {what}{rest}")
+
+    return count
 
 
 def plain(result: Any) -> Any:

@@ -45,7 +45,7 @@ def export_mount(
     list of Path
         The files, sorted, the manifest among them; `docs/reference/export.md` says what each is.
     """
-    log("export: solids and meshes")
+    log("export: solids and meshes ...")
     rig = assembly.rig
     with atomic_files(folder) as partial:
         for part_of_it in FOLDERS:
@@ -53,19 +53,19 @@ def export_mount(
         (partial / "rig.toml").write_text(rig_text(rig), encoding="utf-8")
         for mesh in assembly.meshes:
             write_stl(mesh, partial / "parts")
-        log("export: STEP, GLB, 3MF")
+        log("export: STEP, GLB, 3MF ...")
         write_step(assembly, partial / f"{rig.name}.step")
         write_glb(assembly, partial / f"{rig.name}.glb")
         write_3mf(_placed(assembly), partial / f"{rig.name}.3mf", title=rig.name)
-        log("export: bill of materials, print plates")
+        log("export: bill of materials, print plates ...")
         items = bill_of_materials(assembly)
         write_bill(items, partial / "bom.csv")
         write_plates(rig, assembly.printed, partial / "plates")
-        log("export: robot descriptions")
+        log("export: robot descriptions ...")
         write_robot(assembly, partial / "robot")
-        log("export: drawings")
+        log("export: drawings ...")
         write_drawings(assembly, items, partial / "drawings")
-        log("export: assembly steps")
+        log("export: assembly steps ...")
         write_steps(assembly, partial / "assembly")
         add_files(partial)
         written = sorted(path for path in partial.rglob("*") if path.is_file())

@@ -25,6 +25,7 @@ from numpy.lib.format import read_array
 from numpy.typing import NDArray
 
 from optics.kernels.cache_contents import entry_path, evict, limit_bytes
+from optics.kernels.clock import CLOCK, last_time
 from rigs.atomic_files import atomic_file
 
 LOG = logging.getLogger(__name__)
@@ -86,7 +87,11 @@ def load_or_make(
     except Exception as error:
         # A file fails in as many ways as it can be damaged: those of zip, of NumPy, of `unpack`, of the disk.
         _warn(f"{path}: cannot be read and is made again ({type(error).__name__}: {error})")
-    made = make()
+    with CLOCK.inside(kind):
+        known = last_time(kind)
+        if known:
+            LOG.info("%s%s ...", kind, known)
+        made = make()
     try:
         _save(path, pack(made))
         evict(limit)

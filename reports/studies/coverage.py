@@ -7,7 +7,6 @@ how far its numbers are off.
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from reports.figures.plotting import draw_dwell, draw_regions, draw_usable_fov
 from reports.figures.sphere import draw_coverage, draw_resolution
 from reports.pages.coverage import CoverageResults, GridSummary, coverage_page
 from reports.pages.tables import write_blind, write_convergence, write_openings, write_poses, write_sphere
-from reports.progress import Log, Stages, plain
+from reports.progress import Log, Stages, counter, plain
 from rigs import Rig
 from rigs.atomic_files import write_text
 
@@ -70,7 +69,6 @@ def coverage_report(rig: Rig, folder: Path, *, step_deg: float, log: Log) -> Pat
     rig.require_gaze()
     if not SMALLEST_STEP_DEG <= step_deg <= 90:
         raise ValueError(f"expected a step of the joints from {SMALLEST_STEP_DEG:g} to 90 degrees, got {step_deg:g}")
-    start = time.perf_counter()
     stages = Stages.open(folder, rig, log, settings=f"coverage and openings {step_deg!r}")
     results = CoverageResults(
         coverage=stages.run("coverage", GridSummary, lambda: _coverage(rig, folder, step_deg, log)),
@@ -81,7 +79,7 @@ def coverage_report(rig: Rig, folder: Path, *, step_deg: float, log: Log) -> Pat
     write_text(folder / "coverage.json", json.dumps(data, indent=2))
     report = folder / "coverage.html"
     write_text(report, coverage_page(rig, results, folder))
-    log(f"{report} in {time.perf_counter() - start:.0f} s")
+    log(str(report))
     return report
 
 
@@ -96,7 +94,7 @@ def _coverage(rig: Rig, folder: Path, step_deg: float, log: Log) -> tuple[GridSu
         columns=COLUMNS,
         rows=ROWS,
         nside=NSIDE,
-        progress=lambda done, total: log(f"  {done} of {total} poses"),
+        progress=counter(log, "poses"),
     )
     summary = coverage_summary(result, image_cells=(COLUMNS, ROWS))
     folder.mkdir(parents=True, exist_ok=True)
@@ -106,7 +104,7 @@ def _coverage(rig: Rig, folder: Path, step_deg: float, log: Log) -> tuple[GridSu
     write_poses(result, rig, files[-3])
     write_sphere(result, files[-2])
     write_blind(summary.blind_patches, files[-1])
-    log("  what to change")
+    log("what to change ...")
     openings = blind_openings(
         rig,
         parts,

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,7 +28,7 @@ from reports.figures.sphere import draw_coverage
 from reports.pages.design import DesignResults, DesignView, DiveSummary, Views, design_page
 from reports.pages.mount import MountResults, PartResults, mount_results
 from reports.pages.tables import write_poses, write_sphere
-from reports.progress import Log, Stages, plain
+from reports.progress import Log, Stages, counter, plain
 from reports.studies.dive_report import dive_results
 from reports.studies.mount_export import export_checked_mount
 from rigs import Rig
@@ -58,8 +57,6 @@ EXTERIOR_CAPTION = f"From outside, in air, at q1 = {EXTERIOR_Q1_DEG:g}°, q2 = 0
 VIEW_SAMPLES = 4
 DIVE = "dive"
 """Folder of the dive in the report's."""
-
-REPORT_EVERY_FRAMES = 300
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,7 +115,6 @@ def design(
         When the folder holds something else.
     """
     rig.require_gaze()
-    start = time.perf_counter()
     dive = validation_dive(rig) if dive is None else dive
     grid = MapGrid() if grid is None else grid
     stages = Stages.open(folder, rig, log, settings=f"{dive.model_dump_json()} {grid}")
@@ -136,7 +132,7 @@ def design(
     data = {"rig": rig.model_dump(mode="json"), **plain(results)}
     write_text(folder / "summary.json", json.dumps(data, indent=2))
     write_text(report, design_page(rig, results, dive_results(folder / DIVE) if diving else None, folder))
-    log(f"{report} in {time.perf_counter() - start:.0f} s")
+    log(str(report))
     return report
 
 
@@ -216,11 +212,7 @@ def _coverage(rig: Rig, folder: Path, grid: MapGrid) -> tuple[CoverageSummary, l
 def _dive(rig: Rig, dive: Dive, folder: Path, log: Log) -> tuple[DiveSummary, list[Path]]:
     target = folder / DIVE
 
-    def report(done: int, total: int) -> None:
-        if done == total or done % REPORT_EVERY_FRAMES == 0:
-            log(f"dive: {done} of {total} frames")
-
-    run_dive(dive, target, rig=rig, log=log, progress=report)
+    run_dive(dive, target, rig=rig, log=log, progress=counter(log, "frames of the dive"))
     write_dive_figures(read_log(target), target)
     metrics = json.loads((target / "metrics.json").read_text(encoding="utf-8"))
     files = sorted(path for path in target.iterdir() if path.is_file())

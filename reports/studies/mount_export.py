@@ -65,17 +65,18 @@ def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = Tr
     RigError
         When a check fails or a servo is too weak, with every problem; nothing is written then.
     """
+    log("mount ...")
     assembly = build_assembly(rig)
     checks = mount_checks(assembly, log=log, slicing=slicing)
     if checks.problems:
         raise RigError(rig.name, checks.problems)
-    log("export: loads")
+    log("export: loads ...")
     loads = load_study(rig, assembly.meshes)
     if loads.problems:
         raise RigError(rig.name, loads.problems)
 
     def add_reports(partial: Path) -> None:
-        log("export: figures of checks and loads")
+        log("export: figures of checks and loads ...")
         write_checks(checks, rig, partial / CHECKS_FOLDER)
         write_loads(loads, partial / LOADS_FOLDER)
 

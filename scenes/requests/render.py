@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from cad.assembly.meshes import rig_meshes
 from optics.gaze.kinematics import forward_gaze
 from optics.gaze.stowed_view import parts_in_body
+from optics.kernels.backend import dr
+from optics.kernels.clock import CLOCK
 from optics.layout import Layout, check_stows
 from optics.mesh import PartMesh
 from rigs import Rig
@@ -202,7 +204,9 @@ def render(
         notes += dark
     rig, parts = _in_pose(rig, request)
 
+    CLOCK.begin("light")
     lit = prepare(scene, rig, parts)
+    CLOCK.begin("frame")
 
     def fast(samples: int) -> FastRenderer:
         return FastRenderer(lit, width_px=request.width_px, height_px=request.height_px, samples=samples)
@@ -235,6 +239,7 @@ def render(
         from scenes.forward_scatter import blurred  # noqa: PLC0415
 
         frame = replace(frame, radiance=blurred(replace(exact, radiance=frame.radiance), scene.light, rig))
+    CLOCK.begin("files")
     files: list[Path] = []
     if output.has_truth:
         seen = replace(exact, radiance=frame.radiance, target_fraction=frame.target_fraction)
@@ -348,6 +353,11 @@ def _facts(frame: Frame, rig: Rig, scene: Scene, request: RenderRequest, *, path
 
 
 def _timed(make: Callable[[], Made]) -> tuple[Made, float]:
+    """What is made, and how long that took without compiling, which the clock is told of."""
     start = time.perf_counter()
-    made = make()
-    return made, time.perf_counter() - start
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
+        made = make()
+        kernels = dr.kernel_history()
+    compiling_s = sum(kernel.get("codegen_time", 0.0) + kernel.get("backend_time", 0.0) for kernel in kernels) / 1000
+    CLOCK.told_apart(compiling_s, "compile")
+    return made, time.perf_counter() - start - compiling_s

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_progress, print_table
+from mirrorgaze.output import print_json, print_progress, print_step, print_table
 
 if TYPE_CHECKING:
     from dives.calibration.session_study import SessionStudy
@@ -144,6 +144,7 @@ def _print(found: CalibrationSummary) -> None:
 def _simulate(rig: Rig, seeds: range, *, noise_px: float, backlash_deg: float, json: bool) -> None:
     from dives.calibration.session_study import session_study
 
+    print_step("sessions ...")
     study = session_study(
         rig,
         seeds=seeds,

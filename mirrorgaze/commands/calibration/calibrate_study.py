@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument, SeedOption
-from mirrorgaze.output import print_json, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 if TYPE_CHECKING:
     from reports.studies.calibration_in_water import Calibration, Disc
@@ -50,6 +50,7 @@ def calibrate_study(
         raise ValueError(f"expected --board to be one of {', '.join(BOARDS)}, got {board!r}")
     loaded = load_usable_rig(rig)
     chosen, radii_px = BOARDS[board], [share * radius_px for share in DISCS]
+    print_step("boards in air and water ...")
     table = calibration_study(loaded, board=chosen, radius_px=radius_px, noise_px=noise_px, seed=seed)
     discs = disc_study(loaded, radii_px, board=chosen, noise_px=noise_px, seed=seed)
     if json:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mirrorgaze.options import JsonOption
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_note, print_step, print_table
 
 if TYPE_CHECKING:
     from reports.studies.compare_designs import DesignComparison
@@ -36,7 +36,7 @@ def compare_designs(
     from reports.studies.compare_designs import compare_designs as compared
     from rigs import Rig
 
-    comparison = compared(Rig.load(first), Rig.load(second), log=print_note)
+    comparison = compared(Rig.load(first), Rig.load(second), log=print_step)
     files = [] if output is None else comparison.write(output)
     if json:
         print_json({**comparison.numbers, "files": [str(file) for file in files]})

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 SHOWN = 3
 """Changes that are printed; the page has all."""
@@ -41,7 +41,7 @@ def coverage(
 
     loaded = load_usable_rig(rig)
     folder = output or Path("out") / f"{loaded.name}-coverage"
-    report = coverage_report(loaded, folder, step_deg=step_deg, log=print_note)
+    report = coverage_report(loaded, folder, step_deg=step_deg, log=print_step)
     results = json_format.loads((folder / "coverage.json").read_text(encoding="utf-8"))
     if json:
         print_json(results)

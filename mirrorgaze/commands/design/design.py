@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_note
+from mirrorgaze.output import print_json, print_step
 
 
 def design(
@@ -43,7 +43,7 @@ def design(
         raise ValueError(f"--dive {dive}: expected no dive beside --no-dive; leave one of the two out")
     loaded = load_usable_rig(rig)
     chosen = None if dive is None else Dive.load(dive)
-    report = design_rig(loaded, output or Path("out") / loaded.name, log=print_note, dive=chosen, diving=not no_dive)
+    report = design_rig(loaded, output or Path("out") / loaded.name, log=print_step, dive=chosen, diving=not no_dive)
     if json:
         import json as json_format
 

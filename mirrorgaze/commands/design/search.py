@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument, SeedOption
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 COLUMNS = {"coverage": "{:.3f}", "area": "{:.0f}", "swept-volume": "{:.2f}", "resolution": "{:.0f}"}
 HEADER = (
@@ -71,7 +71,7 @@ def search(
     wanted = Wanted(objectives=tuple(objective.split(",")), designs=designs, seed=seed, factor=factor, count=rigs)
     loaded = load_usable_rig(rig)
     folder = output or Path("out") / f"{loaded.name}-search"
-    found = search_into(loaded, find_rig(rig), folder, wanted, log=print_note)
+    found = search_into(loaded, find_rig(rig), folder, wanted, log=print_step)
     if apply is not None:
         apply_design(found, apply, own_rig_file(rig))
     if json:

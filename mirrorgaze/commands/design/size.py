@@ -10,7 +10,7 @@ import typer
 
 from mirrorgaze.errors import FAILED
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 if TYPE_CHECKING:
     from optics.sizing.sizing import Sizing
@@ -91,6 +91,7 @@ def size(
         margin_m=margin_mm / 1000,
         angle_tolerance=float(np.radians(angle_tolerance_deg)),
     )
+    print_step("sizes ...")
     sizing = size_mirrors(loaded, request, file_hull_distance(loaded))
     drivers = side_drivers(loaded, request)
     if json:
@@ -104,7 +105,7 @@ def size(
             if not apply:
                 typer.echo(f"  {_how_to_apply(rig)}")
     if output is not None:
-        write_sizing(loaded, sizing, output, log=print_note)
+        write_sizing(loaded, sizing, output, log=print_step)
     if sizing.bindings:
         raise typer.Exit(FAILED)
     if apply:

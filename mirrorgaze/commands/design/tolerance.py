@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument, SeedOption, TablesOption
-from mirrorgaze.output import print_json, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 
 def tolerance(
@@ -34,6 +34,7 @@ def tolerance(
 
     loaded = load_usable_rig(rig)
     loaded.require_gaze()
+    print_step(f"{samples} rigs as they are built ...")
     study = tolerance_study(loaded, samples=samples, seed=seed)
     files = write_tolerances(study, output) if output is not None else []
     ranking, percentiles = ranking_rows(study), percentile_rows(study)

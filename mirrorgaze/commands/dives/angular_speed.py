@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_progress, print_table
+from mirrorgaze.output import print_json, print_progress, print_step, print_table
 
 if TYPE_CHECKING:
     from dives.evaluation.tracking_rate import LargestSpeed
@@ -53,6 +53,7 @@ def angular_speed(
         Arc(axis=axis, from_deg=from_deg, to_deg=to_deg, distance_m=distance_m, radius_m=radius_m)
         for axis, from_deg, to_deg in ARCS_DEG
     ]
+    print_step("passes of the ball ...")
     found = []
     for each in variants:
         for arc in arcs:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mirrorgaze.options import JsonOption
-from mirrorgaze.output import print_json, print_progress
+from mirrorgaze.output import print_json, print_progress, print_step
 
 
 def bag(
@@ -31,6 +31,7 @@ def bag(
     """
     from dives.bags import dive_rig, write_bag
 
+    print_step("bag ...")
     rig = dive_rig(folder)
     path = write_bag(
         folder, rig, output or folder / "bag", progress=lambda done, total: print_progress("bag", done, total)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 POWERS = (1.0, 2.0, 3.0, 4.0)
 """Of eq. 6; the paper leaves p open."""
@@ -42,6 +42,7 @@ def corners(
     counts = _counts(samples)
     loaded = load_usable_rig(rig)
     loaded.require_gaze()
+    print_step("corners ...")
     errors = {(count, power): corner_error(loaded, count, power) for count in counts for power in POWERS}
     if output is not None:
         from reports.figures.perception import draw_corner_errors

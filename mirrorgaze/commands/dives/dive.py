@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from mirrorgaze.options import DiveArgument, JsonOption
-from mirrorgaze.output import print_json, print_note, print_table
-
-REPORT_EVERY_S = 1.0
+from mirrorgaze.output import print_json, print_progress, print_step, print_table
 
 HEADLINES = {
     "acquisition_time_s": ("acquired after", "s"),
@@ -62,9 +59,12 @@ def dive(
     chosen = varied(Dive.load(dive_file), variant=variant, frames=frames)
     load_usable_rig(chosen.rig)
     folder = output or Path("out") / chosen.name
-    run_dive(chosen, folder, log=print_note, progress=_progress(chosen.name))
+    print_step("dive ...")
+    run_dive(chosen, folder, log=print_step, progress=partial(print_progress, chosen.name))
+    print_step("figures ...")
     write_dive_figures(read_log(folder), folder)
     if bag:
+        print_step("bag ...")
         write_bag(folder, chosen.load_rig(), folder / "bag")
     metrics = _metrics(folder)
     if json:
@@ -91,20 +91,3 @@ def _rows(metrics: dict[str, Any]) -> list[tuple[str, str]]:
         text = "-" if value is None else f"{100 * value:.1f} %" if name.endswith("fraction") else f"{value:.4g}"
         rows.append((f"  {label}", f"{text} {unit}".rstrip()))
     return rows
-
-
-def _progress(name: str) -> Callable[[int, int], None]:
-    """Report how far a dive is, and how fast it is now, about once a second."""
-    last_s, last_frame = time.perf_counter(), 0
-
-    def report(done: int, total: int) -> None:
-        nonlocal last_s, last_frame
-        now = time.perf_counter()
-        if now - last_s < REPORT_EVERY_S and done < total:
-            return
-        rate = (done - last_frame) / max(now - last_s, 1e-9) if last_frame else 0.0
-        speed = f", {rate:.1f} frames/s" if last_frame else ""
-        typer.echo(f"\r{name}: {done} of {total}{speed}   ", err=True, nl=done == total)
-        last_s, last_frame = now, done
-
-    return report

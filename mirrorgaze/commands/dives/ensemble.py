@@ -10,7 +10,7 @@ import typer
 
 from mirrorgaze.errors import FAILED
 from mirrorgaze.options import DiveArgument, JsonOption
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 if TYPE_CHECKING:
     from dives.ensembles.results import EnsembleResults
@@ -76,12 +76,13 @@ def ensemble(
     chosen = members(variations, seeds=range(seeds), points=points, points_seed=points_seed)
     folder = output or Path("out") / f"{Path(dive).stem}-ensemble"
     try:
+        print_step("dives ...")
         outcomes = run_ensemble(
             dive,
             chosen,
             folder,
             workers=workers or os.cpu_count() or 1,
-            log=print_note,
+            log=print_step,
         )
     except KeyboardInterrupt:
         typer.echo(f"mirrorgaze: {folder}: stopped; the same command continues from there", err=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_progress, print_table
+from mirrorgaze.output import print_json, print_progress, print_step, print_table
 from mirrorgaze.scene_options import SceneOptions
 
 if TYPE_CHECKING:
@@ -58,7 +58,9 @@ def evaluate_detector(
     loaded.require_gaze()
     if output is not None:
         check_image_path(output, ".png")
+    print_step("light ...")
     renderer = FastRenderer(prepare(scene.scene(loaded), loaded))
+    print_step("images ...")
     taken = evaluation_images(renderer, images, scene.seed, partial(print_progress, "evaluate-detector: image"))
     settings = DETECTORS[detector]
     if output is not None:

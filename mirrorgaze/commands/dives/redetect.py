@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from mirrorgaze.options import JsonOption
-from mirrorgaze.output import print_json, print_progress, print_table
+from mirrorgaze.output import print_json, print_progress, print_step, print_table
 
 REPORT_EVERY_FRAMES = 10
 
@@ -76,6 +76,7 @@ def redetect(
     given = {name: value for name, value in changes.items() if value is not None}
     settings = changed_settings(Recording(recorded).dive, detector, given)
     folder = output or recorded / "redetected"
+    print_step("images ...")
     found = detect_dive(recorded, folder, settings, progress=_progress)
     if json:
         print_json(found | {"folder": str(folder)})

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mirrorgaze.options import JsonOption
-from mirrorgaze.output import print_json, print_table
+from mirrorgaze.output import print_json, print_progress, print_step, print_table
 
 if TYPE_CHECKING:
     from tracking.loop.offline import Tracked
@@ -71,6 +71,7 @@ def track(
     chosen = variant_named(variant, turning=mirrors != NO_MIRRORS)
     settings = detector_named(detector)
     folder = output or Path("out") / f"{loaded.name}-track"
+    print_step("images ...")
     with ExitStack() as stack:
         camera = stack.enter_context(closing(open_camera(source, loaded)))
         live = isinstance(camera, LiveCamera)
@@ -104,11 +105,13 @@ def track(
 
 
 def _progress(expected: int | None) -> Callable[[int], None]:
-    of = "" if expected is None else f" of {expected}"
-
     def report(done: int) -> None:
-        if done % REPORT_EVERY_IMAGES == 0 or done == expected:
-            typer.echo(f"\rtrack: {done}{of} images", err=True, nl=done == expected)
+        if done % REPORT_EVERY_IMAGES and done != expected:
+            return
+        if expected is None:
+            typer.echo(f"\rtrack: {done} images", err=True, nl=False)
+        else:
+            print_progress("track: image", done, expected)
 
     return report
 

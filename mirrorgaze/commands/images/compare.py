@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mirrorgaze.options import JsonOption, PanOption, RigArgument, TiltOption
-from mirrorgaze.output import print_json, print_progress, print_table
+from mirrorgaze.output import print_json, print_progress, print_step, print_table
 from mirrorgaze.scene_options import SceneOptions
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ def compare(
     target = None
     if target_distance_m is not None:
         target = on_gaze(loaded, q1=radians(q1_deg), q2=radians(q2_deg), distance_m=target_distance_m)
+    print_step("light and both renderers ...")
     found = compare_renderers(
         loaded,
         scene.scene(loaded, target_m=target, flat_sea=True),

@@ -63,8 +63,10 @@ def render(
       mirrorgaze render aqua2 --date 2026-03-20T15:00:00-05:00 --latitude-deg 20.5 --longitude-deg -87 -o view.exr
     """
     from mirrorgaze.loading import load_usable_rig
+    from optics.kernels.clock import CLOCK
     from scenes.requests.render import Output, RenderRequest, render
 
+    CLOCK.begin("scene")
     loaded = load_usable_rig(rig)
     request = RenderRequest(
         q1_deg=q1_deg,
@@ -88,8 +90,8 @@ def render(
     if json:
         print_json(view.as_dict())
         return
-    first = "first frame, with compiling" if renderer == "fast" else f"reference, {request.samples} samples"
-    typer.echo(f"{output}: {view.width_px} x {view.height_px} px in {view.time_s:.2f} s ({first})")
+    how = "" if renderer == "fast" else f" (reference, {request.samples} samples)"
+    typer.echo(f"{output}: {view.width_px} x {view.height_px} px{how}")
     if ground_truth is not None:
         typer.echo(f"{ground_truth}: {view.truth_files} files of ground truth")
     print_table(_rows(view))

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_note
+from mirrorgaze.output import print_json, print_note, print_step
 
 
 def export(
@@ -40,7 +40,7 @@ def export(
     loaded = load_usable_rig(rig)
     notes = print_hull_notes(loaded)
     try:
-        mount = export_checked_mount(loaded, output or Path("out") / loaded.name / "mount", log=print_note)
+        mount = export_checked_mount(loaded, output or Path("out") / loaded.name / "mount", log=print_step)
     except RigError as error:
         raise RigError(rig, error.problems) from None
     if json:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument, TablesOption
-from mirrorgaze.output import print_json, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 
 def loads(
@@ -27,6 +27,7 @@ def loads(
     from reports.figures.load import load_lines, load_summary, mass_rows, torque_rows, write_loads
     from rigs import RigError
 
+    print_step("loads ...")
     study = load_study(load_usable_rig(rig))
     files = write_loads(study, output) if output is not None else []
     if json:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 
 def place(rig: RigArgument, json: JsonOption = False) -> None:
@@ -21,7 +21,7 @@ def place(rig: RigArgument, json: JsonOption = False) -> None:
     """
     from reports.studies.placement import place_rig_file, placement_rows
 
-    placement = place_rig_file(rig, log=print_note)
+    placement = place_rig_file(rig, log=print_step)
     rows = placement_rows(placement)
     if json:
         placed = [{"key": key, "value": value, "reason": reason} for key, value, reason in rows]

@@ -9,7 +9,7 @@ import typer
 
 from mirrorgaze.errors import BAD_INPUT
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_note, print_step, print_table
 
 if TYPE_CHECKING:
     from rigs import Problem, Rig
@@ -67,7 +67,8 @@ def _check_mount(rig: Rig, source: str, output: Path | None, *, json: bool) -> d
     from reports.studies.mount_export import mount_checks
     from rigs import RigError
 
-    checks = mount_checks(build_assembly(rig), log=print_note)
+    print_step("mount ...")
+    checks = mount_checks(build_assembly(rig), log=print_step)
     if output is not None:
         for file in write_checks(checks, rig, output):
             print_note(str(file))

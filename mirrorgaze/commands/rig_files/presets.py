@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast, get_args
 import typer
 
 from mirrorgaze.options import JsonOption
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_step, print_table
 
 if TYPE_CHECKING:
     from rigs.mounting import KeptBodies
@@ -132,7 +132,7 @@ def new(
         keep=_kept_bodies(keep),
         camera_mm=camera_mm,
         camera_from=camera_from,
-        log=print_note,
+        log=print_step,
     )
     typer.echo(taken.describe())
     print_table((f"  {key}", value, reason) for key, value, reason in placement_rows(placement))

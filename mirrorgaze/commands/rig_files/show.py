@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_note, print_table
+from mirrorgaze.output import print_json, print_note, print_step, print_table
 
 
 def show(
@@ -33,6 +33,7 @@ def show(
     from rigs import Rig
 
     loaded = Rig.load(rig)
+    print_step("views ...")
     view = show_rig(loaded)
     files = view.write(output or Path("out") / f"{loaded.name}-show")
     if json:
