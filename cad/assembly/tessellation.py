@@ -19,6 +19,8 @@ HULL_LINEAR_TOLERANCE_MM = 0.2
 """A hull is large, seen from afar and on most rays' way: fewer triangles."""
 ANGULAR_TOLERANCE_RAD = 0.24
 """Between neighbouring chords: 26 around a hole, whose area they then give to 1 %."""
+PINCH_MM = 0.02
+"""A solid that touches itself along less than this, where an edge ends in a face, touches itself in a point."""
 WELD_MM = 1e-6
 """Neighbouring faces of a solid are tessellated one by one; their shared vertices agree to rounding only."""
 
@@ -35,7 +37,7 @@ def tessellated(solid: Solid, tolerance_mm: float = LINEAR_TOLERANCE_MM) -> trim
         outside = face.wrapped.Orientation() != TopAbs_Orientation.TopAbs_REVERSED
         points = _placed(np.array([(node.X(), node.Y(), node.Z()) for node in nodes]), place)
         pieces.append((points, np.array(corners, dtype=np.int32)[:, :: 1 if outside else -1] - 1))
-    return welded(*joined_triangles(pieces))
+    return without_pinches(welded(*joined_triangles(pieces)))
 
 
 def _placed(points: NDArray[np.float64], place: TopLoc_Location) -> NDArray[np.float64]:
@@ -54,3 +56,15 @@ def welded(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> trimesh.T
     joined = owner.reshape(-1)[faces]
     distinct = (joined[:, 0] != joined[:, 1]) & (joined[:, 1] != joined[:, 2]) & (joined[:, 2] != joined[:, 0])
     return trimesh.Trimesh(vertices=vertices[first], faces=joined[distinct], process=False)
+
+
+def without_pinches(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Mesh whose shortest edges that not exactly two triangles share are points."""
+    edges, count = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+    pinched, vertices = edges[count != 2], np.array(mesh.vertices)
+    lengths = np.linalg.norm(vertices[pinched[:, 0]] - vertices[pinched[:, 1]], axis=1)
+    short = pinched[lengths < PINCH_MM]
+    if not len(short):
+        return mesh
+    vertices[short[:, 1]] = vertices[short[:, 0]]
+    return welded(vertices, np.asarray(mesh.faces, dtype=np.int32))

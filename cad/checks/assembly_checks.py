@@ -101,7 +101,7 @@ def assembly_problems(assembly: Assembly, *, grid_steps: int = GRID_STEPS) -> li
     return problems + _clearances(meshes, assembly.layout, poses, mount.clearance_mm)
 
 
-def assembly_checks(assembly: Assembly, *, log: Log = lambda line: None) -> MountChecks:
+def assembly_checks(assembly: Assembly, *, log: Log = lambda line: None, until_problem: bool = False) -> MountChecks:
     """Make every check of a mount but the slicer's (`cad.export.printing.plate_slices`).
 
     Parameters
@@ -109,12 +109,14 @@ def assembly_checks(assembly: Assembly, *, log: Log = lambda line: None) -> Moun
     assembly : Assembly
     log : callable
         Takes lines of progress.
+    until_problem : bool
+        Leave out the checks that take longest, of clearance and assembly, where another found a problem.
     """
     rig, meshes = assembly.rig, assembly.meshes
     mount = rig.require_gaze().mount
     log("solids ...")
     findings = _solidities(assembly)
-    if any(finding.problem for finding in findings):
+    if _has_problem(findings):
         return MountChecks(findings=tuple(findings))
     printed = assembly.printed
     findings += [wall_finding(mesh, mount) for mesh in printed]
@@ -125,15 +127,23 @@ def assembly_checks(assembly: Assembly, *, log: Log = lambda line: None) -> Moun
     findings += stowing_findings(assembly)
     findings += axis_findings(assembly)
     findings += _overlap_findings(meshes, assembly.layout)
+    if until_problem and _has_problem(findings):
+        return MountChecks(findings=tuple(findings))
     log("clearance over the joint range ...")
     pairs = moving_pairs(clearance_bodies(meshes), assembly.layout)
     clearances = [pair_finding(pair, assembly, mount.clearance_mm) for pair in pairs]
     findings += clearances
     findings += stow_clearance_findings(assembly, meshes, mount.clearance_mm)
+    if until_problem and _has_problem(findings):
+        return MountChecks(findings=tuple(findings))
     admissible = _admissible(list(zip(pairs, clearances, strict=True)), assembly.layout)
     log("steps of putting it together ...")
     findings += sequence_findings(assembly_steps(assembly))
     return MountChecks(findings=tuple(findings), admissible=admissible)
+
+
+def _has_problem(findings: Sequence[Finding]) -> bool:
+    return any(finding.problem is not None for finding in findings)
 
 
 def _solidities(assembly: Assembly) -> list[Finding]:

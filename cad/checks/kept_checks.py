@@ -28,11 +28,11 @@ class _NotGoodError(Exception):
         self.checks = checks
 
 
-def kept_checks(assembly: Assembly, *, log: Log = lambda line: None) -> MountChecks:
+def kept_checks(assembly: Assembly, *, log: Log = lambda line: None, until_problem: bool = False) -> MountChecks:
     """Checks as `assembly_checks` makes them, from the cache where the same mount passed all of them."""
 
     def make() -> MountChecks:
-        checks = assembly_checks(assembly, log=log)
+        checks = assembly_checks(assembly, log=log, until_problem=until_problem)
         if checks.problems or checks.admissible is not None:
             raise _NotGoodError(checks)
         return checks

@@ -164,6 +164,7 @@ def place(
         if problem is None:
             reasons = _reasons(candidate, direction, wanted)
             return Placement(rig=placed, reasons=reasons, rejected=_sentences(short))
+        log(f"placing: turned away, {problem}")
         short.note(problem)
         failed |= {seat for seat in seats if _is_of(seat[1], problem)}
         if built == BUILT:
@@ -256,10 +257,10 @@ def _refusal(rig: Rig, hull: manifold3d.Manifold) -> str:
 def _problem(rig: Rig, log: Log) -> str | None:
     """First problem of the mount as it is built, by every check but the slicer's."""
     try:
-        problems = kept_checks(build_assembly(rig), log=lambda line: log(f"placing: {line}")).problems
+        checks = kept_checks(build_assembly(rig), log=lambda line: log(f"placing: {line}"), until_problem=True)
     except ValueError as error:
         return str(error)
-    return str(problems[0]) if problems else None
+    return str(checks.problems[0]) if checks.problems else None
 
 
 def _is_of(end: str, problem: str) -> bool:

@@ -34,7 +34,7 @@ def test_a_mount_in_order_is_checked_once(
 ) -> None:
     asked = []
 
-    def counted(assembly: Assembly, *, log: object) -> MountChecks:
+    def counted(assembly: Assembly, **how: object) -> MountChecks:
         asked.append(assembly.rig)
         return checked
 
@@ -56,6 +56,6 @@ def test_what_is_wrong_is_looked_at_again(
     bad = MountChecks(findings=(replace(checked.findings[0], problem=problem), *checked.findings[1:]))
     found = iter([bad, checked])
     monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
-    monkeypatch.setattr(module, "assembly_checks", lambda assembly, *, log: next(found))
+    monkeypatch.setattr(module, "assembly_checks", lambda assembly, **how: next(found))
     assert kept_checks(aqua2) == bad
     assert kept_checks(aqua2) == checked

@@ -1,0 +1,32 @@
+"""Triangles of solids: closed where a solid touches itself along next to nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+from cad.assembly.tessellation import without_pinches
+
+
+def pinched(along_mm: float) -> trimesh.Trimesh:
+    """Two wedges, 10 mm deep and as long at their thin end as told, that have the edge of their thin ends in common."""
+    corners = np.array([(0, 0, 0), (0, 0, 1), (10, -5, 0), (10, -5, 10), (10, 5, 0), (10, 5, 10)], dtype=float)
+    corners[1, 2] = along_mm
+    faces = np.array([(0, 2, 3), (0, 3, 1), (0, 1, 5), (0, 5, 4), (2, 4, 5), (2, 5, 3), (0, 4, 2), (1, 3, 5)])
+    other = corners * [-1, -1, 1]
+    # The first two corners of both are one.
+    second = np.where(faces < 2, faces, faces + 4)
+    return trimesh.Trimesh(np.vstack([corners, other[2:]]), np.vstack([faces, second]), process=False)
+
+
+def test_a_surface_that_touches_itself_along_next_to_nothing_is_closed():
+    mesh = pinched(0.013)
+    closed = without_pinches(mesh)
+    assert not mesh.is_watertight
+    assert closed.is_watertight
+    assert closed.volume == pytest.approx(mesh.volume, abs=10 * 10 * 0.013)
+
+
+def test_a_surface_that_touches_itself_along_an_edge_is_not():
+    assert not without_pinches(pinched(0.5)).is_watertight
