@@ -51,7 +51,7 @@ LEAST = 1e-30
 LEAST_DENSITY = 1e-6
 """Light that is divided by is more than this."""
 
-LIGHT_VERSION = 5
+LIGHT_VERSION = 6
 """Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
 
 One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.
@@ -213,6 +213,7 @@ class Surroundings:
             states=1,
             eyes=0,
             truth=False,
+            coherent=False,
         )
         self.uniforms: LightUniforms = light_packing.unpack(self._records[0], UInt32(0))
 

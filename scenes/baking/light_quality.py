@@ -41,7 +41,7 @@ class LightQuality:
     iterations: int = 16
     iterations_settled: float = 0.0025
     grid_points: int = 24
-    sample_directions: int = 128
+    sample_directions: int = 64
     line_points: int = 2
 
     @classmethod

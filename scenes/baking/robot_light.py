@@ -93,7 +93,7 @@ class RobotLight:
         way, distance = vectors(directions), Float32(aligned(distance_m, np.float32))
         point = vectors(eyes) + way * distance
         sun = Array3f32(*self._uniforms.refracted_sun)
-        in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=True)
+        in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=False)
         from_sun = self._scattered_sun(way, -point.z, distance)
         from_around = self._missing_around(point, way)
         result = []
@@ -182,7 +182,7 @@ class RobotLight:
         """
         count = dr.width(point)
         origin = dr.gather(Array3f32, point, samples.place)
-        hit = self._scene.ray_intersect_preliminary(mi.Ray3f(origin, looking), coherent=True)
+        hit = self._scene.ray_intersect_preliminary(mi.Ray3f(origin, looking), coherent=False)
         found = dr.compress(hit.is_valid() & ~self._at_gaze_mirror(origin, looking, hit.t))
         if not dr.width(found):
             return [dr.zeros(Float32, count)] * 3

@@ -40,7 +40,7 @@ SPACING_M = 0.35
 INSET_M = 0.02
 """Points of the grid keep off the world's bounding box, where a basin has its walls."""
 
-PLACES_M = PlaceSizes(iterated=0.4, kept=0.1)
+PLACES_M = PlaceSizes(iterated=0.8, kept=0.1)
 """Vertices nearer to each other share the light that they receive."""
 
 SUN_RINGS_RAD = np.radians(np.geomspace(0.7, 15, 10))

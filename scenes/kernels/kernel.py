@@ -52,6 +52,8 @@ class Shape:
         Places where lines of sight of a camera begin; zero for rays that begin anywhere.
     truth : bool
         Whether more than radiance and label is asked for.
+    coherent : bool
+        Whether neighbouring rays go about the same way: how they are best traced together.
     rows, knots : int
         Of a single frame whose rows are exposed one after the other: how many there are, and how many states at even
         times from the first to the last are given. Zero for frames of one instant.
@@ -64,6 +66,7 @@ class Shape:
     states: int
     eyes: int
     truth: bool
+    coherent: bool = True
     rows: int = 0
     knots: int = 0
 
@@ -106,6 +109,7 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
             state=state,
             wavelengths=shape.wavelengths,
             eyes=shape.eyes,
+            coherent=shape.coherent,
         )
         found = shade(follow(inputs), inputs)
         if not shape.truth:
@@ -157,7 +161,7 @@ def compiled_prefix(state: Packing) -> Callable[..., Any]:
         found = []
         origin, direction, active = rays.origin, rays.direction, rays.gain > 0
         for _ in range(2):
-            hit = nearest(fixed, static, origin, direction, active=active, known=nothing_known())
+            hit = nearest(fixed, static, origin, direction, active=active, known=nothing_known(), coherent=True)
             on_fixed = hit.primitive >= int(Primitive.FIRST_GROUP)
             found.append(FixedHit(distance=dr.select(on_fixed, hit.distance, FAR_M), face=hit.face))
             if not mirrors:

@@ -25,6 +25,7 @@ class Inputs:
     state: StateRecord
     wavelengths: int
     eyes: int
+    coherent: bool
 
 
 @dataclass(kw_only=True)

@@ -78,7 +78,15 @@ def _segment(path: Path, inputs: Inputs) -> Path:
     """One more segment of the path, and the mirror or sea surface at its end."""
     state = inputs.state
     active, origin, direction = path.active, path.origin, path.direction
-    hit = nearest(inputs.geometry.groups, state, origin, direction, active=active, known=_known(path, inputs.rays))
+    hit = nearest(
+        inputs.geometry.groups,
+        state,
+        origin,
+        direction,
+        active=active,
+        known=_known(path, inputs.rays),
+        coherent=inputs.coherent,
+    )
     world_direction = state.world.turn(direction)
     added, throughput = _through_water(path, inputs, hit, world_direction)
     at_m1, at_m2 = hit.primitive == int(Primitive.M1), hit.primitive == int(Primitive.M2)

@@ -121,6 +121,7 @@ def nearest(
     *,
     active: Any,
     known: Known,
+    coherent: bool,
 ) -> Hit:
     """Nearest of mirrors, sea surface, ball, groups and world along unit rays of the body frame."""
     distance, primitive = Float32(FAR_M), UInt32(int(Primitive.OPEN_WATER))
@@ -152,7 +153,7 @@ def nearest(
             tried = tried & crosses_box(group.box, local_origin, local_direction, distance)
         # The ray need not be followed behind what was found already.
         ray = mi.Ray3f(local_origin, local_direction, distance, 0.0, [])
-        found = group.scene.ray_intersect_preliminary(ray, coherent=True, active=tried)
+        found = group.scene.ray_intersect_preliminary(ray, coherent=coherent, active=tried)
         closer = tried & found.is_valid() & (found.t < distance)
         distance = dr.select(closer, found.t, distance)
         primitive = dr.select(closer, UInt32(Primitive.FIRST_GROUP + position), primitive)
