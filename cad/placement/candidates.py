@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cad.hulls.anchors import Anchor
+from cad.parts.flange import FLANGE_WIDTH_MM
 from cad.parts.gimbal_base import base_room_mm
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.parts.mirrors import cell_front_mm, tray_depth_mm, tray_foot_mm, tray_half_width_mm, tray_head_mm
@@ -30,6 +31,8 @@ LARGEST_RISE_MM = 110.0
 FOLD_REACH_MM = 520.0
 BASE_REACH_MM = 360.0
 """Arms longer than this bend too much."""
+BASE_ENDS_MM = 56.0
+"""How much longer the base is than from its seat to the pan axis; as wide as its flange, it lies across the bed."""
 BASE_ROWS_MM = (0.0, 36.0, -36.0, 72.0, -72.0, 120.0, -120.0)
 """How far beside the camera's plane a seat for the base is looked for."""
 ROOF_ROOM_MM = 14.0
@@ -272,6 +275,8 @@ def _base_seat(
 ) -> tuple[Anchor, float] | None:
     """Seat of the gimbal's base with the shortest arm, on an underside of the hull with a free way for the column."""
     centre = site.pinhole_mm + shape.gimbal_mm
+    bed = shape.dimensions.mount.printer_bed_mm
+    furthest = min(BASE_REACH_MM, float(np.hypot(*bed[:2])) - FLANGE_WIDTH_MM - BASE_ENDS_MM)
     options: list[tuple[float, FloatArray]] = []
     for row in BASE_ROWS_MM:
         for place in finder.places(site.pinhole_mm[1] + row, -1, centre[0] - BASE_REACH_MM, centre[0]):
@@ -280,6 +285,8 @@ def _base_seat(
             needed, lowest = base_room_mm(shape.dimensions, height)
             if reach < needed + SPARE_MM:
                 short.note("a seat for the base beside the yoke", needed + SPARE_MM - reach)
+            elif reach > furthest:
+                short.note("a seat for the base so near that the printer's bed takes it", reach - furthest)
             elif height < lowest + SPARE_MM:
                 short.note("a seat for the base above the gimbal's foot", lowest + SPARE_MM - height)
             else:
