@@ -104,7 +104,7 @@ def _coverage(rig: Rig, folder: Path, step_deg: float, log: Log) -> tuple[GridSu
     write_poses(result, rig, files[-3])
     write_sphere(result, files[-2])
     write_blind(summary.blind_patches, files[-1])
-    log("what to change ...")
+    log("  what to change ...")
     openings = blind_openings(
         rig,
         parts,

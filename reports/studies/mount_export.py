@@ -65,7 +65,7 @@ def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = Tr
     RigError
         When a check fails or a servo is too weak, with every problem; nothing is written then.
     """
-    log("mount ...")
+    log("export: building the mount ...")
     assembly = build_assembly(rig)
     checks = mount_checks(assembly, log=log, slicing=slicing)
     if checks.problems:

@@ -111,7 +111,7 @@ def _progress(expected: int | None) -> Callable[[int], None]:
         if expected is None:
             typer.echo(f"\rtrack: {done} images", err=True, nl=False)
         else:
-            print_progress("track: image", done, expected)
+            print_progress("track", done, expected)
 
     return report
 

@@ -67,7 +67,7 @@ def test_words_json_and_files_say_the_same(recording, tmp_path):
     assert "overlay.mp4, log.parquet, track.json" in words.stdout
     assert f"detected  in {IMAGES} (100.0%)" in words.stdout
     assert "images/s, overlay and log included" in words.stdout
-    assert f"track: {IMAGES} of {IMAGES} images" in words.stderr
+    assert f"track: {IMAGES} of {IMAGES}" in words.stderr
     machine = mirrorgaze(*common, "-o", tmp_path / "b", "--variant", "paper", "--json")
     assert machine.exit_code == 0, machine.output
     data = json.loads(machine.stdout)
