@@ -62,11 +62,16 @@ def aligned(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     arrays: with what NumPy happens to allocate it would never be done.
     """
     flat = np.asarray(values).ravel()
-    memory = np.empty(flat.size * np.dtype(dtype).itemsize + CACHE_LINE_BYTES, dtype=np.uint8)
-    start = -memory.ctypes.data % CACHE_LINE_BYTES
-    result = memory[start : start + memory.size - CACHE_LINE_BYTES].view(dtype)
+    result = aligned_room(flat.size, dtype)
     result[:] = flat
     return result
+
+
+def aligned_room(count: int, dtype: DTypeLike) -> NDArray[Any]:
+    """Memory for so many numbers, as `aligned` has it, with nothing in it yet."""
+    memory = np.empty(count * np.dtype(dtype).itemsize + CACHE_LINE_BYTES, dtype=np.uint8)
+    start = -memory.ctypes.data % CACHE_LINE_BYTES
+    return memory[start : start + memory.size - CACHE_LINE_BYTES].view(dtype)
 
 
 def to_columns(array: FloatArray) -> list[Any]:

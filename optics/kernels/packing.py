@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.kernels.arrays import aligned
+from optics.kernels.arrays import aligned, aligned_room
 from optics.kernels.backend import Array3f32, ArrayXf32, Float32, UInt32, dr
 from optics.kernels.trees import Structure, leaves_of, structure_of
 
@@ -101,8 +101,9 @@ def vectors(rows: NDArray[np.float64]) -> Any:
 
 def rows_of(table: NDArray[np.float64], width: int) -> Any:
     """Table of at most `width` columns as the kernels read it: padded rows, one after the other."""
-    padded = aligned(np.zeros(len(table) * width, dtype=np.float32), np.float32)
-    padded.reshape(len(table), width)[:, : table.shape[1]] = table
+    padded = aligned_room(len(table) * width, np.float32)
+    rows, columns = padded.reshape(len(table), width), table.shape[1]
+    rows[:, :columns], rows[:, columns:] = table, 0
     return Float32(padded)
 
 

@@ -20,7 +20,7 @@ from scenes.kernels.grid import GridTable
 from scenes.kernels.shadow_table import ShadowTable
 from scenes.kernels.sun_map import SunMap, sun_map
 from scenes.kernels.tracing import GroupScene
-from scenes.stage.group_mesh import GroupMesh, face_normals, vertex_normals
+from scenes.stage.group_mesh import GroupMesh, face_normals, used_vertices, vertex_normals
 from scenes.stage.records import WORLD
 
 LARGEST_INDEX = 2**24
@@ -96,7 +96,7 @@ def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) 
         face_rows.append(_face_rows(mesh, first_vertex if textured else None))
         if textured:
             vertex_rows.append(_vertex_rows(mesh))
-        used = mesh.vertices_m[np.unique(mesh.faces)]
+        used = used_vertices(mesh)
         groups[name] = GroupScene(
             scene=mesh_scene(mesh.vertices_m, mesh.faces),
             box=(opaque_numbers(used.min(axis=0)), opaque_numbers(used.max(axis=0))),
@@ -109,7 +109,10 @@ def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) 
     if not len(tables[0]):
         tables[0] = np.zeros((1, ROW))  # open water: there is nothing to hit, but something to look up
     faces, vertices = (rows_of(table, ROW) for table in tables)
-    shadows = sun_map(groups[WORLD].scene, meshes[WORLD].vertices_m, towards_sun) if WORLD in meshes else None
+    shadows = None
+    if WORLD in meshes:
+        world = meshes[WORLD]
+        shadows = sun_map(groups[WORLD].scene, world.vertices_m, world.faces, towards_sun)
     return Geometry(groups=groups, faces=faces, vertices=vertices, sun_map=shadows)
 
 

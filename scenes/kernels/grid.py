@@ -10,7 +10,7 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Float32, dr
 from optics.kernels.packing import opaque_numbers
-from scenes.stage.group_mesh import GroupMesh
+from scenes.stage.group_mesh import GroupMesh, used_vertices
 
 ABOVE_M = 3.0
 """Water above a mesh that the grid spans: there a floor still lights what swims, and what the water scatters."""
@@ -25,7 +25,7 @@ def grid_axes(mesh: GroupMesh, *, spacing_m: float, most: int, inset_m: float = 
     They span the mesh, but for an inset on all sides, and the water above it. What is thin is given a spacing: a floor
     above it, a wall to both sides.
     """
-    used = mesh.vertices_m[np.unique(mesh.faces)]
+    used = used_vertices(mesh)
     lowest, highest = used.min(axis=0) + inset_m, used.max(axis=0) - inset_m
     highest[2] = max(min(highest[2] + ABOVE_M, HIGHEST_M), lowest[2] + spacing_m)
     thin = np.maximum(spacing_m - (highest - lowest), 0) / 2

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from optics.kernels.arrays import FloatArray
+from optics.kernels.arrays import FloatArray, aligned
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr, mi
+from optics.kernels.cache import load_or_make, result_key
 from optics.kernels.packing import opaque_numbers
 from optics.kernels.powers import decay
 
@@ -25,6 +27,12 @@ COARSEST_CELL_M = 0.025
 """A world whose cells would be larger has its shadows traced."""
 
 MARGIN_M = 0.05
+
+SUN_MAP_VERSION = 1
+"""Raised when the same mesh under the same sun has another map."""
+
+KEPT_FROM_FACES = 100_000
+"""Of a mesh with fewer faces a map is made as fast as one is read."""
 
 LINE_POINTS = 6
 LINE_M = 12.0
@@ -66,8 +74,10 @@ class SunMap:
         return along_u, along_v
 
 
-def sun_map(scene: Any, vertices_m: FloatArray, towards_sun: FloatArray) -> SunMap | None:
-    """Heights of a Mitsuba scene along the sun's direction, as `reached_by_sun` takes them.
+def sun_map(scene: Any, vertices_m: FloatArray, faces: NDArray[np.int32], towards_sun: FloatArray) -> SunMap | None:
+    """Heights of a mesh, which is in a Mitsuba scene, along the sun's direction, as `reached_by_sun` takes them.
+
+    From the cache when it can be, where the mesh is large.
 
     None for a world that is too large for fine cells.
     """
@@ -78,22 +88,38 @@ def sun_map(scene: Any, vertices_m: FloatArray, towards_sun: FloatArray) -> SunM
     if cell > COARSEST_CELL_M:
         return None
     top = float(along.max()) + MARGIN_M
-    node = dr.arange(UInt32, CELLS * CELLS)
-    low_u, low_v, step, highest = opaque_numbers([*corner, cell, top])
-    axes = [Array3f32(*opaque_numbers(axis)) for axis in (u, v, towards_sun)]
-    column, row = Float32(node % CELLS) * step + low_u, Float32(node // CELLS) * step + low_v
-    ray = mi.Ray3f(axes[0] * column + axes[1] * row + axes[2] * highest, -axes[2])
-    found = scene.ray_intersect_preliminary(ray, coherent=True)
-    height = dr.select(found.is_valid(), highest - found.t, -np.inf)
-    dr.eval(height)
+
+    def looked_at() -> NDArray[np.float32]:
+        return _heights(scene, (u, v, towards_sun), corner, cell, top)
+
+    if len(faces) < KEPT_FROM_FACES:
+        height = looked_at()
+    else:
+        key = result_key("sun map", SUN_MAP_VERSION, vertices_m, faces, towards_sun, CELLS, MARGIN_M)
+        height = load_or_make(
+            "sun map", key, looked_at, pack=lambda made: {"height": made}, unpack=lambda stored: stored["height"]
+        )
     return SunMap(
-        height=height,
+        height=Float32(aligned(height, np.float32)),
         u=opaque_numbers(u),
         v=opaque_numbers(v),
         towards_sun=opaque_numbers(towards_sun),
         corner=opaque_numbers(corner),
         cell=dr.opaque(Float32, cell),
     )
+
+
+def _heights(
+    scene: Any, directions: tuple[FloatArray, FloatArray, FloatArray], corner: FloatArray, cell: float, top: float
+) -> NDArray[np.float32]:
+    """Heights at the nodes, row by row; directions are the two across the beam and the one against it."""
+    node = dr.arange(UInt32, CELLS * CELLS)
+    low_u, low_v, step, highest = opaque_numbers([*corner, cell, top])
+    axes = [Array3f32(*opaque_numbers(axis)) for axis in directions]
+    column, row = Float32(node % CELLS) * step + low_u, Float32(node // CELLS) * step + low_v
+    ray = mi.Ray3f(axes[0] * column + axes[1] * row + axes[2] * highest, -axes[2])
+    found = scene.ray_intersect_preliminary(ray, coherent=True)
+    return np.array(dr.select(found.is_valid(), highest - found.t, -np.inf), dtype=np.float32)
 
 
 def reached_by_sun(grid: SunMap, point: Any, normal: Any) -> Any:

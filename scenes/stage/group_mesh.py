@@ -173,6 +173,13 @@ def snow_mesh(snow: MarineSnow) -> GroupMesh:
     )
 
 
+def used_vertices(mesh: GroupMesh) -> NDArray[np.float64]:
+    """Vertices that are the corner of any face, shape (k, 3)."""
+    used = np.zeros(len(mesh.vertices_m), dtype=bool)
+    used[mesh.faces] = True
+    return mesh.vertices_m[used]
+
+
 def face_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Unit normals, counter-clockwise; zero for a face without area."""
     normals = double_area_vectors(vertices_m, faces)

@@ -10,7 +10,7 @@ from optics.kernels.packing import AT_ONCE, Packing, rows_of
 from optics.kernels.ray_scene import mesh_scene
 from scenes.kernels.ambient_cube import ROW, SIDES, changed_irradiance
 from scenes.kernels.grid import GridTable
-from scenes.kernels.sun_map import reached_by_sun, sun_map, sunlit_share
+from scenes.kernels.sun_map import SUN_MAP_VERSION, reached_by_sun, sun_map, sunlit_share
 from scenes.light.sea import SeaState
 from scenes.stage.clearance import Clearance
 from scenes.stage.records import NO_BALL, WORLD, Pose, StateRecord
@@ -28,7 +28,7 @@ def roof_over_floor():
     """Sun map of a square of 2 m, 2 m above a floor, under a sun in the zenith."""
     vertices = np.concatenate([ROOF, FLOOR])
     faces = np.concatenate([FACES, FACES + 4]).astype(np.int32)
-    return sun_map(mesh_scene(vertices, faces), vertices, np.array([0.0, 0.0, 1.0]))
+    return sun_map(mesh_scene(vertices, faces), vertices, faces, np.array([0.0, 0.0, 1.0]))
 
 
 def test_the_shadow_of_a_roof_is_as_large_as_the_roof(roof_over_floor):
@@ -51,7 +51,20 @@ def test_half_of_a_way_out_from_under_the_roof_is_sunlit(roof_over_floor):
 
 
 def test_a_world_too_large_for_fine_cells_has_no_map():
-    assert sun_map(mesh_scene(ROOF * 100, FACES), ROOF * 100, np.array([0.0, 0.0, 1.0])) is None
+    assert sun_map(mesh_scene(ROOF * 100, FACES), ROOF * 100, FACES, np.array([0.0, 0.0, 1.0])) is None
+
+
+def test_the_map_of_a_large_mesh_is_kept(roof_over_floor, tmp_path, monkeypatch, check_recorded):
+    """The second time nothing is traced: there is no scene."""
+    monkeypatch.setattr("scenes.kernels.sun_map.KEPT_FROM_FACES", 1)
+    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
+    vertices, faces = np.concatenate([ROOF, FLOOR]), np.concatenate([FACES, FACES + 4]).astype(np.int32)
+    whole = (vertices, faces, np.array([0.0, 0.0, 1.0]))
+    heights = [sun_map(scene, *whole).height.numpy() for scene in (mesh_scene(vertices, faces), None)]
+    np.testing.assert_array_equal(heights[0], roof_over_floor.height.numpy())
+    np.testing.assert_array_equal(heights[1], heights[0])
+    some = heights[0].reshape(2048, 2048)[::61, ::61]
+    check_recorded("sun map", SUN_MAP_VERSION, rel=1e-6, heights=np.where(np.isfinite(some), some, -100))
 
 
 @pytest.mark.parametrize("name", ["tank", "reef"])
