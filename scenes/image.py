@@ -28,10 +28,16 @@ def display_image(frame: Frame, scene: Scene) -> NDArray[np.uint8]:
     return np.round(srgb_encode(linear) * 255).astype(np.uint8)
 
 
-def write_image(image: NDArray[np.uint8], path: Path) -> None:
-    """Write an sRGB image, shape (height, width, 3), as PNG; the file appears whole or not at all."""
+def write_image(image: NDArray[np.uint8], path: Path, *, light: str | None = None) -> None:
+    """Write an sRGB image, shape (height, width, 3), as PNG; the file appears whole or not at all.
+
+    `light`, draft or full, is said in the file.
+    """
+    bitmap = mi.Bitmap(np.ascontiguousarray(image))
+    if light is not None:
+        bitmap.metadata()["light"] = light
     with atomic_file(path) as partial:
-        mi.Bitmap(np.ascontiguousarray(image)).write(str(partial))
+        bitmap.write(str(partial))
 
 
 def check_image_path(path: Path, *suffixes: str) -> None:

@@ -53,7 +53,8 @@ def rough_light():
     from scenes.baking.light_quality import LightQuality
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(LightQuality, "full", LightQuality.coarse)
+        for finer in ("full", "draft"):
+            patch.setattr(LightQuality, finer, LightQuality.coarse)
         yield
 
 

@@ -10,7 +10,9 @@ sends. Where nothing is in the way there is no noise.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -19,6 +21,7 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.cache import load_or_make, result_key
+from optics.kernels.cache_contents import entry_path
 from optics.kernels.freezing import Flat
 from optics.kernels.packing import Packing, opaque_numbers, vectors
 from optics.kernels.trees import leaves_of
@@ -58,6 +61,23 @@ One number for all of it, here and in the modules that call `cached`: most of it
 """
 
 
+class NotKeptError(LookupError):
+    """Light that was wanted from the cache alone, and is not in it; its name."""
+
+
+_KEPT_ALONE: ContextVar[bool] = ContextVar("_KEPT_ALONE", default=False)
+
+
+@contextmanager
+def kept_light_alone() -> Iterator[None]:
+    """Within it light is taken from the cache, and never found: `NotKeptError` for the first that is not there."""
+    token = _KEPT_ALONE.set(True)
+    try:
+        yield
+    finally:
+        _KEPT_ALONE.reset(token)
+
+
 def with_ambient(mesh: GroupMesh, light: Light, quality: LightQuality, apart_m: PlaceSizes) -> GroupMesh:
     """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
     if not len(mesh.faces):
@@ -85,6 +105,8 @@ def cached(
         return make()
 
     key = light_key(name, mesh, light, quality, places)
+    if _KEPT_ALONE.get() and not entry_path(name, key).exists():
+        raise NotKeptError(name)
     return load_or_make(name, key, found, pack=lambda made: {"values": made}, unpack=lambda stored: stored["values"])
 
 

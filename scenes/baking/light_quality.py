@@ -50,6 +50,21 @@ class LightQuality:
         return cls()
 
     @classmethod
+    def draft(cls) -> LightQuality:
+        """For a first look, in a tenth of the time: some per cent from full light, in the corners of a world more."""
+        return cls(
+            rays=400_000,
+            iteration_rays=50_000,
+            fewest_directions=8,
+            most_directions=24,
+            settled=0.05,
+            iterations_settled=0.05,
+            grid_points=8,
+            sample_directions=24,
+            line_points=1,
+        )
+
+    @classmethod
     def coarse(cls) -> LightQuality:
         """Noisy light in seconds, for looks at a scene and tests of what does not depend on it."""
         return cls(fewest_directions=4, most_directions=4, iterations=2, grid_points=6, sample_directions=4)

@@ -15,6 +15,7 @@ from optics.kernels.packing import vectors
 from optics.layout import Layout, camera_pose
 from optics.mesh import PartMesh
 from rigs import Rig
+from scenes.baking.ambient import NotKeptError, kept_light_alone
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_occlusion import at_rest, with_occlusion
 from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
@@ -115,6 +116,15 @@ def prepare(
         tables=scene.sea.tables(),
         lamps=LampUniforms.of(rig.lamps, scene.light.bands.wavelength_nm) if rig.lamps else None,
     )
+
+
+def prepare_from_cache(scene: Scene, rig: Rig, parts: Sequence[PartMesh] | None = None) -> LitScene | None:
+    """As `prepare` lights a scene in full, when all of its light is in the cache; else None, at once."""
+    try:
+        with kept_light_alone():
+            return prepare(scene, rig, parts)
+    except NotKeptError:
+        return None
 
 
 def _robot(

@@ -19,7 +19,8 @@ from optics.kernels.clock import CLOCK
 from optics.layout import Layout, check_stows
 from optics.mesh import PartMesh
 from rigs import Rig
-from scenes.baking.lit_scene import prepare
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_scene import LitScene, prepare, prepare_from_cache
 from scenes.image import check_image_path, display_image, write_image
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Frame
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from scenes.truth import GroundTruth
 
 Made = TypeVar("Made")
+Light = Literal["full", "draft"]
 
 Progress = Callable[[int, int], None]
 """Called with the launches done and to do."""
@@ -63,6 +65,8 @@ class RenderRequest:
         Of the reference's paths and of the sensor's noise.
     blur : bool
         With the blur of light scattered by less than a degree (`scenes.forward_scatter`).
+    light : {"full", "draft"}
+        How finely the light between surfaces is found; the reference finds its own.
     """
 
     q1_deg: float = 0.0
@@ -75,6 +79,7 @@ class RenderRequest:
     renderer: Literal["fast", "reference"] = "fast"
     seed: int = 0
     blur: bool = False
+    light: Light = "full"
 
     def __post_init__(self) -> None:
         problems = []
@@ -154,6 +159,7 @@ class RenderResult:
         Written beside the view.
     notes : tuple of str
         What of the scene was left out.
+    light : {"full", "draft"}
     time_s : float
         Of the frame itself.
     """
@@ -170,6 +176,7 @@ class RenderResult:
     exposure: dict[str, float] | None
     truth_files: int
     notes: tuple[str, ...]
+    light: Light
     time_s: float
 
     def as_dict(self) -> dict[str, Any]:
@@ -178,7 +185,13 @@ class RenderResult:
 
 
 def render(
-    rig: Rig, scene: Scene, request: RenderRequest, output: Output, *, progress: Progress | None = None
+    rig: Rig,
+    scene: Scene,
+    request: RenderRequest,
+    output: Output,
+    *,
+    progress: Progress | None = None,
+    on_draft: Callable[[RenderResult], None] | None = None,
 ) -> RenderResult:
     """Render one pose and write it, with its ground truth where that is wanted.
 
@@ -189,6 +202,8 @@ def render(
     ----------
     progress : callable, optional
         Called with the launches done and to do, by the reference renderer.
+    on_draft : callable, optional
+        With it, a view whose full light must be found first is written with a draft of it, and this is called.
 
     Raises
     ------
@@ -204,8 +219,28 @@ def render(
         notes += dark
     rig, parts = _in_pose(rig, request)
 
+    def written(lit: LitScene, request: RenderRequest, output: Output) -> RenderResult:
+        return replace(_written(lit, parts, request, output, progress), notes=notes)
+
     CLOCK.begin("light")
-    lit = prepare(scene, rig, parts)
+    if request.light == "draft" or request.renderer == "reference":
+        return written(prepare(scene, rig, parts, quality=LightQuality.draft()), request, output)
+    lit = prepare_from_cache(scene, rig, parts)
+    if lit is None:
+        if on_draft is not None:
+            CLOCK.begin("draft")
+            draft = prepare(scene, rig, parts, quality=LightQuality.draft())
+            on_draft(written(draft, replace(request, light="draft"), replace(output, truth=None)))
+            CLOCK.begin("light")
+        lit = prepare(scene, rig, parts)
+    return written(lit, request, output)
+
+
+def _written(
+    lit: LitScene, parts: Sequence[PartMesh], request: RenderRequest, output: Output, progress: Progress | None
+) -> RenderResult:
+    """Render one pose of a lit scene and write it."""
+    rig, scene = lit.rig, lit.scene
     CLOCK.begin("frame")
 
     def fast(samples: int) -> FastRenderer:
@@ -244,15 +279,15 @@ def render(
     if output.has_truth:
         seen = replace(exact, radiance=frame.radiance, target_fraction=frame.target_fraction)
         truth = _truth_of(seen, rig, scene, state, parts=parts, instance_names=renderer.instance_names)
-        files = _write_truth(truth, output)
+        files = _write_truth(truth, output, request.light)
     exposure = None
     if output.sensor:
         image, exposure = _sensor_image(frame, rig, scene, seed=request.seed)
-        write_image(image, output.path)
+        write_image(image, output.path, light=request.light)
     elif not output.layered:
-        write_image(display_image(frame, scene), output.path)
+        write_image(display_image(frame, scene), output.path, light=request.light)
     facts = _facts(frame, rig, scene, request, path=output.path, time_s=elapsed)
-    return replace(facts, exposure=exposure, truth_files=len(files), notes=notes)
+    return replace(facts, exposure=exposure, truth_files=len(files))
 
 
 def render_with(renderer: FastRenderer, *, q1_deg: float, q2_deg: float, path: Path) -> RenderResult:
@@ -306,13 +341,13 @@ def _truth_of(
     )
 
 
-def _write_truth(truth: GroundTruth, output: Output) -> list[Path]:
+def _write_truth(truth: GroundTruth, output: Output, light: Light) -> list[Path]:
     from scenes.truth import write_truth  # noqa: PLC0415
     from scenes.truth.layers import write_layers  # noqa: PLC0415
 
     if output.layered:
-        write_layers(truth, output.path)
-    return [] if output.truth is None else write_truth(output.truth, truth)
+        write_layers(truth, output.path, light=light)
+    return [] if output.truth is None else write_truth(output.truth, truth, light=light)
 
 
 def _sensor_image(frame: Frame, rig: Rig, scene: Scene, *, seed: int) -> tuple[NDArray[np.uint8], dict[str, float]]:
@@ -348,6 +383,7 @@ def _facts(frame: Frame, rig: Rig, scene: Scene, request: RenderRequest, *, path
         exposure=None,
         truth_files=0,
         notes=scene.world.notes,
+        light=request.light,
         time_s=time_s,
     )
 

@@ -16,7 +16,7 @@ from scenes.truth.masks import mask_images
 LAYERS_FILE = "layers.exr"
 
 
-def write_truth(folder: Path, truth: GroundTruth) -> list[Path]:
+def write_truth(folder: Path, truth: GroundTruth, *, light: str = "full") -> list[Path]:
     """Write `layers.exr`, `boxes.json` (COCO) and `masks/NAME.png` into a folder, which is made.
 
     Everything is made beside the folder first, so that nothing is there when something fails; files of the same names
@@ -28,7 +28,7 @@ def write_truth(folder: Path, truth: GroundTruth) -> list[Path]:
         What was written, sorted.
     """
     with atomic_files(folder) as partial:
-        write_layers(truth, partial / LAYERS_FILE)
+        write_layers(truth, partial / LAYERS_FILE, light=light)
         document = coco_document(truth, file_name=LAYERS_FILE)
         (partial / "boxes.json").write_text(json.dumps(document) + "\n", encoding="utf-8")
         (partial / "masks").mkdir()

@@ -71,14 +71,17 @@ def attributes(truth: GroundTruth) -> dict[str, Any]:
     return {**texts, **numbers, **poses}
 
 
-def write_layers(truth: GroundTruth, path: Path) -> None:
-    """Write all layers as EXR; the file appears whole or not at all, and equal frames give equal bytes."""
+def write_layers(truth: GroundTruth, path: Path, *, light: str = "full") -> None:
+    """Write all layers as EXR; the file appears whole or not at all, and equal frames give equal bytes.
+
+    `light`, draft or full, is said in the header.
+    """
     if path.suffix.lower() != ".exr":
         raise ValueError(f"expected a file that ends in .exr, got {path.name!r}")
     found = layers(truth)
     bitmap = mi.Bitmap(np.stack(list(found.values()), axis=-1), channel_names=list(found))
     header = bitmap.metadata()
-    for name, value in attributes(truth).items():
+    for name, value in (attributes(truth) | {"light": light}).items():
         header[name] = value
     with atomic_file(path) as partial:
         bitmap.write(str(partial))

@@ -50,6 +50,10 @@ def render(
     time_s: Annotated[float, typer.Option(help="Time on the clock of waves, flicker and snow, in seconds.")] = 0.0,
     blur: Annotated[bool, typer.Option("--blur", help="Add the blur by forward scattering.")] = False,
     stowed: Annotated[bool, typer.Option("--stowed", help="Swing the fold mirror out of the view.")] = False,
+    light: Annotated[
+        Literal["draft", "full"],
+        typer.Option(help="Light between surfaces; where full light is not known yet, a draft is written first."),
+    ] = "full",
     json: JsonOption = False,
 ) -> None:
     """Render what the camera sees.
@@ -79,18 +83,25 @@ def render(
         renderer=renderer,
         seed=scene.seed,
         blur=blur,
+        light=light,
     )
     files = Output(path=output, sensor=sensor, truth=ground_truth)
     described = scene.scene(loaded, flat_sea=renderer == "reference")
     view = render(
-        loaded, described, request, files, progress=lambda done, total: print_progress("reference", done, total)
+        loaded,
+        described,
+        request,
+        files,
+        progress=lambda done, total: print_progress("reference", done, total),
+        on_draft=lambda draft: typer.echo(f"{output}: draft, in rough light; the full light follows", err=True),
     )
     for note in view.notes:
         typer.echo(note, err=True)
     if json:
         print_json(view.as_dict())
         return
-    how = "" if renderer == "fast" else f" (reference, {request.samples} samples)"
+    how = f" (reference, {request.samples} samples)" if renderer == "reference" else ""
+    how = how or (" (draft, in rough light)" if view.light == "draft" else "")
     typer.echo(f"{output}: {view.width_px} x {view.height_px} px{how}")
     if ground_truth is not None:
         typer.echo(f"{ground_truth}: {view.truth_files} files of ground truth")

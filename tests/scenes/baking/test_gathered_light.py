@@ -9,7 +9,14 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.mesh import Group
 from optics.mirror_outline import Rectangle
-from scenes.baking.ambient import PlaceSizes, Surroundings, cached, with_ambient
+from scenes.baking.ambient import (
+    NotKeptError,
+    PlaceSizes,
+    Surroundings,
+    cached,
+    kept_light_alone,
+    with_ambient,
+)
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_occlusion import DIVISION_VERSION, LONGEST_EDGE_M, at_rest, divided_faces, with_occlusion
 from scenes.baking.source_volume import lit_world
@@ -156,11 +163,17 @@ def test_what_is_kept_on_disk_is_of_the_places_too(light, tmp_path, monkeypatch,
     """Asked again it is not made again; for an eye elsewhere it is. What is made is told."""
     monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
     caplog.set_level("INFO", logger="scenes")
+    with kept_light_alone(), pytest.raises(NotKeptError, match="light"):
+        cached(plate(1.0, 0.0), light, FULL, "light", lambda: pytest.fail("found"), places=[np.array([0.5])])
     made = [
         float(cached(plate(1.0, 0.0), light, FULL, "light", lambda k=k: np.array([k]), places=[np.array([eye_m])])[0])
         for k, eye_m in enumerate((0.5, 0.5, 0.6))
     ]
     assert made == [0, 0, 2]
+    with kept_light_alone():
+        assert (
+            cached(plate(1.0, 0.0), light, FULL, "light", lambda: pytest.fail("found"), places=[np.array([0.6])]) == 2
+        )
     assert [record.getMessage() for record in caplog.records] == ["finding the light; it is kept for the next time"] * 2
 
 

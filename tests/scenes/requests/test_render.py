@@ -131,6 +131,28 @@ def test_geometry_is_that_of_the_pixel_s_centre_whatever_the_samples(aqua2, open
     assert four["target.Y"].sum() == pytest.approx(one["target.Y"].sum(), abs=15)
 
 
+@pytest.mark.parametrize("ending", [".png", ".exr"])
+def test_a_draft_is_written_first_and_says_so_in_the_file(aqua2, open_water, tmp_path, monkeypatch, ending):
+    """Where the full light is not in the cache; what is asked for as a draft stays one."""
+    monkeypatch.setattr("scenes.requests.render.prepare_from_cache", lambda *_: None)
+    path, request, told = tmp_path / f"view{ending}", RenderRequest(**POSE_DEG, **SIZE), []
+
+    def said():
+        return str(mi.Bitmap(str(path)).metadata()["light"]).strip('"')
+
+    output = Output(path=path)
+    view = render(aqua2, open_water, request, output, on_draft=lambda draft: told.append((draft.light, said())))
+    assert told == [("draft", "draft")]
+    assert (view.light, said()) == ("full", "full")
+    view = render(aqua2, open_water, replace(request, light="draft"), output, on_draft=pytest.fail)
+    assert (view.light, said()) == ("draft", "draft")
+
+
+def test_where_the_light_is_known_there_is_no_draft(aqua2, open_water, tmp_path):
+    for on_draft in (None, pytest.fail):
+        render(aqua2, open_water, RenderRequest(**SIZE), Output(path=tmp_path / "view.png"), on_draft=on_draft)
+
+
 def test_truth_beside_a_image_is_the_layers_of_an_exr(aqua2, open_water, tmp_path):
     request = RenderRequest(**POSE_DEG, **SIZE)
     view = render(aqua2, open_water, request, Output(path=tmp_path / "view.png", truth=tmp_path / "truth"))
