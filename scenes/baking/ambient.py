@@ -40,7 +40,7 @@ from scenes.stage.records import NO_BALL, WORLD, MirrorPlate, Pose, StateRecord
 
 LOG = logging.getLogger(__name__)
 
-RAYS_AT_ONCE = 1 << 21
+RAYS_AT_ONCE = 1 << 20
 """Memory is bounded by gathering for so many rays at a time."""
 
 INSET = 0.05
@@ -54,11 +54,18 @@ LEAST = 1e-30
 LEAST_DENSITY = 1e-6
 """Light that is divided by is more than this."""
 
-LIGHT_VERSION = 6
+LIGHT_VERSION = 7
 """Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
 
 One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.
 """
+
+
+def is_kept(
+    mesh: GroupMesh, light: Light, quality: LightQuality, name: str, *, places: Sequence[FloatArray] = ()
+) -> bool:
+    """Whether `cached` would find such an array in the cache."""
+    return entry_path(name, light_key(name, mesh, light, quality, places)).exists()
 
 
 class NotKeptError(LookupError):
@@ -105,7 +112,7 @@ def cached(
         return make()
 
     key = light_key(name, mesh, light, quality, places)
-    if _KEPT_ALONE.get() and not entry_path(name, key).exists():
+    if _KEPT_ALONE.get() and not is_kept(mesh, light, quality, name, places=places):
         raise NotKeptError(name)
     return load_or_make(name, key, found, pack=lambda made: {"values": made}, unpack=lambda stored: stored["values"])
 
@@ -118,7 +125,11 @@ def light_key(
     Coarse light cannot be taken for good light.
     """
     surface = mesh.vertices_m, mesh.faces, mesh.material, mesh.colour, leaves_of(mesh.mirrors)
-    lit = light.field_nodes, light.ambient_nodes, leaves_of(light.uniforms(1.0))
+    uniforms = light.uniforms(1.0)
+    if not mesh.mirrors:
+        # A world does not know what the mirrors of a robot are coated with.
+        uniforms = replace(uniforms, mirror_fit=None)
+    lit = light.field_nodes, light.ambient_nodes, leaves_of(uniforms)
     return result_key(name, LIGHT_VERSION, surface, lit, asdict(quality), places)
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -20,7 +21,7 @@ from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_occlusion import at_rest, with_occlusion
 from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
 from scenes.baking.robot_shadow_on_world import shadow_on_world
-from scenes.baking.source_volume import lit_world
+from scenes.baking.source_volume import is_world_lit, lit_world
 from scenes.kernels.geometry import Geometry, geometry_of
 from scenes.kernels.shadow_table import ShadowTable
 from scenes.kernels.state_records import StateRecords
@@ -40,6 +41,8 @@ from scenes.stage.records import SNOW, TARGET, WORLD, MirrorPlate
 from scenes.stage.scene import Scene
 from scenes.stage.state import State
 from scenes.stage.targets import MeshShape
+
+Lit = TypeVar("Lit")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,9 +99,11 @@ def prepare(
     records = StateRecords(rig, scene, target_instance=len(instance_names))
     in_water = on_world = irradiance = source = None
     if meshes:
-        meshes, in_water, on_world = _robot(parts, scene, records, meshes, quality)
+        parted = meshes
+        meshes, in_water, on_world = _best_kept(lambda q: _robot(parts, scene, records, parted, q), quality)
     if len(scene.world.faces):
-        meshes[WORLD], source, irradiance = lit_world(world_mesh(scene.world, len(names)), scene.light, quality)
+        world = world_mesh(scene.world, len(names))
+        meshes[WORLD], source, irradiance = _best_kept(lambda q: lit_world(world, scene.light, q), quality)
     geometry = replace(
         geometry_of(meshes | _unlit(scene, instance_names), scene.light.towards_sun),
         irradiance=irradiance,
@@ -125,6 +130,20 @@ def prepare_from_cache(scene: Scene, rig: Rig, parts: Sequence[PartMesh] | None 
             return prepare(scene, rig, parts)
     except NotKeptError:
         return None
+
+
+def is_long_to_light(scene: Scene) -> bool:
+    """Whether the full light of a scene's world has to be found: it takes longer than a robot's."""
+    world = scene.world
+    return len(world.faces) > 0 and not is_world_lit(world_mesh(world, 0), scene.light, LightQuality.full())
+
+
+def _best_kept(lit: Callable[[LightQuality], Lit], quality: LightQuality) -> Lit:
+    """What is lit, of a draft in full light where the cache has that."""
+    if quality == LightQuality.draft():
+        with suppress(NotKeptError), kept_light_alone():
+            return lit(LightQuality.full())
+    return lit(quality)
 
 
 def _robot(

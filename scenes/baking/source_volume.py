@@ -15,8 +15,9 @@ other, and are found by iteration.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,16 @@ from scipy.spatial import cKDTree
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, UInt32, dr
 from optics.kernels.packing import rows_of, vectors
-from scenes.baking.ambient import LOG, RAYS_AT_ONCE, PlaceSizes, Reflection, Surroundings, cached, change_of_light
+from scenes.baking.ambient import (
+    LOG,
+    RAYS_AT_ONCE,
+    PlaceSizes,
+    Reflection,
+    Surroundings,
+    cached,
+    change_of_light,
+    is_kept,
+)
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.secant import Secant
 from scenes.kernels.ambient_cube import ROW as SIDE_ROW
@@ -50,6 +60,9 @@ SUN_AROUND = 12
 CELL_HEIGHTS, CELL_TURNS = 400, 800
 """Cells of the sphere, each of which belongs to the direction nearest to it."""
 
+KEPT = "light on the world", "light that the water scatters", "light in the water"
+"""Names of what is kept of a world."""
+
 RINGS, AROUND = 64, 48
 """Points at which the phase function is taken to share out a direction's light, by angle and around."""
 
@@ -62,11 +75,17 @@ def lit_world(mesh: GroupMesh, light: Light, quality: LightQuality) -> tuple[Gro
     """
     axes = grid_axes(mesh, spacing_m=SPACING_M, most=quality.grid_points, inset_m=INSET_M)
     found = cache(lambda: _found(mesh, light, quality, axes))
-    ambient = cached(mesh, light, quality, "light on the world", lambda: found().ambient)
-    source = cached(mesh, light, quality, "light that the water scatters", lambda: found().source)
-    around = cached(mesh, light, quality, "light in the water", lambda: found().around)
+    ambient, source, around = (
+        cached(mesh, light, quality, name, lambda k=k: found()[k])  # type: ignore[misc]
+        for k, name in enumerate(KEPT)
+    )
     irradiance = GridTable.of(axes, rows_of(around.reshape(-1, 3), SIDE_ROW))
     return replace(mesh, ambient=ambient), source_volume(axes, source), irradiance
+
+
+def is_world_lit(mesh: GroupMesh, light: Light, quality: LightQuality) -> bool:
+    """Whether all that `lit_world` gives is in the cache."""
+    return all(is_kept(mesh, light, quality, name) for name in KEPT)
 
 
 def source_volume(axes: list[FloatArray], source: FloatArray) -> GridTable:
@@ -74,8 +93,7 @@ def source_volume(axes: list[FloatArray], source: FloatArray) -> GridTable:
     return GridTable.of(axes, rows_of(source.reshape(-1, 3), SOURCE_ROW))
 
 
-@dataclass(frozen=True, kw_only=True)
-class WorldLight:
+class WorldLight(NamedTuple):
     """What is found of a world's light, and kept.
 
     Attributes

@@ -20,7 +20,7 @@ from optics.layout import Layout, check_stows
 from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.baking.light_quality import LightQuality
-from scenes.baking.lit_scene import LitScene, prepare, prepare_from_cache
+from scenes.baking.lit_scene import LitScene, is_long_to_light, prepare, prepare_from_cache
 from scenes.image import check_image_path, display_image, write_image
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Frame
@@ -203,7 +203,8 @@ def render(
     progress : callable, optional
         Called with the launches done and to do, by the reference renderer.
     on_draft : callable, optional
-        With it, a view whose full light must be found first is written with a draft of it, and this is called.
+        With it, a view for which the full light of its world must be found is written with a draft of it first, and
+        this is called.
 
     Raises
     ------
@@ -227,7 +228,7 @@ def render(
         return written(prepare(scene, rig, parts, quality=LightQuality.draft()), request, output)
     lit = prepare_from_cache(scene, rig, parts)
     if lit is None:
-        if on_draft is not None:
+        if on_draft is not None and is_long_to_light(scene):
             CLOCK.begin("draft")
             draft = prepare(scene, rig, parts, quality=LightQuality.draft())
             on_draft(written(draft, replace(request, light="draft"), replace(output, truth=None)))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from scenes.baking.ambient import LIGHT_VERSION, PlaceSizes, ambient_light
+from scenes.baking.ambient import LIGHT_VERSION, PlaceSizes, ambient_light, light_key
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_shadow_in_water import shadow_in_water
 from scenes.baking.robot_shadow_on_world import shadow_on_world
@@ -90,3 +90,14 @@ def test_kept_light_of_a_robot_is_what_would_be_found_today(ball, aqua2_light, n
     check_recorded("light of a robot", LIGHT_VERSION, rel=RECORDED_REL, ambient=ambient, in_the_water=shadow)
     values = np.array(shadow_on_world(robot, pose, aqua2_light, COARSE).values)
     check_recorded("shadow of a robot on the world", LIGHT_VERSION, rel=FEW_LOOKS_REL, values=values)
+
+
+def test_a_world_s_light_is_the_same_whatever_a_robot_s_mirrors_are_coated_with(ball, aqua2_light):
+    """Not so a robot's: its mirrors throw light."""
+    coated = replace(aqua2_light, coating="enhanced-aluminium")
+    world, robot = ball, replace(ball, mirrors={"M1": np.zeros(3)})
+    same = [
+        light_key("light", mesh, aqua2_light, COARSE) == light_key("light", mesh, coated, COARSE)
+        for mesh in (world, robot)
+    ]
+    assert same == [True, False]
