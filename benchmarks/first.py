@@ -1,4 +1,4 @@
-"""What a user waits for: the first render, the next ones, and those with everything in the cache.
+"""What a user waits for: the first picture (a draft), the first render, the next ones, and those from the cache.
 
 Each row is a `mirrorgaze render` in a process of its own, in caches of its own: of results and of compiled kernels,
 empty for the first render in a world. Times are of the processor, which are the same on a machine that is busy with
@@ -31,13 +31,18 @@ class Wait:
     rig: str
     world: str
     allowed_s: float
+    options: tuple[str, ...] = ()
 
+
+DRAFT = ("--light", "draft")
 
 WAITS = (
+    Wait(name="first picture, tank", caches="tank draft", rig="aqua2", world="tank", allowed_s=10, options=DRAFT),
     Wait(name="first render, tank", caches="tank", rig="aqua2", world="tank", allowed_s=25),
     Wait(name="warm render, tank", caches="tank", rig="aqua2", world="tank", allowed_s=2.5),
     Wait(name=f"mirror {WIDER_MM} mm wider, tank", caches="tank", rig=MIRROR_FILE, world="tank", allowed_s=5),
     Wait(name="another rig, tank", caches="tank", rig="bluerov2", world="tank", allowed_s=8),
+    Wait(name="first picture, reef", caches="reef draft", rig="aqua2", world="reef", allowed_s=10, options=DRAFT),
     Wait(name="first render, reef", caches="reef", rig="aqua2", world="reef", allowed_s=45),
     Wait(name="warm render, reef", caches="reef", rig="aqua2", world="reef", allowed_s=2.5),
 )
@@ -79,7 +84,7 @@ def _write_wider_mirror(path: Path) -> None:
 
 
 def _waited_s(wait: Wait, folder: Path) -> float:
-    command = ["-m", "mirrorgaze", "render", wait.rig, "--world", wait.world, "-o", "view.png"]
+    command = ["-m", "mirrorgaze", "render", wait.rig, "--world", wait.world, *wait.options, "-o", "view.png"]
     return _output_s(command, folder, wait.name.replace(" ", "_"), wait.caches)[1]
 
 
