@@ -16,6 +16,7 @@ from dives.ensembles.processes import Failure, run_in_processes
 from dives.files import is_finished
 from dives.metrics import dive_metrics
 from dives.runner import identity_of, run_dive
+from optics.kernels.clock import Pace
 from tracking.log import read_log
 
 Work = Callable[[str, str], None]
@@ -86,11 +87,14 @@ def run_ensemble(
     if done:
         log(f"{done} of {len(members)} dives: done before")
 
+    pace = Pace()
+    pace.to_go(done, len(members))
+
     def ended(name: str, failure: Failure | None) -> None:
         nonlocal done
         done = done + 1
         said = "" if failure is None else f", failed: {failure.sentence}"
-        log(f"{done} of {len(members)} dives: {name}{said}")
+        log(f"{done} of {len(members)} dives{pace.to_go(done, len(members))}: {name}{said}")
 
     failures = run_in_processes(work or dive_into, waiting, workers=workers, finished=ended)
     return [

@@ -96,7 +96,12 @@ class Clock:
 
     def keep(self) -> None:
         """Keep how long the parts took; a cache that cannot be written costs a guess, no result."""
-        spent = {name: round(s, 1) for name, s in self.waited()[1].items() if s >= WORTH_KEEPING_S}
+        spent = {
+            name: round(s, 1)
+            for name, s in self.waited()[1].items()
+            # What has a number in its name will not come again.
+            if s >= WORTH_KEEPING_S and not any(map(str.isdecimal, name))
+        }
         if not spent.keys() - {IMPORTS, REST}:
             return
         # The latest last, and those that nobody has made for longest forgotten.

@@ -158,14 +158,14 @@ def search_designs(
     record("own design", lambda: own)
     filling = max(1, round(designs * SOBOL_SHARE))
     for first in range(0, filling, BATCH):
-        record(f"filling from {first}", partial(_sobol, bounds, seed, first, min(BATCH, filling - first)))
+        record(f"filling: from {first}", partial(_sobol, bounds, seed, first, min(BATCH, filling - first)))
     for first in range(filling, designs, BATCH):
         count = min(BATCH, designs - first)
-        record(f"gathering from {first}", partial(_children, pool, chosen, bounds, count, [seed, first]))
+        record(f"gathering: from {first}", partial(_children, pool, chosen, bounds, count, [seed, first]))
     if "resolution" in _names(chosen):
         for step_mm in POLISH_STEPS_MM:
             record(
-                f"polishing by {step_mm:g} mm",
+                f"polishing: by {step_mm:g} mm",
                 partial(_uphill, CoarseScorer(rig, [], SLOPE_GRID), pool, chosen, bounds, step_mm),
             )
     everything, scores = (np.concatenate(column) for column in zip(*pool, strict=True))

@@ -23,6 +23,7 @@ from cad.hulls.mesh_repair import manifold
 from cad.parts.clearance_envelope import gimbal_rooms_mm, with_standing_base
 from optics.coverage.field import pixels_per_degree
 from optics.kernels.arrays import FloatArray
+from optics.kernels.clock import Pace
 from optics.mesh import PartMesh
 from optics.search.choice import choose
 from optics.search.limits import BINDING_MM, binding, bounds_around, first_problem
@@ -105,12 +106,19 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Lo
     bounds_around(rig, wanted.factor)
     stages = Stages.open(folder, rig, log, settings=str(wanted))
 
+    pace, looked_at = Pace(), 0
+
     def checkpoint(name: str, work: Callable[[], Recorded]) -> Recorded:
+        nonlocal looked_at
+
         def run() -> tuple[ScoredDesigns, list[Path]]:
             designs, scores = work()
+            done = looked_at + len(designs)
+            log(f"  {done} of {max(done, wanted.designs)} designs{pace.to_go(done, wanted.designs)}")
             return ScoredDesigns(designs=designs.tolist(), scores=scores.tolist()), []
 
         found = stages.run(name, ScoredDesigns, run)
+        looked_at += len(found.designs)
         return (
             np.array(found.designs).reshape(-1, len(PARAMETERS)),
             np.array(found.scores).reshape(-1, len(wanted.objectives)),
@@ -118,7 +126,7 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Lo
 
     def problem_of(design: FloatArray) -> str:
         name = " x ".join(f"{value:g}" for value in design)
-        return stages.run(f"mount of {name} mm", str, lambda: (_problem(rig, design), []))
+        return stages.run(f"mounts: {name} mm", str, lambda: (_problem(rig, design), []))
 
     parts = rig_meshes(rig)
     surface = hull_surface(rig)
