@@ -72,7 +72,8 @@ def _recorder(
         found[:] = [structure_of(result)]
         return leaves_of(result)
 
-    return dr.freeze(wraps(function)(of_leaves), warn_after=recordings), found
+    # Numbers are inputs from the first call on: else a second call with another number records and compiles once more.
+    return dr.freeze(wraps(function)(of_leaves), warn_after=recordings, auto_opaque=False), found
 
 
 @contextmanager
