@@ -1,8 +1,8 @@
 """What a user waits for: the first picture (a draft), the first render, the next ones, and those from the cache.
 
 Each row is a `mirrorgaze render` in a process of its own, in caches of its own: of results and of compiled kernels,
-empty for the first render in a world. Times are of the processor, which are the same on a machine that is busy with
-something else; how fast it is says a frame of stock Mitsuba `path` (`benchmarks.render`), measured in the same run.
+empty for the first render in a world. Times are of the processor, for which others on the machine matter little; how
+fast it is says a frame of stock Mitsuba `path` (`benchmarks.render`), measured in the same run.
 """
 
 from __future__ import annotations
