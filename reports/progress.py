@@ -18,7 +18,7 @@ from rigs.atomic_files import write_text
 
 STATE_FILE = ".stages.json"
 
-STAGES_VERSION = 2
+STAGES_VERSION = 3
 """Raised when a stage computes or writes something else for the same rig and settings."""
 
 Log = Callable[[str], None]
@@ -65,10 +65,10 @@ class Stages:
 
     def run(self, name: str, kind: type[Result], work: Callable[[], tuple[Result, list[Path]]]) -> Result:
         """Result of a stage: remembered, or computed by `work`, which returns it with the files it wrote."""
-        finished = self.done.get(name)
-        if finished is not None and all((self.folder / file).is_file() for file in finished["files"]):
+        before = self.recall(name, kind)
+        if before is not None:
             self.log(f"{name}: done before")
-            return TypeAdapter(kind).validate_python(finished["result"])
+            return before
         self.log(f"{name} ...")
         result, files = work()
         self.done[name] = {
@@ -77,6 +77,13 @@ class Stages:
         }
         self._save()
         return result
+
+    def recall(self, name: str, kind: type[Result]) -> Result | None:
+        """Result of a stage that was finished before; None when it was not, or when a file of it is gone."""
+        finished = self.done.get(name)
+        if finished is None or not all((self.folder / file).is_file() for file in finished["files"]):
+            return None
+        return TypeAdapter(kind).validate_python(finished["result"])
 
     def _save(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)

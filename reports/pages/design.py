@@ -52,11 +52,17 @@ class DesignView:
 
 @dataclass(frozen=True, kw_only=True)
 class Views:
-    """Views through the mirrors, and files of the views from outside with what they show."""
+    """Views through the mirrors."""
 
     views: tuple[DesignView, ...]
-    exterior: tuple[str, ...]
-    exterior_caption: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exterior:
+    """Files of the views from outside, and what they show."""
+
+    files: tuple[str, ...]
+    caption: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,60 +75,76 @@ class DiveSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignResults:
-    """What the page reports of a design, and a summary holds for machines; without a dive when none was asked for."""
+    """What the page reports of a design, and a summary holds for machines; None for what was not made."""
 
-    mount: MountResults
-    views: Views
-    coverage: CoverageSummary
-    dive: DiveSummary | None
+    coverage: CoverageSummary | None = None
+    outside: Exterior | None = None
+    mount: MountResults | None = None
+    views: Views | None = None
+    dive: DiveSummary | None = None
 
 
 def design_page(rig: Rig, results: DesignResults, dive: DiveResults | None, folder: Path) -> str:
-    """Page of a design as HTML, with the figures and views that lie in its folder embedded."""
-    found, views, mount = results.coverage, results.views, results.mount
+    """Page of a design as HTML, with the figures and views that lie in its folder embedded; what was made is on it."""
+    missing = [name for name in DesignResults.__dataclass_fields__ if getattr(results, name) is None]
+    mount = results.mount
     sections = [
         f'<h1>{page.text(rig.name)}</h1><p class="lead">{page.text(rig.description)}</p>',
-        page.tiles(_key_numbers(found)),
-        page.section(
-            "What the camera sees",
-            page.gallery(page.image(folder / view.file, view.caption) for view in views.views),
-        ),
-        page.section(
-            "Usable field of view and coverage",
-            page.image(folder / "coverage/usable_fov.png", f"{found.poses} poses over the joint ranges"),
-            page.image(
-                folder / "coverage/coverage.png",
-                "All directions around the robot, equal areas equal; red: where the axis can point",
-            ),
-            page.table(["Where the image goes, mean over all poses", "Share"], _shares(found), numbers=[1]),
-        ),
-        page.section(
-            "Mount",
-            page.gallery(page.image(folder / file, views.exterior_caption) for file in views.exterior),
-            parts_table(mount),
-        ),
-        checks_section(mount, folder / "mount"),
-        loads_section(mount, folder / "mount"),
+        *([f"<p>Not made: {page.text(', '.join(missing))}.</p>"] if missing else []),
+        *([] if results.coverage is None else [page.tiles(_key_numbers(results.coverage))]),
+        *([] if results.views is None else [_views_section(results.views, folder)]),
+        *([] if results.coverage is None else [_coverage_section(results.coverage, folder)]),
+        *_mount_sections(results, folder),
         *([] if dive is None else [dive_section(dive)]),
         page.section("Rig", page.table(["", ""], rig.facts)),
-        page.section("Files", page.bullets([*_files(dive), *mount_files(mount)])),
+        page.section("Files", page.bullets([*_files(results), *([] if mount is None else mount_files(mount))])),
         page.section("What this leaves out", page.bullets(LIMITS)),
         f"<footer>Made by mirrorgaze from the rig file <code>{page.text(rig.name)}</code>.</footer>",
     ]
     return page.page(f"{rig.name}: design report", sections)
 
 
-def _files(dive: DiveResults | None) -> list[str]:
-    of_dive = (
-        "dive/: video.mkv and overlay.mp4, log.parquet (ground truth beside what the loop estimated), metrics.json, "
-        "dive.toml"
+def _views_section(views: Views, folder: Path) -> str:
+    images = (page.image(folder / view.file, view.caption) for view in views.views)
+    return page.section("What the camera sees", page.gallery(images))
+
+
+def _coverage_section(found: CoverageSummary, folder: Path) -> str:
+    return page.section(
+        "Usable field of view and coverage",
+        page.image(folder / "coverage/usable_fov.png", f"{found.poses} poses over the joint ranges"),
+        page.image(
+            folder / "coverage/coverage.png",
+            "All directions around the robot, equal areas equal; red: where the axis can point",
+        ),
+        page.table(["Where the image goes, mean over all poses", "Share"], _shares(found), numbers=[1]),
     )
-    return [
-        "summary.json: every number of this page",
-        "views/*.png: the images above, at full size",
-        *([] if dive is None else [of_dive]),
-        "coverage/poses.csv: gaze, usable solid angle and losses of every pose; coverage/sphere.csv: every direction",
-    ]
+
+
+def _mount_sections(results: DesignResults, folder: Path) -> list[str]:
+    """The mount from outside and its parts, and what checks and loads say of it."""
+    outside, mount = results.outside, results.mount
+    shown = []
+    if outside is not None:
+        shown.append(page.gallery(page.image(folder / file, outside.caption) for file in outside.files))
+    if mount is not None:
+        shown.append(parts_table(mount))
+    sections = [page.section("Mount", *shown)] if shown else []
+    if mount is not None:
+        sections += [checks_section(mount, folder / "mount"), loads_section(mount, folder / "mount")]
+    return sections
+
+
+def _files(results: DesignResults) -> list[str]:
+    of_stages = {
+        "views": "views/*.png: the images above, at full size",
+        "dive": "dive/: video.mkv and overlay.mp4, log.parquet (ground truth beside what the loop estimated), "
+        "metrics.json, dive.toml",
+        "coverage": "coverage/poses.csv: gaze, usable solid angle and losses of every pose; coverage/sphere.csv: every "
+        "direction",
+    }
+    made = [text for name, text in of_stages.items() if getattr(results, name) is not None]
+    return ["summary.json: every number of this page", *made]
 
 
 def _key_numbers(found: CoverageSummary) -> list[tuple[str, str]]:

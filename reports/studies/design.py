@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,12 +27,12 @@ from optics.layout import Layout
 from reports.figures.dive import write_dive_figures
 from reports.figures.plotting import draw_usable_fov
 from reports.figures.sphere import draw_coverage
-from reports.pages.design import DesignResults, DesignView, DiveSummary, Views, design_page
+from reports.pages.design import DesignResults, DesignView, DiveSummary, Exterior, Views, design_page
 from reports.pages.mount import MountResults, PartResults, mount_results
 from reports.pages.tables import write_poses, write_sphere
 from reports.progress import Log, Stages, counter, plain
 from reports.studies.dive_report import dive_results
-from reports.studies.mount_export import export_checked_mount
+from reports.studies.mount_export import CheckedMount, checked_mount, export_checked_mount
 from rigs import Rig
 from rigs.atomic_files import write_text
 from scenes.baking.lit_scene import prepare
@@ -55,6 +57,8 @@ EXTERIOR_Q1_DEG = 20.0
 EXTERIOR_CAPTION = f"From outside, in air, at q1 = {EXTERIOR_Q1_DEG:g}°, q2 = 0°"
 
 VIEW_SAMPLES = 4
+STAGES = ("coverage", "outside", "mount", "views", "dive")
+"""In their order: what is quick comes first."""
 DIVE = "dive"
 """Folder of the dive in the report's."""
 
@@ -78,7 +82,13 @@ class MapGrid:
 
 
 def design(
-    rig: Rig, folder: Path, *, log: Log, dive: Dive | None = None, grid: MapGrid | None = None, diving: bool = True
+    rig: Rig,
+    folder: Path,
+    *,
+    log: Log,
+    dive: Dive | None = None,
+    grid: MapGrid | None = None,
+    only: Collection[str] = STAGES,
 ) -> Path:
     """Make the design report of a rig.
 
@@ -94,14 +104,13 @@ def design(
         Through which the loop is run with this rig; by default `dives.validation.validation_dive`.
     grid : MapGrid, optional
         Of the coverage maps.
-    diving : bool
-        Whether the dive is run. A report without it is one that was stopped before: the same call with a dive goes on
-        from there.
+    only : collection of str
+        Stages to make, of `STAGES`. The page shows what was made, then or before, and says what was not.
 
     Returns
     -------
     Path
-        The report, `report.html`.
+        The report, `report.html`; it is there from the first stage on, and every stage fills it up.
 
     Raises
     ------
@@ -121,27 +130,46 @@ def design(
     if not stages.done:
         # A dive that another rig or program began would not end as this one's.
         shutil.rmtree(folder / DIVE, ignore_errors=True)
-    results = DesignResults(
-        mount=stages.run("mount", MountResults, lambda: _mount(rig, folder, log)),
-        views=stages.run("views", Views, lambda: _views(rig, folder)),
-        coverage=stages.run("coverage", CoverageSummary, lambda: _coverage(rig, folder, grid)),
-        dive=stages.run("dive", DiveSummary, lambda: _dive(rig, dive, folder, log)) if diving else None,
-    )
-    log("report ...")
+    # Nothing is written of a mount that cannot be made.
+    made_before = stages.recall("mount", MountResults) is not None
+    mount = _checked_mount(rig, log) if "mount" in only and not made_before else None
+    makers: dict[str, tuple[type[Any], Callable[[], tuple[Any, list[Path]]]]] = {
+        "coverage": (CoverageSummary, lambda: _coverage(rig, folder, grid)),
+        "outside": (Exterior, lambda: _outside(rig, folder)),
+        "mount": (MountResults, lambda: _mount(mount or _checked_mount(rig, log), folder, log)),
+        "views": (Views, lambda: _views(rig, folder)),
+        "dive": (DiveSummary, lambda: _dive(rig, dive, folder, log)),
+    }
+    results = DesignResults(**{name: stages.recall(name, kind) for name, (kind, _) in makers.items()})
+    for name, (kind, make) in makers.items():
+        if name in only:
+            new = getattr(results, name) is None
+            results = replace(results, **{name: stages.run(name, kind, make)})
+            if new:
+                log(f"{_write_page(rig, results, folder)} shows {name}")
+    return _write_page(rig, results, folder)
+
+
+def _write_page(rig: Rig, results: DesignResults, folder: Path) -> Path:
+    """Page and summary of what was made."""
     report = folder / "report.html"
     data = {"rig": rig.model_dump(mode="json"), **plain(results)}
     write_text(folder / "summary.json", json.dumps(data, indent=2))
-    write_text(report, design_page(rig, results, dive_results(folder / DIVE) if diving else None, folder))
-    log(str(report))
+    dive = None if results.dive is None else dive_results(folder / DIVE)
+    write_text(report, design_page(rig, results, dive, folder))
     return report
 
 
-def _mount(rig: Rig, folder: Path, log: Log) -> tuple[MountResults, list[Path]]:
+def _checked_mount(rig: Rig, log: Log) -> CheckedMount:
     # Slicing takes minutes the first time; `mirrorgaze export` does it.
-    made = export_checked_mount(rig, folder / "mount", log=log, slicing=False)
+    return checked_mount(rig, log=log, slicing=False)
+
+
+def _mount(made: CheckedMount, folder: Path, log: Log) -> tuple[MountResults, list[Path]]:
+    files = export_checked_mount(made, folder / "mount", log=log)
     parts = map(_part_results, made.assembly.parts)
-    names = (str(file.relative_to(folder)) for file in made.files)
-    return mount_results(parts, names, made.checks, made.loads), made.files
+    names = (str(file.relative_to(folder)) for file in files)
+    return mount_results(parts, names, made.checks, made.loads), files
 
 
 def _part_results(part: Part) -> PartResults:
@@ -190,9 +218,14 @@ def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:
             )
         )
         files.append(path)
-    outside = write_exterior_views(rig, rig_meshes(rig), target, q1=np.radians(EXTERIOR_Q1_DEG), q2=0.0)
-    exterior = tuple(f"views/{path.name}" for path in outside)
-    return Views(views=tuple(views), exterior=exterior, exterior_caption=EXTERIOR_CAPTION), files + outside
+    return Views(views=tuple(views)), files
+
+
+def _outside(rig: Rig, folder: Path) -> tuple[Exterior, list[Path]]:
+    target = folder / "views"
+    target.mkdir(parents=True, exist_ok=True)
+    files = write_exterior_views(rig, rig_meshes(rig), target, q1=np.radians(EXTERIOR_Q1_DEG), q2=0.0)
+    return Exterior(files=tuple(f"views/{path.name}" for path in files), caption=EXTERIOR_CAPTION), files
 
 
 def _coverage(rig: Rig, folder: Path, grid: MapGrid) -> tuple[CoverageSummary, list[Path]]:

@@ -20,21 +20,18 @@ from rigs import Rig, RigError
 
 @dataclass(frozen=True, kw_only=True)
 class CheckedMount:
-    """An exported mount.
+    """A mount that passed its checks and whose servos are strong enough.
 
     Attributes
     ----------
     assembly : Assembly
     checks : MountChecks
     loads : LoadStudy
-    files : list of Path
-        All of them, sorted, the manifest included.
     """
 
     assembly: Assembly
     checks: MountChecks
     loads: LoadStudy
-    files: list[Path]
 
 
 def mount_checks(assembly: Assembly, *, log: Log, slicing: bool = True) -> MountChecks:
@@ -46,15 +43,13 @@ def mount_checks(assembly: Assembly, *, log: Log, slicing: bool = True) -> Mount
     return replace(checks, findings=(*checks.findings, *plate_findings(assembly.rig, assembly.printed)))
 
 
-def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = True) -> CheckedMount:
-    """Check a mount, study its loads, and export it with both.
+def checked_mount(rig: Rig, *, log: Log, slicing: bool = True) -> CheckedMount:
+    """Build a mount, check it, and study its loads.
 
     Parameters
     ----------
     rig : Rig
         A rig with mirrors.
-    folder : Path
-        As for `cad.export.export_mount`; `checks` and `loads` are folders in it.
     log : callable
         Takes lines of progress.
     slicing : bool
@@ -63,7 +58,7 @@ def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = Tr
     Raises
     ------
     RigError
-        When a check fails or a servo is too weak, with every problem; nothing is written then.
+        When a check fails or a servo is too weak, with every problem.
     """
     log("export: building the mount ...")
     assembly = build_assembly(rig)
@@ -74,11 +69,24 @@ def export_checked_mount(rig: Rig, folder: Path, *, log: Log, slicing: bool = Tr
     loads = load_study(rig, assembly.meshes)
     if loads.problems:
         raise RigError(rig.name, loads.problems)
+    return CheckedMount(assembly=assembly, checks=checks, loads=loads)
+
+
+def export_checked_mount(mount: CheckedMount, folder: Path, *, log: Log) -> list[Path]:
+    """Export a mount with what checks and loads say of it: all files, sorted, the manifest included.
+
+    Parameters
+    ----------
+    mount : CheckedMount
+    folder : Path
+        As for `cad.export.export_mount`; `checks` and `loads` are folders in it.
+    log : callable
+        Takes lines of progress.
+    """
 
     def add_reports(partial: Path) -> None:
         log("export: figures of checks and loads ...")
-        write_checks(checks, rig, partial / CHECKS_FOLDER)
-        write_loads(loads, partial / LOADS_FOLDER)
+        write_checks(mount.checks, mount.assembly.rig, partial / CHECKS_FOLDER)
+        write_loads(mount.loads, partial / LOADS_FOLDER)
 
-    files = export_mount(assembly, folder, log=log, add_files=add_reports)
-    return CheckedMount(assembly=assembly, checks=checks, loads=loads, files=files)
+    return export_mount(mount.assembly, folder, log=log, add_files=add_reports)

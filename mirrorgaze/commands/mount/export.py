@@ -34,19 +34,20 @@ def export(
     """
     from mirrorgaze.loading import load_usable_rig, print_hull_notes
     from reports.figures.check import summary_rows
-    from reports.studies.mount_export import export_checked_mount
+    from reports.studies.mount_export import checked_mount, export_checked_mount
     from rigs import RigError
 
     loaded = load_usable_rig(rig)
     notes = print_hull_notes(loaded)
     try:
-        mount = export_checked_mount(loaded, output or Path("out") / loaded.name / "mount", log=print_step)
+        mount = checked_mount(loaded, log=print_step)
     except RigError as error:
         raise RigError(rig, error.problems) from None
+    files = export_checked_mount(mount, output or Path("out") / loaded.name / "mount", log=print_step)
     if json:
-        print_json({"files": [str(file) for file in mount.files], "hull_notes": notes})
+        print_json({"files": [str(file) for file in files], "hull_notes": notes})
     else:
         for check, counts, worst in summary_rows(mount.checks):
             print_note(f"{check}: {counts}; nearest: {worst}")
-        for file in mount.files:
+        for file in files:
             typer.echo(str(file))

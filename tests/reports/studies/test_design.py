@@ -21,7 +21,7 @@ from reports.pages.mount import MountResults
 from reports.progress import Stages
 from reports.studies import design as study
 from reports.studies import mount_export
-from reports.studies.design import MapGrid, design
+from reports.studies.design import STAGES, MapGrid, design
 from rigs import Rig, RigError
 from scenes.exterior import VIEWPOINTS
 
@@ -69,7 +69,7 @@ def test_everything_an_engineer_needs_is_there(made):
     assert (folder / "mount/checks/checks.csv").is_file()
     assert (folder / "mount/loads/masses.csv").is_file()
     stages = [line.split()[0] for line in lines if not line.startswith(("export: ", "checks: "))]
-    assert list(dict.fromkeys(stages))[:4] == ["mount", "views", "coverage", "dive"]
+    assert [stage for stage in dict.fromkeys(stages) if stage in STAGES] == list(STAGES)
     assert (folder / "dive/log.parquet").is_file()
     assert (folder / "dive/overlay.mp4").is_file()
     assert not list(folder.rglob("*.partial*"))
@@ -136,24 +136,33 @@ def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     lines = []
     made_design(folder, lines.append)
-    assert lines[:4] == [f"{stage}: done before" for stage in ("mount", "views", "coverage", "dive")]
+    assert lines == [f"{stage}: done before" for stage in STAGES]
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
-def test_without_a_dive_the_page_has_none_and_a_run_with_one_goes_on(made, tmp_path):
-    folder, _ = made
-    copy = tmp_path / "aqua2"
-    shutil.copytree(folder, copy)
+def test_the_page_shows_what_was_made_and_says_what_was_not(made, tmp_path):
+    folder = tmp_path / "aqua2"
     lines = []
-    design(RIG, copy, log=lines.append, dive=DIVE, grid=GRID, diving=False)
-    assert lines[:4] == [*(f"{stage}: done before" for stage in ("mount", "views", "coverage")), "report ..."]
-    assert json.loads((copy / "summary.json").read_text(encoding="utf-8"))["dive"] is None
-    html = (copy / "report.html").read_text(encoding="utf-8")
+    page = design(RIG, folder, log=lines.append, dive=DIVE, grid=GRID, only=["coverage"])
+    assert lines == ["coverage ...", f"{page} shows coverage"]
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert summary["coverage"] == json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["coverage"]
+    assert [name for name in STAGES if summary[name] is None] == ["outside", "mount", "views", "dive"]
+    html = page.read_text(encoding="utf-8")
+    assert "Not made: outside, mount, views, dive." in html
+    assert html.count("<img") == 2
     assert "Dive:" not in html
-    assert "dive/" not in html
-    made_design(copy, lambda line: None)
+    assert "views/*.png" not in html
+
+
+def test_a_stage_that_was_made_before_stays_on_the_page(made, tmp_path):
+    copy = tmp_path / "aqua2"
+    shutil.copytree(made[0], copy)
+    lines = []
+    design(RIG, copy, log=lines.append, dive=DIVE, grid=GRID, only=["views"])
+    assert lines == ["views: done before"]
     for name in ("report.html", "summary.json"):
-        assert (copy / name).read_bytes() == (folder / name).read_bytes(), name
+        assert (copy / name).read_bytes() == (made[0] / name).read_bytes(), name
 
 
 def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatch):
@@ -163,7 +172,7 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
     """
     folder = tmp_path / "aqua2"
 
-    def copied_mount(rig, target, log):
+    def copied_mount(checked, target, log):
         shutil.copytree(made[0] / "mount", target / "mount")
         data = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["mount"]
         result = TypeAdapter(MountResults).validate_python(data)
@@ -175,15 +184,16 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
         return TypeAdapter(DiveSummary).validate_python(data), []
 
     monkeypatch.setattr(study, "_dive", copied_dive)
+    monkeypatch.setattr(study, "_checked_mount", lambda rig, log: None)
     with monkeypatch.context() as patched:
         patched.setattr(study, "_mount", copied_mount)
         patched.setattr(study, "render_with", _interrupt)
         with pytest.raises(KeyboardInterrupt):
             made_design(folder, lambda line: None)
-    assert not (folder / "report.html").exists()
+    assert "Not made: views, dive." in (folder / "report.html").read_text(encoding="utf-8")
     lines = []
     made_design(folder, lines.append)
-    assert lines[:2] == ["mount: done before", "views ..."]
+    assert lines[:4] == [*(f"{stage}: done before" for stage in ("coverage", "outside", "mount")), "views ..."]
     for name in ("report.html", "summary.json", "coverage/poses.csv", "views/target.png"):
         assert (folder / name).read_bytes() == (made[0] / name).read_bytes(), name
 
@@ -218,7 +228,7 @@ def test_a_mount_that_does_not_fit_the_printer_is_named(tmp_path, monkeypatch):
         mesh = assembly.part("gimbal_base").mesh
         return MountChecks(findings=tuple(print_findings(mesh, assembly.rig.gaze.mount)))
 
-    monkeypatch.setattr(mount_export, "assembly_checks", base_check)
+    monkeypatch.setattr(mount_export, "kept_checks", base_check)
     rig = Rig.load("aqua2")
     small = rig.with_gaze(mount={"printer_bed_mm": (100.0, 100.0, 100.0)})
     with pytest.raises(RigError, match="printer_bed_mm"):
