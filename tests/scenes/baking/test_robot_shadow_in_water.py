@@ -56,7 +56,7 @@ def test_a_black_ball_keeps_what_a_direct_integral_says(light, shares):
     axes = (field.depth_m, field.cosine, field.azimuth_rad)
     tables = {k: RegularGridInterpolator(axes, field.multiple[k]) for k in wavelengths}
     length = lengths_m()[1]
-    cosine_from_zenith, turn = np.meshgrid(np.linspace(0, 1, 401)[1:] - 1 / 800, np.radians(np.arange(0, 360, 2) + 1))
+    cosine_from_zenith, turn = np.meshgrid(np.linspace(0, 1, 101)[1:] - 1 / 200, np.radians(np.arange(0, 360, 6) + 3))
     total = 0.0
     steps = (np.arange(8) + 0.5) / 8 * length
     for s in steps:
