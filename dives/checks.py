@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from scipy.spatial.transform import RigidTransform
 
-from cad.assembly.hull_surface import hull_surface
 from dives.motions import Legs
 from dives.paths import body_pose, target_places, target_pose
 from dives.specification import DiveSpecification
@@ -115,6 +114,7 @@ def bounding_radius_m(shape: TargetShape) -> float:
 
 
 def _touches_hull(rig: Rig, bodies: RigidTransform, target_m: FloatArray, radius_m: float) -> NDArray[np.bool_]:
+    from cad.assembly.hull_surface import hull_surface  # noqa: PLC0415
     from cad.hulls.distance import nearest_points  # noqa: PLC0415  (only here, and not light)
 
     hull = hull_surface(rig)

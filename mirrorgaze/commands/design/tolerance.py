@@ -34,7 +34,7 @@ def tolerance(
 
     loaded = load_usable_rig(rig)
     loaded.require_gaze()
-    print_step(f"{samples} rigs as they are built ...")
+    print_step("rigs as they are built ...")
     study = tolerance_study(loaded, samples=samples, seed=seed)
     files = write_tolerances(study, output) if output is not None else []
     ranking, percentiles = ranking_rows(study), percentile_rows(study)

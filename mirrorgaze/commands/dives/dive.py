@@ -50,11 +50,8 @@ def dive(
       mirrorgaze dive my-dive.toml -o out/mine --variant paper --bag
     """
     from dives import Dive, run_dive
-    from dives.bags import write_bag
     from dives.dive import varied
     from mirrorgaze.loading import load_usable_rig
-    from reports.figures.dive import write_dive_figures
-    from tracking.log import read_log
 
     chosen = varied(Dive.load(dive_file), variant=variant, frames=frames)
     load_usable_rig(chosen.rig)
@@ -62,9 +59,14 @@ def dive(
     print_step("dive ...")
     run_dive(chosen, folder, log=print_step, progress=partial(print_progress, chosen.name))
     print_step("figures ...")
+    from reports.figures.dive import write_dive_figures
+    from tracking.log import read_log
+
     write_dive_figures(read_log(folder), folder)
     if bag:
         print_step("bag ...")
+        from dives.bags import write_bag
+
         write_bag(folder, chosen.load_rig(), folder / "bag")
     metrics = _metrics(folder)
     if json:
