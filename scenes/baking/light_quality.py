@@ -37,7 +37,7 @@ class LightQuality:
     fewest_directions: int = 24
     most_directions: int = 96
     reflections: int = 16
-    settled: float = 0.01
+    settled: float = 0.005
     iterations: int = 16
     iterations_settled: float = 0.0025
     grid_points: int = 24

@@ -26,7 +26,7 @@ LONGEST_EDGE_M = 0.05
 DIVISION_VERSION = 1
 """Raised when the same mesh is divided otherwise."""
 
-PLACES_M = PlaceSizes(iterated=0.01, kept=0.004)
+PLACES_M = PlaceSizes(iterated=0.01, kept=0.001)
 """Vertices nearer to each other share the light that they receive."""
 
 DEPTH_M = 5.0
