@@ -12,7 +12,7 @@ from mirrorgaze.output import print_json, print_progress, print_table
 from mirrorgaze.scene_options import SceneOptions
 
 if TYPE_CHECKING:
-    from scenes.requests.render import RenderResult
+    from scenes.requests.request import RenderResult
 
 SAMPLES = {"fast": 1, "reference": 64}
 
@@ -68,7 +68,8 @@ def render(
     """
     from mirrorgaze.loading import load_usable_rig
     from optics.kernels.clock import CLOCK
-    from scenes.requests.render import Output, RenderRequest, render
+    from scenes.requests.render import render
+    from scenes.requests.request import Output, RenderRequest
 
     CLOCK.begin("scene")
     loaded = load_usable_rig(rig)

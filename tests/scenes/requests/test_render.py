@@ -20,7 +20,8 @@ from scenes.reference.compare import BESIDE_SUN, compare, looks_within
 from scenes.reference.limits import check_known_to_reference, without_lamps
 from scenes.reference.render import render_reference
 from scenes.renderer import FastRenderer
-from scenes.requests.render import Output, RenderRequest, render
+from scenes.requests.render import render
+from scenes.requests.request import Output, RenderRequest
 from scenes.stage.frame import Label
 from scenes.stage.scene import make_scene, on_gaze
 from scenes.stage.state import State
@@ -150,8 +151,11 @@ def test_a_draft_is_written_first_and_says_so_in_the_file(aqua2, open_water, tmp
 
 
 def test_where_the_light_is_known_there_is_no_draft(aqua2, open_water, tmp_path):
-    for on_draft in (None, pytest.fail):
-        render(aqua2, open_water, RenderRequest(**SIZE), Output(path=tmp_path / "view.png"), on_draft=on_draft)
+    request, output = RenderRequest(**SIZE), Output(path=tmp_path / "view.png")
+    render(aqua2, open_water, request, output)
+    drafts = []
+    assert render(aqua2, open_water, request, output, on_draft=drafts.append).light == "full"
+    assert not drafts
 
 
 def test_truth_beside_a_image_is_the_layers_of_an_exr(aqua2, open_water, tmp_path):
