@@ -10,7 +10,7 @@ import trimesh
 from build123d import Location, Solid
 from scipy.spatial.transform import RigidTransform
 
-from cad.assembly.print_pose import print_pose
+from cad.assembly.print_pose import fits_printer
 from cad.assembly.tessellation import HULL_LINEAR_TOLERANCE_MM, LINEAR_TOLERANCE_MM, tessellated
 from cad.hulls.hull import file_hull_surface, hull_shape
 from cad.hulls.window import solid_with_window, with_window
@@ -218,7 +218,7 @@ def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
 def _fixed_bracket(stance: FoldStance) -> list[Part]:
     """Fold bracket without a hinge: whole, or where the printer is too small and the girders have room, in halves."""
     whole = _printed("fold_bracket", Group.FIXED, fold_bracket_solid(stance))
-    if print_pose(whole.mesh, stance.mount).fits or (joint := bracket_joint(stance)) is None:
+    if fits_printer(whole.mesh, stance.mount) or (joint := bracket_joint(stance)) is None:
         return [whole]
     rear, front = halves(joint, whole.solid)
     body = location_mm(stance.body_from_fold)

@@ -95,6 +95,12 @@ def print_pose(mesh: PartMesh, mount: Mount) -> PrintPose:
     return min(poses, key=lambda pose: (not pose.fits, not pose.firm, round(pose.cost_mm3, 0)))
 
 
+def fits_printer(mesh: PartMesh, mount: Mount) -> bool:
+    """Whether a part, a closed surface in metres, fits the printer in any of the poses of `print_pose`."""
+    directions = _directions(1000 * mesh.vertices_m)
+    return any(_laid(mesh, down, mount.printer_bed_mm).fits for down in directions)
+
+
 def _directions(vertices_mm: FloatArray) -> list[FloatArray]:
     """Normals of the largest facets of the convex hull, outwards, and the six axis directions."""
     hull = ConvexHull(vertices_mm)
@@ -115,20 +121,36 @@ def _directions(vertices_mm: FloatArray) -> list[FloatArray]:
     return axes + [found[position] for position in largest]
 
 
-def _pose(mesh: PartMesh, down: FloatArray, bed_mm: tuple[float, float, float]) -> PrintPose:
+@dataclass(frozen=True)
+class _Laid:
+    """A part on the bed: how it is turned upright and then along the bed, and its vertices upright, millimetres."""
+
+    upright: Rotation
+    turn: Rotation
+    vertices: FloatArray
+    footprint: ConvexHull
+    fits: bool
+
+
+def _laid(mesh: PartMesh, down: FloatArray, bed_mm: tuple[float, float, float]) -> _Laid:
     upright = Rotation.align_vectors([[0.0, 0.0, -1.0]], [down])[0]
     vertices = upright.apply(1000 * mesh.vertices_m)
-    outline = ConvexHull(vertices[:, :2])
-    turn, fits = _turned_to_bed(vertices, vertices[outline.vertices][:, :2], bed_mm)
-    overhang, base, support = overhang_base_support(vertices, mesh.faces)
+    footprint = ConvexHull(vertices[:, :2])
+    turn, fits = _turned_to_bed(vertices, vertices[footprint.vertices][:, :2], bed_mm)
+    return _Laid(upright=upright, turn=turn, vertices=vertices, footprint=footprint, fits=fits)
+
+
+def _pose(mesh: PartMesh, down: FloatArray, bed_mm: tuple[float, float, float]) -> PrintPose:
+    laid = _laid(mesh, down, bed_mm)
+    overhang, base, support = overhang_base_support(laid.vertices, mesh.faces)
     return PrintPose(
-        bed_from_part=turn * upright,
-        size_mm=np.ptp(turn.apply(vertices), axis=0),
+        bed_from_part=laid.turn * laid.upright,
+        size_mm=np.ptp(laid.turn.apply(laid.vertices), axis=0),
         overhang_mm2=overhang,
         support_mm3=support,
         base_mm2=base,
-        footprint_mm2=float(outline.volume),
-        fits=fits,
+        footprint_mm2=float(laid.footprint.volume),
+        fits=laid.fits,
     )
 
 
@@ -155,17 +177,16 @@ def _turned_to_bed(
     """Turn about z that lays the smallest rectangle around the footprint along the bed's sides, and whether it fits."""
     edges = np.roll(outline, -1, axis=0) - outline
     angles = np.unique(np.round(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 9))
-    turned = [Rotation.from_euler("z", -angle) for angle in angles]
-    flat = np.column_stack([outline, np.zeros(len(outline))])
-    sizes = [np.ptp(turn.apply(flat)[:, :2], axis=0) for turn in turned]
-    order = sorted(range(len(turned)), key=lambda k: round(float(np.prod(sizes[k])), 3))
+    cosine, sine = np.cos(angles)[:, np.newaxis], np.sin(angles)[:, np.newaxis]
+    x, y = outline.T
+    sizes = np.stack([np.ptp(cosine * x + sine * y, axis=1), np.ptp(cosine * y - sine * x, axis=1)], axis=-1)
     height = float(np.ptp(vertices[:, 2]))
-    quarter = Rotation.from_euler("z", np.pi / 2)
+    # A quarter turn more lays the longer side the other way.
     choices = []
-    for k in order:
-        along = turned[k] if sizes[k][0] >= sizes[k][1] else quarter * turned[k]
-        choices += [(along, max(sizes[k]), min(sizes[k])), (quarter * along, min(sizes[k]), max(sizes[k]))]
+    for k in np.argsort(np.round(sizes.prod(axis=1), 3), kind="stable"):
+        along = -angles[k] + (0.0 if sizes[k, 0] >= sizes[k, 1] else np.pi / 2)
+        choices += [(along, sizes[k].max(), sizes[k].min()), (along + np.pi / 2, sizes[k].min(), sizes[k].max())]
     for turn, length, width in choices:
         if length <= bed_mm[0] and width <= bed_mm[1] and height <= bed_mm[2]:
-            return turn, True
-    return choices[0][0], False
+            return Rotation.from_euler("z", turn), True
+    return Rotation.from_euler("z", choices[0][0]), False

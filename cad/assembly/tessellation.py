@@ -32,10 +32,10 @@ def tessellated(solid: Solid, tolerance_mm: float = LINEAR_TOLERANCE_MM) -> trim
     for face in solid.faces():
         place = TopLoc_Location()
         triangulation = BRep_Tool.Triangulation_s(face.wrapped, place)
-        nodes = [triangulation.Node(number) for number in range(1, triangulation.NbNodes() + 1)]
-        corners = [[triangle.Value(k) for k in (1, 2, 3)] for triangle in triangulation.Triangles()]
+        nodes = [triangulation.Node(number).Coord() for number in range(1, triangulation.NbNodes() + 1)]
+        corners = [triangle.Get() for triangle in triangulation.Triangles()]
         outside = face.wrapped.Orientation() != TopAbs_Orientation.TopAbs_REVERSED
-        points = _placed(np.array([(node.X(), node.Y(), node.Z()) for node in nodes]), place)
+        points = _placed(np.array(nodes), place)
         pieces.append((points, np.array(corners, dtype=np.int32)[:, :: 1 if outside else -1] - 1))
     return without_pinches(welded(*joined_triangles(pieces)))
 

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from build123d import Location, Solid
+from build123d import Face, Location, Solid, Vector, Wire
 from scipy.spatial import ConvexHull
 
 from cad.parts.contact import CylinderContact
 from cad.parts.flange import STRAP_PLACES_MM, STRAP_WIDTH_MM, Seat
 from cad.parts.hardware import Hardware, Piece
-from cad.shapes import along_x
 from optics.kernels.arrays import FloatArray
 from optics.mesh import Group
 from rigs.mounting import Attachment
@@ -78,9 +77,8 @@ class Band:
         ring = BAND_THICKNESS_MM[self.kind] * np.column_stack([np.cos(turns), np.sin(turns)])
         swept = (inner[:, np.newaxis] + ring).reshape(-1, 2)
         outer = swept[ConvexHull(swept).vertices]
-        limits = (self.x_mm - BAND_WIDTH_MM / 2, self.x_mm + BAND_WIDTH_MM / 2)
-        inside = along_x(_corners(inner), (limits[0] - 1, limits[1] + 1))
-        return (along_x(_corners(outer), limits) - inside).solid()
+        rims = [_rim(points, self.x_mm - BAND_WIDTH_MM / 2) for points in (outer, inner)]
+        return Solid.extrude(Face(rims[0], rims[1:]), Vector(BAND_WIDTH_MM, 0, 0))
 
     def press(self, seat: Seat) -> float:
         """How hard a band's unit tension presses a flange onto the hull: by its change of direction over the flange."""
@@ -175,5 +173,6 @@ def _contains(rim: FloatArray, floor: FloatArray) -> bool:
     return bool((np.linalg.norm(rim - middle, axis=1) <= reach + 1e-6).all())
 
 
-def _corners(points: FloatArray) -> list[tuple[float, float]]:
-    return [(float(y), float(z)) for y, z in points]
+def _rim(points: FloatArray, x_mm: float) -> Wire:
+    """Polygon of points (y, z) across the body."""
+    return Wire.make_polygon([Vector(x_mm, float(y), float(z)) for y, z in points])
