@@ -40,13 +40,17 @@ class Dive(DiveSpecification):
         return parse_dive(_text_of(path, str(name_or_path)), source=str(name_or_path), folder=path.parent)
 
 
-def varied(dive: Dive, *, variant: str | None = None, frames: int | None = None) -> Dive:
-    """A dive with another variant of the loop, or cut after a number of frames; `ValueError` for an unknown variant."""
+def varied(dive: Dive, *, variant: str | None = None, frames: int | None = None, video: bool = True) -> Dive:
+    """A dive with another variant of the loop, cut after a number of frames, or without its videos.
+
+    `ValueError` for an unknown variant.
+    """
     if variant is not None and variant not in VARIANTS:
         raise ValueError(f"variant {variant!r}: expected one of {', '.join(sorted(VARIANTS))}")
     changes = {
         **({} if variant is None else {"variant": variant}),
         **({} if frames is None else {"duration_s": min(dive.duration_s, frames / dive.frame_rate_hz)}),
+        **({} if video else {"video": "none", "overlay": False}),
     }
     return dive.model_copy(update=changes)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from dives.looked_at import filled
 from dives.metrics.causes import CLIPPED, blown_and_dark, cause_of_loss
 from dives.rendered_camera import Exposure
 from optics.gaze.kinematics import gaze_mirror_normal, virtual_camera
@@ -32,8 +33,6 @@ MOUNT_LABELS = (Label.MOUNT, Label.SERVO, Label.MIRROR_BACK)
 
 OUTLINE_POINTS = 48
 """Points on a ball's outline: a polygon's area falls 0.3 per cent short of its circle's, which is made up for."""
-
-SUBPIXEL_BITS = 6
 
 LARGEST_GRID = 2000
 """Cells along an axis of the grid on which a mesh's area is counted."""
@@ -67,6 +66,10 @@ class GroundTruthColumns:
         servos = rig.require_gaze().servos
         self._speed_rad_per_s = np.radians([servos.pan.speed_deg_per_s, servos.tilt.speed_deg_per_s])
 
+    def corners_px(self, q: FloatArray) -> FloatArray:
+        """Corners of the gaze mirror in the image at true joint values, shape (4, 2)."""
+        return self._corners.corners(q)
+
     def of(self, exposure: Exposure, state: State, step: Step, speed_rad_per_s: FloatArray) -> Row:
         """Columns of one image.
 
@@ -83,14 +86,14 @@ class GroundTruthColumns:
         q = np.array([state.q1, state.q2])
         assert state.world_from_body is not None and state.world_from_target is not None  # a dive knows both
         body_from_target = state.world_from_body.inv() * state.world_from_target
-        corners = self._corners.corners(q)
+        corners = self.corners_px(q)
         row = self._directions(q, body_from_target)
         centre, full_px, outlines = self._silhouette(q, body_from_target)
         height, width = step.crop.shape[:2]
         crop = Crop.of(corners, width, height, self._outline)
         size = exposure.label.shape[1::-1]
-        mirror = _filled([corners if isinstance(self._outline, Rectangle) else crop.rim_px()], size)
-        would_show = cv2.bitwise_and(_filled(outlines, size), mirror)
+        mirror = filled([corners if isinstance(self._outline, Rectangle) else crop.rim_px()], size)
+        would_show = cv2.bitwise_and(filled(outlines, size), mirror)
         # Beside the mirror the crop goes on to a horizon, towards which its pixels grow beyond all bounds.
         x, y = crop.from_image(centre[np.newaxis])[0].tolist() if would_show.any() else (np.nan, np.nan)
         row["true_x_px"], row["true_y_px"] = x, y
@@ -251,18 +254,8 @@ def _covered_area(outlines_px: list[FloatArray]) -> float:
     low, high = every.min(axis=0) - 1, every.max(axis=0) + 1
     scale = min(4.0, LARGEST_GRID / float((high - low).max()))
     size = np.ceil((high - low) * scale).astype(int)
-    drawn = _filled([(outline - low) * scale for outline in outlines_px], (int(size[0]), int(size[1])))
+    drawn = filled([(outline - low) * scale for outline in outlines_px], (int(size[0]), int(size[1])))
     return float(cv2.countNonZero(drawn) / scale**2)
-
-
-def _filled(outlines_px: list[FloatArray], size: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Image of a size (width, height), 255 inside convex polygons; those that are not finite are left out."""
-    drawn = np.zeros((size[1], size[0]), dtype=np.uint8)
-    for outline in outlines_px:
-        if np.isfinite(outline).all():
-            corners = np.rint(np.clip(outline, -1e5, 1e5) * (1 << SUBPIXEL_BITS)).astype(np.int32)
-            cv2.fillConvexPoly(drawn, corners, 255, lineType=cv2.LINE_8, shift=SUBPIXEL_BITS)
-    return drawn
 
 
 def _in_crop(target: NDArray[np.uint8], step: Step) -> NDArray[np.bool_]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dives.dive import Dive
+from dives.looked_at import part_around, pixels_around
 from dives.paths import body_pose, target_places, target_pose
 from dives.timed_mirrors import TimedMirrors
 from optics.gaze.kinematics import forward_gaze
@@ -27,8 +28,20 @@ from scenes.baking.lit_scene import prepare
 from scenes.light.sun import Sun
 from scenes.light.waves import Wind
 from scenes.renderer import FastRenderer
-from scenes.sensor import CameraSettings, ImageSensor, capture, frame_generator, sweep_count, sweep_times
+from scenes.sensor import (
+    CameraSettings,
+    ImageSensor,
+    RawImage,
+    develop,
+    frame_key,
+    next_settings,
+    read_out,
+    sweep_count,
+    sweep_times,
+)
 from scenes.sensor import start_settings as settings_at_start
+from scenes.sensor.automatic import metered_pixels
+from scenes.sensor.colour import WHOLE
 from scenes.stage.scene import Scene, make_scene
 from scenes.stage.state import State
 from tracking.protocols import CameraFrame
@@ -52,7 +65,8 @@ class Exposure:
         Of the image; of its first row's opening and its last row's closing.
     settings : CameraSettings
     label : array, shape (height, width)
-        `scenes.stage.frame.Label` of what each pixel shows in the middle of its row's exposure.
+        `scenes.stage.frame.Label` of what each pixel shows in the middle of its row's exposure; `HOUSING` where nothing
+        was rendered.
     smear_px : float
         How far the view moved during the exposure of one row, at most.
     sweeps : int
@@ -102,6 +116,7 @@ class RenderedCamera:
         self._sensor = ImageSensor.from_rig(rig)
         card = self.renderer.scene.light.white_radiance(dive.depth_m)
         self._settings = settings_at_start(self._sensor, card)
+        self._metered = metered_pixels(self._sensor)
         self._next = 0
         self._layout = Layout.from_rig(rig)
         # On the axis, a flat port turns an angle in the water into one larger by the index in the air.
@@ -112,8 +127,15 @@ class RenderedCamera:
         """Time of the next image, None when there will be no more."""
         return None if self._next >= self.dive.frames else self._next / self.dive.frame_rate_hz
 
-    def read(self) -> CameraFrame | None:
-        """Expose the next image; None when the dive is over."""
+    def read(self, outlines_px: Sequence[FloatArray] | None = None) -> CameraFrame | None:
+        """Expose the next image; None when the dive is over.
+
+        Parameters
+        ----------
+        outlines_px : sequence of array, shape (k, 2), optional
+            Convex polygons in the image, outside which nobody looks: there nothing is rendered but the pixels that are
+            metered. Inside it is the same image.
+        """
         time_s = self.next_time_s
         if time_s is None:
             return None
@@ -127,8 +149,9 @@ class RenderedCamera:
             # An odd number: one of them is the middle of the exposure.
             sweeps=sweep_count(motion_px=smear_px, step_px=STEP_PX, most=MOST_SWEEPS) | 1,
         )
-        radiance, label = self._rendered(sweeps)
-        taken = capture(radiance, self._sensor, self._settings, frame_generator(self.dive.seed, self._next))
+        looked_at = None if outlines_px is None else pixels_around(outlines_px, self.renderer.shape[::-1])
+        raw, label = self._exposed(sweeps, looked_at)
+        image = develop(raw, self._sensor, WHOLE if looked_at is None else part_around(looked_at))
         self.exposure = Exposure(
             frame=self._next,
             time_s=time_s,
@@ -139,9 +162,9 @@ class RenderedCamera:
             smear_px=smear_px,
             sweeps=len(sweeps),
         )
-        self._settings = taken.next_settings
+        self._settings = next_settings(raw, self._sensor)
         self._next += 1
-        return CameraFrame(image=taken.image, time_s=time_s)
+        return CameraFrame(image=image, time_s=time_s)
 
     def snapshot(self) -> dict[str, Any]:
         """State, as JSON holds it."""
@@ -170,24 +193,24 @@ class RenderedCamera:
             for k, ((q1, q2), time_s) in enumerate(zip(joints, times_s.tolist(), strict=True))
         ]
 
-    def _rendered(self, sweeps: FloatArray) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Mean radiance of sweeps between two instants each, and what the pixels of the middle one show."""
-        shape = self.renderer.shape
-        radiance = np.zeros((*shape, 3), dtype=np.float32)
-        label = np.empty(0, dtype=np.uint8)
+    def _exposed(self, sweeps: FloatArray, looked_at: NDArray[np.bool_] | None) -> tuple[RawImage, NDArray[np.uint8]]:
+        """Raw image of sweeps between two instants each, and what the pixels of the middle one show."""
+        rays = pixels = None
+        if looked_at is not None:
+            rays, pixels = self.renderer.rays_of(looked_at | self._metered)
         instants = np.stack([sweeps[:, 0], sweeps.mean(axis=1), sweeps[:, 1]], axis=1)
         states = self.states(instants.ravel())
-        for number in range(len(sweeps)):
-            # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
-            # the frame.
-            arrays = self.renderer.sweep_arrays(states[3 * number : 3 * number + 3], truth=False)
-            if number == len(sweeps) // 2:
-                label = arrays.label.numpy().astype(np.uint8).reshape(shape)
-            for channel, values in enumerate(arrays.rgb):
-                # Scattered light is a difference of two fields, and may come out below nothing where it is dark. What
-                # is not a number stays one, and is told by the sensor.
-                radiance[..., channel] += np.maximum(values.numpy().reshape(shape), 0)
-        return radiance / np.float32(len(sweeps)), label
+        # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
+        # the frame.
+        rendered = [
+            self.renderer.sweep_arrays(states[k : k + 3], truth=False, chosen=rays) for k in range(0, len(states), 3)
+        ]
+        # Scattered light is a difference of two fields, and may come out below nothing where it is dark.
+        key = frame_key(self.dive.seed, self._next)
+        raw = read_out([arrays.rgb for arrays in rendered], self._sensor, self._settings, key, pixels)
+        label = np.zeros(self.renderer.shape, dtype=np.uint8)
+        label.ravel()[slice(None) if pixels is None else pixels] = rendered[len(sweeps) // 2].label.numpy()
+        return raw, label
 
     def _smear_px(self, time_s: float) -> float:
         """How far the view moves while one row is exposed, pixels: mirrors, robot and target, at most.

@@ -26,13 +26,14 @@ from dives.journal import Journal
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
 from dives.timed_mirrors import TimedMirrors
+from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from rigs import Rig
 from tracking.log import Row, joint_columns, loop_columns
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS
 from tracking.mirrors.simulated import SimulatedMirrors
-from tracking.protocols import CameraFrame
+from tracking.protocols import CameraFrame, MirrorReport
 from tracking.records import Step
 
 Log = Callable[[str], None]
@@ -65,6 +66,9 @@ class ClosedLoop:
 
     Attributes
     ----------
+    whole_images : bool
+        Whether somebody else than the loop looks at the images: a video, or the overlay. If not, the gaze mirror alone
+        is rendered.
     seconds : dict of str to float
         Time spent in each part so far.
     """
@@ -72,6 +76,7 @@ class ClosedLoop:
     def __init__(self, dive: Dive, rig: Rig, parts: Sequence[PartMesh]):
         settings = dive.detector_settings()
         self.dive = dive
+        self.whole_images = dive.video != "none" or dive.overlay
         self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed))
         self.camera = RenderedCamera(dive, rig, parts, self.mirrors)
         self.loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
@@ -87,7 +92,7 @@ class ClosedLoop:
             return None
         clock = [time.perf_counter()]
         report = self.mirrors.report(time_s)
-        camera_frame = self.camera.read()
+        camera_frame = self.camera.read(None if self.whole_images else self._looked_at(report))
         exposure = self.camera.exposure
         assert camera_frame is not None and exposure is not None  # there is a next image
         clock.append(time.perf_counter())
@@ -111,6 +116,11 @@ class ClosedLoop:
         for name, took in zip(self.seconds, np.diff(clock).tolist(), strict=True):
             self.seconds[name] += took
         return FrameRecord(camera_frame=camera_frame, step=step, row=row)
+
+    def _looked_at(self, report: MirrorReport) -> list[FloatArray]:
+        """Where loop and ground truth will look in the next image."""
+        (q,) = self.mirrors.q(np.array([report.time_s]))
+        return [self.loop.corners_px(report), self.truth.corners_px(q)]
 
     def snapshot(self) -> dict[str, Any]:
         """State of all parts, as JSON holds it."""

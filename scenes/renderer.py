@@ -8,15 +8,17 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from optics.kernels.arrays import aligned
 from optics.kernels.backend import UInt32, dr
 from optics.kernels.freezing import Flat
 from optics.kernels.packing import Packing
 from scenes.baking.lit_scene import LitScene
 from scenes.kernels.kernel import Shape, compiled_frame, compiled_prefix
 from scenes.kernels.port_rays import port_rays
-from scenes.kernels.tracing import FixedHit, Rays
+from scenes.kernels.tracing import Rays
 from scenes.stage.frame import Frame, FrameArrays, frames_of
 from scenes.stage.state import State
 
@@ -57,7 +59,7 @@ class FastRenderer:
         self._flat_rays = Flat(self._rays)
         self._light: tuple[float, Any] | None = None
         self._light_packing = Packing.of(lit.uniforms(lit.scene.depth_m))
-        self._kernels: dict[tuple[int, bool, int, int], Callable[..., FrameArrays]] = {}
+        self._kernels: dict[tuple[int, bool, int, int, int], Callable[..., FrameArrays]] = {}
 
     def render(
         self,
@@ -112,14 +114,30 @@ class FastRenderer:
         rays = self._flat_rays if count == 1 else Flat(self._repeated_rays(count))
         return self._computed(rays, self._uploaded(states), self._depth(states), frames=count, truth=truth)
 
-    def sweep_arrays(self, states: Sequence[State], *, truth: bool = True) -> FrameArrays:
-        """Same as `render_sweep`, left on the device as `arrays` does."""
+    def sweep_arrays(
+        self, states: Sequence[State], *, truth: bool = True, chosen: NDArray[np.uint32] | None = None
+    ) -> FrameArrays:
+        """Same as `render_sweep`, left on the device as `arrays` does.
+
+        Of the `chosen` rays alone (`rays_of`), in their order, when there are any.
+        """
         if len(states) < 2:
             raise ValueError(f"expected the states of the first and the last row at least, got {len(states)}")
         records = self._lit.records.still_between(self._lit.records.of(states))
         knots = self._packing.upload(records, len(states))
         sweep = {"rows": self.shape[0], "knots": len(states)}
-        return self._computed(self._swept_rays, knots, self._depth(states), frames=1, truth=truth, **sweep)
+        return self._computed(
+            self._swept_rays, knots, self._depth(states), frames=1, truth=truth, chosen=chosen, **sweep
+        )
+
+    def rays_of(self, pixels: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
+        """Numbers of the rays of some pixels, shape (height, width), and the pixel (row by row) of each."""
+        (rays,) = np.nonzero(pixels.ravel()[self._pixel_of_ray])
+        return rays.astype(np.uint32), self._pixel_of_ray[rays]
+
+    @cached_property
+    def _pixel_of_ray(self) -> NDArray[np.intp]:
+        return np.asarray(self._rays.place.numpy() // self.samples, dtype=np.intp)
 
     def _computed(
         self,
@@ -131,16 +149,19 @@ class FastRenderer:
         truth: bool,
         rows: int = 0,
         knots: int = 0,
+        chosen: NDArray[np.uint32] | None = None,
     ) -> FrameArrays:
         """What the kernel of `scenes.kernels.kernel.Shape` returns."""
-        key = (frames, truth, rows, knots)
+        # What is chosen stays in its order: it has no place in a whole frame.
+        lanes = self.samples * self.shape[0] * self.shape[1] * frames if chosen is None else 0
+        key = (frames, truth, rows, knots, lanes)
         if key not in self._kernels:
             self._kernels[key] = compiled_frame(
                 Shape(
                     light=self._light_packing,
                     state=self._packing,
                     wavelengths=len(self.scene.light.bands.wavelength_nm),
-                    lanes=self.samples * self.shape[0] * self.shape[1] * frames,
+                    lanes=lanes,
                     states=frames,
                     eyes=dr.width(self._lit.geometry.eyes),
                     truth=truth,
@@ -149,7 +170,8 @@ class FastRenderer:
                 )
             )
         light_record = self._light_record(depth_m)
-        found: FrameArrays = self._kernels[key](rays, self._geometry, self._tables, light_record, state_records)
+        some = () if chosen is None else (UInt32(aligned(chosen, np.uint32)),)
+        found: FrameArrays = self._kernels[key](rays, self._geometry, self._tables, light_record, state_records, *some)
         return found
 
     def _depth(self, states: Sequence[State]) -> float:
@@ -177,20 +199,8 @@ class FastRenderer:
         """Rays of the port once for each state, and which state each belongs to."""
         lanes = self.samples * self.shape[0] * self.shape[1]
         lane = dr.arange(UInt32, count * lanes)
-        state, ray = lane // lanes, lane % lanes
-
-        def repeated(values: Any) -> Any:
-            return dr.gather(type(values), values, ray)
-
-        found = Rays(
-            origin=repeated(self._rays.origin),
-            direction=repeated(self._rays.direction),
-            gain=repeated(self._rays.gain),
-            prefix=tuple(
-                FixedHit(distance=repeated(hit.distance), face=repeated(hit.face)) for hit in self._rays.prefix
-            ),
-            place=repeated(self._rays.place) + state * lanes,
-            state=state,
-        )
+        state = lane // lanes
+        rays = self._rays.taken(lane % lanes)
+        found = replace(rays, place=rays.place + state * lanes, state=state)
         dr.eval(found)
         return found

@@ -16,7 +16,7 @@ from optics.layout import Layout
 from optics.mirror_outline import mirror_outline
 from optics.status import Region
 from scenes.renderer import FastRenderer
-from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
+from scenes.sensor import ImageSensor, capture, frame_key, settled_settings
 from scenes.stage.frame import Label
 from scenes.stage.scene import on_gaze
 from tracking.perception.clusters import detect
@@ -143,7 +143,7 @@ def evaluation_images(
             time_s=drawn.time_s,
         )
         exposure = settled_settings(frame.radiance, sensor, card_radiance=card)
-        image = capture(frame.radiance, sensor, exposure, frame_generator(seed, number)).image
+        image = capture(frame.radiance, sensor, exposure, frame_key(seed, number)).image
         corners = model.corners(drawn.q)
         crop = Crop.of(corners, outline=outline)
         target = (frame.label == Label.TARGET) & (frame.region == Region.GAZE)

@@ -63,6 +63,7 @@ TYPES = {
     "TensorXf32": "TensorXf",
     "TensorXf64": "TensorXf64",
     "PCG32": "PCG32",
+    "Philox4x32": "Philox4x32",
 }
 """Array types that can be imported from here, and what the backend's module calls them."""
 

@@ -77,9 +77,11 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
 
     # Every renderer has scenes of its own, for which the recording is made again.
     @frozen(recordings=RENDERERS)
-    def frame(
-        rays: Rays, geometry: Geometry, tables: LightTables, light_record: Any, state_records: Any
+    def frame(  # noqa: PLR0917
+        rays: Rays, geometry: Geometry, tables: LightTables, light_record: Any, state_records: Any, chosen: Any = None
     ) -> FrameArrays:
+        if chosen is not None:
+            rays = rays.taken(chosen)
         light = shape.light.unpack(light_record, UInt32(0))
         one_instant = shape.states == 1 and not shape.rows
         if shape.rows:

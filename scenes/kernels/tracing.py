@@ -98,6 +98,22 @@ class Rays:
     state: Any = None
     row: Any = None
 
+    def taken(self, numbers: Any) -> Rays:
+        """Kernel: the rays of these numbers, in their order."""
+
+        def picked(values: Any) -> Any:
+            return None if values is None else dr.gather(type(values), values, numbers)
+
+        return Rays(
+            origin=picked(self.origin),
+            direction=picked(self.direction),
+            gain=picked(self.gain),
+            prefix=tuple(FixedHit(distance=picked(hit.distance), face=picked(hit.face)) for hit in self.prefix),
+            place=picked(self.place),
+            state=picked(self.state),
+            row=picked(self.row),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Known:

@@ -208,13 +208,13 @@ def _write_truth(truth: GroundTruth, output: Output, light: Light) -> list[Path]
 
 def _sensor_image(frame: Frame, rig: Rig, scene: Scene, *, seed: int) -> tuple[NDArray[np.uint8], dict[str, float]]:
     """What the rig's image sensor takes once exposure and white balance have settled, and with which exposure."""
-    from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings  # noqa: PLC0415
+    from scenes.sensor import ImageSensor, capture, frame_key, settled_settings  # noqa: PLC0415
 
     height, width = frame.label.shape
     sensor = ImageSensor.from_rig(rig, width_px=width, height_px=height)
     card = scene.light.white_radiance(scene.depth_m)
     settings = settled_settings(frame.radiance, sensor, card_radiance=card)
-    taken = capture(frame.radiance, sensor, settings, frame_generator(seed, 0))
+    taken = capture(frame.radiance, sensor, settings, frame_key(seed, 0))
     return taken.image, {"time_ms": 1000 * settings.exposure_s, "gain_db": settings.gain_db}
 
 

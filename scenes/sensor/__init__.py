@@ -4,8 +4,8 @@ from scenes.sensor.automatic import next_settings, settled_settings, start_setti
 from scenes.sensor.capture import Capture, capture
 from scenes.sensor.colour import develop, grey_card_gains
 from scenes.sensor.model import ImageSensor
-from scenes.sensor.noise import frame_generator
-from scenes.sensor.readout import CameraSettings, RawImage, expose
+from scenes.sensor.noise import frame_key
+from scenes.sensor.readout import CameraSettings, RawImage, expose, read_out
 from scenes.sensor.shutter import sweep_count, sweep_times
 
 __all__ = [
@@ -16,9 +16,10 @@ __all__ = [
     "capture",
     "develop",
     "expose",
-    "frame_generator",
+    "frame_key",
     "grey_card_gains",
     "next_settings",
+    "read_out",
     "settled_settings",
     "start_settings",
     "sweep_count",

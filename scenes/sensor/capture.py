@@ -26,10 +26,10 @@ def capture(
     radiance: FloatImage,
     sensor: ImageSensor,
     settings: CameraSettings,
-    rng: np.random.Generator | None = None,
+    key: int | None = None,
     *,
     weight: FloatImage | None = None,
 ) -> Capture:
     """Take one frame: `expose`, `develop` and `next_settings` in a row; arguments as there."""
-    raw = expose(radiance, sensor, settings, rng)
+    raw = expose(radiance, sensor, settings, key)
     return Capture(image=develop(raw, sensor), raw=raw, next_settings=next_settings(raw, sensor, weight))

@@ -15,6 +15,10 @@ from scenes.sensor.readout import RawImage
 
 Rgb = tuple[float, float, float]
 
+Part = tuple[slice, slice]
+WHOLE: Part = (slice(None), slice(None))
+"""Rows and columns of an image."""
+
 LOOK_UP_SIZE = 2**16
 """OpenCV looks up 16-bit images in tables of this length."""
 
@@ -22,18 +26,29 @@ CURVE_STEPS = 4096
 """Steps of the tabulated transfer curve; where it is steepest, one is an eighth of a step of the 8-bit image."""
 
 
-def develop(raw: RawImage, sensor: ImageSensor) -> NDArray[np.uint8]:
+def develop(raw: RawImage, sensor: ImageSensor, part: Part = WHOLE) -> NDArray[np.uint8]:
     """Image of a raw image: black level off, white balance, bilinear colours between the filters, sRGB curve.
 
     Each channel is multiplied by its white-balance gain and cut at full scale; as no gain is below 1, what saturates
     is white.
+
+    Parameters
+    ----------
+    raw : RawImage
+    sensor : ImageSensor
+    part : (slice, slice)
+        Rows and columns that are developed, from even ones on; the rest of the image is black. Colours are as in the
+        whole image but for the pixels at the part's border.
 
     Returns
     -------
     array
         uint8, shape (height, width, 3): red, green, blue.
     """
-    numbers = raw.digital_numbers
+    image = np.zeros((sensor.height_px, sensor.width_px, 3), dtype=np.uint8)
+    numbers = np.ascontiguousarray(raw.digital_numbers[part])
+    if not numbers.size:
+        return image
     if numbers.dtype != np.uint16:
         numbers = np.rint(numbers).astype(np.uint16)
     colours = demosaic(numbers, sensor.spec.bayer)
@@ -42,7 +57,8 @@ def develop(raw: RawImage, sensor: ImageSensor) -> NDArray[np.uint8]:
     for channel, gain in enumerate(raw.settings.white_gains):
         step = np.clip(linear * gain, 0, 1) * CURVE_STEPS
         tables[0, : linear.size, channel] = _curve()[np.rint(step).astype(np.int64)]
-    return np.asarray(cv2.LUT(colours, tables))
+    image[part] = cv2.LUT(colours, tables)
+    return image
 
 
 @cache

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from functools import cached_property
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.constants import c as speed_of_light
 from scipy.constants import h as planck
 
-from optics.kernels.arrays import FloatArray
+from optics.kernels.arrays import FloatArray, aligned
+from optics.kernels.backend import Float32, UInt32
 from rigs import Rig
 from rigs.camera import Camera, PinholeSpec
 from rigs.image_sensor import ImageSensorSpec
@@ -96,6 +98,20 @@ class ImageSensor:
             dark_offset_e=np.float32(spec.dsnu_e) * offset_pattern,
             row_time_s=read_out_s / height,
         )
+
+    @cached_property
+    def planes(self) -> list[Any]:
+        """Responsivity, dark offset and, behind a mosaic, the number of each pixel's channel, as kernels take them."""
+        planes = [Float32(aligned(plane, np.float32)) for plane in (self.responsivity, self.dark_offset_e)]
+        if self.spec.bayer == "none":
+            return planes
+        channels = np.broadcast_to(np.arange(3, dtype=np.float32), (self.height_px, self.width_px, 3))
+        return [*planes, UInt32(aligned(mosaic(channels, self.spec.bayer), np.uint32))]
+
+    @cached_property
+    def pixels(self) -> Any:
+        """Numbers of all pixels, row by row, as kernels take them."""
+        return UInt32(aligned(np.arange(self.height_px * self.width_px), np.uint32))
 
     @property
     def largest_dn(self) -> int:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
+
+from optics.kernels.backend import Float32, Philox4x32, dr
 
 FloatImage = NDArray[np.float32]
 
@@ -18,13 +22,16 @@ MOST_EVENTS = 64
 READ_NOISE_NODES = 7
 """Of the sum over the read noise."""
 
+DROPPED_BITS, EVEN_STEP = 8, 2.0**-24
+"""Of 32 even bits single precision holds 24."""
+
 TAIL = 6.0
 """Standard deviations beyond which a normal variable is taken not to reach: once in 1e9 draws."""
 
 
-def frame_generator(seed: int, frame: int) -> np.random.Generator:
-    """Generator of one frame's noise: the same whatever was exposed before it."""
-    return np.random.Generator(np.random.SFC64(np.random.SeedSequence((seed, frame))))
+def frame_key(seed: int, frame: int) -> int:
+    """Key of one frame's noise, 64 bits: the same whatever was exposed before it."""
+    return int(np.random.SeedSequence((seed, frame)).generate_state(1, np.uint64)[0])
 
 
 def fixed_pattern(seed: int, shape: tuple[int, ...]) -> tuple[FloatImage, FloatImage]:
@@ -33,61 +40,65 @@ def fixed_pattern(seed: int, shape: tuple[int, ...]) -> tuple[FloatImage, FloatI
     return rng.standard_normal(shape, dtype=np.float32), rng.standard_normal(shape, dtype=np.float32)
 
 
-def noisy_signal(
-    charge_e: FloatImage, *, read_noise_e: float, full_well_e: float, rng: np.random.Generator
-) -> FloatImage:
-    """Electrons read out of pixels that collect `charge_e` on average: Poisson, cut at the full well, plus read noise.
+def noisy_signal(charge_e: Any, *, read_noise_e: Any, full_well_e: Any, key: Any, number: Any) -> Any:
+    """Kernel: electrons read out of pixels that collect `charge_e` on average.
+
+    Poisson, cut at the full well, plus read noise.
 
     Parameters
     ----------
-    charge_e : array
+    charge_e : Float32
         Mean of photo electrons and dark current, at least 0.
-    read_noise_e, full_well_e : float
-    rng : numpy.random.Generator
+    read_noise_e, full_well_e : Float32
+    key : UInt64
+        Of the frame (`frame_key`).
+    number : UInt32
+        Of each pixel in its frame: what is drawn for one does not depend on which others are drawn.
 
     Returns
     -------
-    array
-        float32, of the same shape.
+    Float32
     """
-    shape = charge_e.shape
-    z = rng.standard_normal(shape, dtype=np.float32)
+    even = Philox4x32(key, number).next_uint32x4()
+    z, other = _two_normals(even.x, even.y)
     # One normal variable carries both noises: mean m, variance m + r^2 and third moment m - 4 c^3, which is m but for
     # a hundredth, come from m + s z + c (z^2 - 1) with c = m / (6 (m + r^2)) (Cornish and Fisher 1938).
-    variance = charge_e + np.float32(read_noise_e**2)
-    bend = charge_e / np.maximum(6 * variance, np.float32(1e-30))
-    spread = np.sqrt(variance - 2 * bend * bend, where=charge_e >= FEWEST_NORMAL_E, out=np.zeros_like(variance))
-    signal = (charge_e + spread * z + bend * (z * z - 1)).ravel()
-    charge_e, z = charge_e.ravel(), z.ravel()
-    few = np.flatnonzero(charge_e < FEWEST_NORMAL_E)
-    if few.size:
-        signal[few] = few_events(charge_e[few], rng) + np.float32(read_noise_e) * z[few]
+    variance = charge_e + dr.square(read_noise_e)
+    bend = charge_e / dr.maximum(6 * variance, 1e-30)
+    spread = dr.safe_sqrt(variance - 2 * dr.square(bend))
+    read_out = read_noise_e * z
+    few = charge_e < FEWEST_NORMAL_E
+    events = few_events(charge_e, Float32(even.z >> DROPPED_BITS) * EVEN_STEP, few)
+    signal = dr.select(few, events + read_out, charge_e + spread * z + bend * (dr.square(z) - 1))
     # Near the full well the two noises part: the charge is cut, the read noise is not.
-    full = np.flatnonzero(charge_e + np.float32(TAIL) * np.sqrt(charge_e) > full_well_e)
-    if full.size:
-        mean = charge_e[full]
-        charge = mean + np.sqrt(mean) * rng.standard_normal(full.size, dtype=np.float32)
-        signal[full] = np.minimum(charge, full_well_e) + np.float32(read_noise_e) * z[full]
-    return np.asarray(signal.reshape(shape))
+    deviation = dr.sqrt(charge_e)
+    cut = dr.minimum(charge_e + deviation * other, full_well_e) + read_out
+    return dr.select(charge_e + TAIL * deviation > full_well_e, cut, signal)
 
 
-def few_events(mean: FloatImage, rng: np.random.Generator) -> FloatImage:
-    """Poisson numbers of small means by inversion: as many as there are k with P(n <= k) <= u, u even in [0, 1).
+def _two_normals(first: Any, second: Any) -> tuple[Any, Any]:
+    """Kernel: two independent standard normal numbers of two even 32-bit ones (Box and Muller 1958)."""
+    radius = dr.sqrt(-2 * dr.log(Float32((first >> DROPPED_BITS) + 1) * EVEN_STEP))
+    sine, cosine = dr.sincos(Float32(second >> DROPPED_BITS) * (2 * np.pi * EVEN_STEP))
+    return radius * cosine, radius * sine
 
-    Exact to float32 (2^-24 in probability), and for whole images three times as fast as NumPy's, which draws one at a
-    time.
+
+def few_events(mean: Any, even: Any, active: Any) -> Any:
+    """Kernel: Poisson numbers of small means by inversion: as many as there are k with P(n <= k) <= u, u in [0, 1).
+
+    Exact to float32 (2^-24 in probability).
     """
-    even = rng.random(mean.shape, dtype=np.float32)
-    probability = np.exp(-mean)
-    cumulative, count = probability.copy(), np.zeros_like(mean)
-    for k in range(1, MOST_EVENTS):
-        more = even >= cumulative
-        if not more.any():
-            break
-        count += more
-        probability *= mean
-        probability *= np.float32(1 / k)
-        cumulative += probability
+
+    def one_more(k: Any, probability: Any, cumulative: Any) -> tuple[Any, Any, Any]:
+        k = k + 1
+        probability = probability * mean / k
+        return k, probability, cumulative + probability
+
+    def goes_on(k: Any, probability: Any, cumulative: Any) -> Any:
+        return active & (even >= cumulative) & (k < MOST_EVENTS)
+
+    none = dr.exp(-mean)
+    count, _, _ = dr.while_loop((dr.zeros(Float32, dr.width(mean)), none, none), goes_on, one_more)
     return count
 
 

@@ -2,6 +2,7 @@
 
 import json
 
+import cv2
 import numpy as np
 import pytest
 
@@ -13,7 +14,8 @@ from dives.rendered_camera import MOST_SWEEPS, RenderedCamera, dive_scene
 from dives.timed_mirrors import STEP_S, TimedMirrors
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
-from scenes.sensor import ImageSensor, capture, frame_generator, start_settings, sweep_times
+from scenes.sensor import ImageSensor, capture, frame_key, start_settings, sweep_times
+from scenes.stage.frame import Label
 from tracking.protocols import MirrorReport
 
 pytestmark = pytest.mark.usefixtures("rough_light")
@@ -121,7 +123,7 @@ def test_image_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_di
     frame = FastRenderer(prepare(scene, rig, parts)).render(
         world_from_body=body_pose(still, 0.0), world_from_target=target_pose(still, 0.0), time_s=float(times.mean())
     )
-    image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_generator(still.seed, 0)).image
+    image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_key(still.seed, 0)).image
     assert np.array_equal(camera_frame.image, image)
     assert np.array_equal(exposure.label, frame.label)
 
@@ -165,3 +167,24 @@ def test_camera_goes_on_from_a_snapshot_through_json(small_dive, rig, parts):
     second.mirrors.restore(json.loads(json.dumps(first.mirrors.snapshot())))
     assert np.array_equal(first.read().image, second.read().image)
     assert first.snapshot() == second.snapshot()
+
+
+def test_what_is_looked_at_is_as_in_the_whole_image(small_dive, rig, parts):
+    """Inside the outline image and labels, and all settings after it, to the bit; elsewhere nothing is rendered."""
+    whole, seen = camera(small_dive, rig, parts), camera(small_dive, rig, parts)
+    outline = np.array([[40.3, 30.2], [110.7, 33.1], [104.5, 88.6], [37.2, 80.0]])
+    inside = cv2.fillConvexPoly(
+        np.zeros((rig.camera.height_px, rig.camera.width_px), np.uint8), np.rint(outline).astype(np.int32), 1
+    )
+    for _ in range(3):
+        expected, found = whole.read(), seen.read([outline, np.full((4, 2), np.nan)])
+        assert np.array_equal(found.image[inside > 0], expected.image[inside > 0])
+        assert np.array_equal(seen.exposure.label[inside > 0], whole.exposure.label[inside > 0])
+        assert seen.snapshot() == whole.snapshot()
+    assert (found.image[:20] == 0).all()
+    assert (seen.exposure.label[:20] == Label.HOUSING).mean() > 0.7
+
+
+def test_where_there_is_no_outline_nothing_is_developed(small_dive, rig, parts):
+    found = camera(small_dive, rig, parts).read([np.full((4, 2), np.nan)])
+    assert (found.image == 0).all()

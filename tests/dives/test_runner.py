@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from dives import files, journal, recorder, rendered_camera, runner
-from dives.dive import Dive
+from dives.dive import Dive, varied
 from dives.runner import DiveStoppedError, run_dive
 from tracking.log import read_log
 
@@ -99,6 +99,15 @@ def test_a_dive_writes_what_it_says(small_dive, whole, tmp_path):
     assert table.column("frame").to_pylist() == list(range(FRAMES))
 
 
+def test_without_video_the_loop_does_the_same(small_dive, whole, tmp_path):
+    """Only the gaze mirror is rendered; every column of the log is as with the video, to the bit."""
+    folder = run_dive(varied(small_dive, video=False), tmp_path / "fast")
+    assert set(bytes_of(folder)) == WRITTEN - {"overlay.mp4", "video.mkv"}
+    (tmp_path / "log.parquet").write_bytes(whole["log.parquet"])
+    # As text: what is not a number is not equal to itself.
+    assert repr(read_log(folder).to_pylist()) == repr(read_log(tmp_path).to_pylist())
+
+
 def test_stopped_again_and_again_it_goes_on_to_the_same_bytes(small_dive, whole, tmp_path):
     """Before the first segment's end, behind it, and after the last image; each time a new loop takes over."""
     said: list[str] = []
@@ -146,16 +155,16 @@ def test_a_full_disk_loses_nothing_that_was_finished(small_dive, whole, tmp_path
 
 def test_a_image_that_cannot_be_made_loses_nothing_that_was_finished(small_dive, whole, tmp_path, monkeypatch):
     """The sensor refuses light that is not a number."""
-    take, taken = rendered_camera.capture, []
+    read, taken = rendered_camera.read_out, []
 
-    def broken(radiance, *given):
+    def broken(sweeps, *given):
         taken.append(1)
         if len(taken) == 5:
-            radiance = radiance * float("nan")
-        return take(radiance, *given)
+            sweeps = [[channel * float("nan") for channel in channels] for channels in sweeps]
+        return read(sweeps, *given)
 
     with monkeypatch.context() as patch:
-        patch.setattr(rendered_camera, "capture", broken)
+        patch.setattr(rendered_camera, "read_out", broken)
         with pytest.raises(DiveStoppedError, match="3 of 8 frames are kept"):
             run_dive(small_dive, tmp_path / "dive")
     assert bytes_of(run_dive(small_dive, tmp_path / "dive")) == whole

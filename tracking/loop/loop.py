@@ -135,7 +135,7 @@ class TrackingLoop:
             raise ValueError(
                 f"expected an image later than the last, at {self._last_s} s, got one at {camera_frame.time_s} s"
             )
-        q = np.array(report.q if np.isfinite(report.q).all() else self._q_command, dtype=np.float64)
+        q = self._joints(report)
         corners = self._corners.corners(q)
         crop = Crop.of(corners, outline=self._outline)
         image = crop.take(camera_frame.image)
@@ -183,6 +183,10 @@ class TrackingLoop:
             target_direction=self._follower.direction,
         )
 
+    def corners_px(self, report: MirrorReport) -> FloatArray:
+        """Corners between which the crop of an image with this report will lie, shape (4, 2)."""
+        return self._corners.corners(self._joints(report))
+
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers, exact through JSON."""
         return {
@@ -213,6 +217,10 @@ class TrackingLoop:
         self._intervals = list(snapshot["intervals"])
         self._follower.restore(snapshot["follower"])
         self._search.restore(snapshot["search"])
+
+    def _joints(self, report: MirrorReport) -> FloatArray:
+        """Joint values of a report; those asked for last where it is not finite."""
+        return np.array(report.q if np.isfinite(report.q).all() else self._q_command, dtype=np.float64)
 
     @property
     def _interval_s(self) -> float:

@@ -34,6 +34,9 @@ def dive(
         typer.Option(help="Variant of the loop: default, paper, paper-literal.", show_default="the dive's"),
     ] = None,
     frames: Annotated[int | None, typer.Option(metavar="N", help="Stop after this number of frames.", min=1)] = None,
+    no_video: Annotated[
+        bool, typer.Option("--no-video", help="Write no video; render only what the loop looks at.")
+    ] = False,
     bag: Annotated[bool, typer.Option("--bag", help="Write a ROS 2 bag (MCAP) as well.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -48,12 +51,17 @@ def dive(
     Example:
       mirrorgaze dive spiral -o out/spiral
       mirrorgaze dive my-dive.toml -o out/mine --variant paper --bag
+      mirrorgaze dive spiral -o out/fast --no-video
     """
     from dives import Dive, run_dive
     from dives.dive import varied
     from mirrorgaze.loading import load_usable_rig
 
-    chosen = varied(Dive.load(dive_file), variant=variant, frames=frames)
+    chosen = varied(Dive.load(dive_file), variant=variant, frames=frames, video=not no_video)
+    if bag and chosen.video == "none":
+        raise ValueError(
+            "--bag: expected a dive with a video, since a bag holds the images; leave --no-video or --bag out"
+        )
     load_usable_rig(chosen.rig)
     folder = output or Path("out") / chosen.name
     print_step("dive ...")

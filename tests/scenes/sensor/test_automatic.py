@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenes.sensor import capture, develop, expose, frame_generator, next_settings, settled_settings, start_settings
-from scenes.sensor.automatic import level, meter
+from scenes.sensor import capture, develop, expose, frame_key, next_settings, settled_settings, start_settings
+from scenes.sensor.automatic import level, meter, metered_pixels
 
 TARGET = 0.18
 
@@ -19,7 +19,7 @@ def run(sensor, radiance, settings, frames, seed=0):
     """Settings of each frame of a scene that stays, noise included."""
     history = [settings]
     for k in range(frames):
-        history.append(capture(radiance, sensor, history[-1], frame_generator(seed, k)).next_settings)
+        history.append(capture(radiance, sensor, history[-1], frame_key(seed, k)).next_settings)
     return history
 
 
@@ -169,7 +169,7 @@ def test_the_settings_are_the_whole_state(make_sensor):
     history = run(sensor, radiance, start_settings(sensor), 20)
     settings = history[10]
     for k in range(10, 20):
-        settings = capture(radiance, sensor, settings, frame_generator(0, k)).next_settings
+        settings = capture(radiance, sensor, settings, frame_key(0, k)).next_settings
     assert settings == history[20]
 
 
@@ -194,3 +194,16 @@ def test_the_sun_saturates_and_darkens_the_rest(make_sensor):
     corner = [int(p[:20, :20].mean()) for p in images]
     assert corner[0] > 100
     assert corner[1] < 0.75 * corner[0]
+
+
+@pytest.mark.parametrize("bayer", ["grbg", "none"])
+def test_what_is_not_metered_changes_nothing(make_sensor, make_settings, flat_field, bayer):
+    sensor, settings = make_sensor(bayer=bayer), make_settings()
+    radiance = np.array(flat_field(sensor, 500.0))
+    metered = metered_pixels(sensor)
+    assert metered.sum() == 40 * 30 * (1 if bayer == "none" else 4)
+    other = np.where(metered[..., np.newaxis], radiance, 10 * radiance)
+    first, second = (next_settings(expose(each, sensor, settings), sensor) for each in (radiance, other))
+    assert first == second
+    brighter = np.where(metered[..., np.newaxis], 10 * radiance, radiance)
+    assert next_settings(expose(brighter, sensor, settings), sensor) != first

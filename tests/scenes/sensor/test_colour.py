@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.light.srgb import srgb_encode
-from scenes.sensor import RawImage, capture, develop, expose, frame_generator, grey_card_gains
+from scenes.sensor import RawImage, capture, develop, expose, frame_key, grey_card_gains
 from scenes.sensor.colour import balancing_gains
 
 
@@ -85,8 +85,8 @@ def test_a_grey_card_comes_out_grey(make_sensor, make_settings):
 def test_capture_is_its_parts(make_sensor, make_settings, flat_field):
     sensor, settings = make_sensor(), make_settings()
     radiance = flat_field(sensor, 700.0)
-    frame = capture(radiance, sensor, settings, frame_generator(1, 2))
-    raw = expose(radiance, sensor, settings, frame_generator(1, 2))
+    frame = capture(radiance, sensor, settings, frame_key(1, 2))
+    raw = expose(radiance, sensor, settings, frame_key(1, 2))
     assert (frame.raw.digital_numbers == raw.digital_numbers).all()
     assert (frame.image == develop(raw, sensor)).all()
     assert frame.next_settings != settings

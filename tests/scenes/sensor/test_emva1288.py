@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenes.sensor import expose, frame_generator
+from scenes.sensor import expose, frame_key
 
 Z = 5.0
 """Standard errors that an estimate may be off: by chance once in 2 million seeds, and the seeds are fixed."""
@@ -21,7 +21,7 @@ EXPOSURE_S = 0.005
 
 
 def image(sensor, radiance, settings, frame):
-    return expose(radiance, sensor, settings, frame_generator(11, frame)).digital_numbers.astype(np.float64)
+    return expose(radiance, sensor, settings, frame_key(11, frame)).digital_numbers.astype(np.float64)
 
 
 def pair(sensor, radiance, settings, first):

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2, norm, poisson
 
-from scenes.sensor import expose, frame_generator
+from optics.kernels.backend import Bool, Float32, UInt32, UInt64, dr
+from scenes.sensor import expose, frame_key, read_out
 from scenes.sensor.noise import FEWEST_NORMAL_E, few_events, mean_below, noisy_signal
 
 DRAWS = 400_000
@@ -16,9 +17,20 @@ Z = 5.0
 """Standard errors; the seeds are fixed."""
 
 
-def draw(charge, read_noise=3.0, full_well=1e6, seed=0):
-    charges = np.full(DRAWS, charge, dtype=np.float32)
-    return noisy_signal(charges, read_noise_e=read_noise, full_well_e=full_well, rng=frame_generator(seed, 0))
+def draw(charge, read_noise=3.0, full_well=1e6, seed=0, draws=DRAWS):
+    signal = noisy_signal(
+        dr.full(Float32, charge, draws),
+        read_noise_e=Float32(read_noise),
+        full_well_e=Float32(full_well),
+        key=UInt64(frame_key(seed, 0)),
+        number=dr.arange(UInt32, draws),
+    )
+    return np.array(signal)
+
+
+def events(mean, draws=DRAWS):
+    even = np.random.default_rng(4).random(draws, dtype=np.float32)
+    return np.array(few_events(dr.full(Float32, mean, draws), Float32(even), Bool(True)), dtype=np.int64)
 
 
 @pytest.mark.parametrize("charge", [0.2, 5.0, 9.9, 10.0, 15.0, 40.0, 400.0])
@@ -64,7 +76,7 @@ def test_the_skewness_is_the_photons(charge):
 @pytest.mark.parametrize("mean", [1e-3, 0.3, 2.0, 9.99])
 def test_few_events_are_poisson(mean):
     """Chi-square over the counts, those of fewer than 10 expected draws taken together; once in a million seeds."""
-    drawn = few_events(np.full(DRAWS, mean, dtype=np.float32), frame_generator(4, 0)).astype(np.int64)
+    drawn = events(mean)
     last = int(poisson.isf(10 / DRAWS, mean))
     expected = DRAWS * np.append(poisson.pmf(np.arange(last), mean), poisson.sf(last - 1, mean))
     seen = np.bincount(np.minimum(drawn, last), minlength=last + 1)
@@ -72,14 +84,13 @@ def test_few_events_are_poisson(mean):
 
 
 def test_no_light_makes_no_events():
-    assert (few_events(np.zeros(1000, dtype=np.float32), frame_generator(0, 0)) == 0).all()
+    assert (events(0.0, draws=1000) == 0).all()
 
 
 def test_the_variance_is_the_photons():
     """Where the bend is strongest, without read noise: it would add 2 c^2 = 1/18 if the spread made no room for it."""
     charge, draws = FEWEST_NORMAL_E, 4_000_000
-    charges = np.full(draws, charge, dtype=np.float32)
-    signal = noisy_signal(charges, read_noise_e=0.0, full_well_e=np.inf, rng=frame_generator(0, 0))
+    signal = draw(charge, read_noise=0.0, full_well=1e9, draws=draws)
     error = charge * np.sqrt(2 / draws)
     assert abs(signal.var(dtype=np.float64) - charge) < Z * error
     assert Z * error < 1 / 18
@@ -88,12 +99,43 @@ def test_the_variance_is_the_photons():
 def test_a_frame_is_the_same_whatever_came_before(make_sensor, make_settings, flat_field):
     sensor, settings = make_sensor(), make_settings()
     radiance = flat_field(sensor, 200.0)
-    in_a_row = [expose(radiance, sensor, settings, frame_generator(5, k)).digital_numbers for k in range(4)]
-    alone = expose(radiance, sensor, settings, frame_generator(5, 3)).digital_numbers
+    in_a_row = [expose(radiance, sensor, settings, frame_key(5, k)).digital_numbers for k in range(4)]
+    alone = expose(radiance, sensor, settings, frame_key(5, 3)).digital_numbers
     assert (alone == in_a_row[3]).all()
     assert (in_a_row[2] != in_a_row[3]).mean() > 0.9
-    other_seed = expose(radiance, sensor, settings, frame_generator(6, 3)).digital_numbers
+    other_seed = expose(radiance, sensor, settings, frame_key(6, 3)).digital_numbers
     assert (other_seed != alone).mean() > 0.9
+
+
+@pytest.mark.parametrize("bayer", ["rggb", "none"])
+def test_a_pixel_reads_the_same_whichever_others_are_exposed(make_sensor, make_settings, bayer):
+    """Few electrons, many, and a full well, in one image; of a few pixels and of all."""
+    sensor, settings, key = make_sensor(bayer=bayer), make_settings(), frame_key(7, 1)
+    count = sensor.height_px * sensor.width_px
+    radiance = np.geomspace(1e-5, 1.0, count).astype(np.float32)
+    whole = read_out([[Float32(radiance)] * 3], sensor, settings, key).digital_numbers.reshape(count, -1)
+    assert np.unique(whole).size > 1000
+    pixels = np.random.default_rng(0).permutation(count)[:5000]
+    some = read_out([[Float32(radiance[pixels])] * 3], sensor, settings, key, pixels).digital_numbers.reshape(count, -1)
+    assert np.array_equal(some[pixels], whole[pixels])
+    assert not np.delete(some, pixels, axis=0).any()
+
+
+def test_sweeps_are_averaged_and_below_zero_is_dark(make_sensor, make_settings):
+    sensor, settings = make_sensor(), make_settings()
+    light = [0.0, 0.02, -0.01, 0.01]
+    sweeps = [[dr.full(Float32, level, sensor.height_px * sensor.width_px)] * 3 for level in light]
+    mean = [[dr.full(Float32, 0.0075, sensor.height_px * sensor.width_px)] * 3]
+    found, expected = (read_out(each, sensor, settings, 1).digital_numbers.astype(int) for each in (sweeps, mean))
+    assert np.abs(found - expected).max() <= 1
+
+
+def test_radiance_that_is_no_number_is_told(make_sensor, make_settings):
+    sensor = make_sensor()
+    radiance = np.full(sensor.height_px * sensor.width_px, 0.01, dtype=np.float32)
+    radiance[77] = np.nan
+    with pytest.raises(ValueError, match="expected radiance that is a number everywhere"):
+        read_out([[Float32(radiance)] * 3], sensor, make_settings(), 1)
 
 
 @pytest.mark.parametrize(
@@ -117,7 +159,7 @@ def test_the_expected_image_is_the_mean_of_noisy_ones(make_sensor, make_settings
     radiance, settings, count = flat_field(sensor, charge), make_settings(), 64
     expected = expose(radiance, sensor, settings).digital_numbers.astype(np.float64)
     stack = np.stack(
-        [expose(radiance, sensor, settings, frame_generator(2, k)).digital_numbers for k in range(count)]
+        [expose(radiance, sensor, settings, frame_key(2, k)).digital_numbers for k in range(count)]
     ).astype(np.float64)
     error = np.sqrt(stack.var(axis=0, ddof=1).mean() / count)
     difference = stack.mean(axis=0) - expected
@@ -138,7 +180,7 @@ def test_well_and_converter_at_their_ends_together(make_sensor, make_settings, f
         for charge in (8700.0, 8800.0, 8866.0, 8900.0):
             radiance, settings = flat_field(sensor, charge), make_settings()
             expected = expose(radiance, sensor, settings).digital_numbers.mean(dtype=np.float64)
-            noisy = [expose(radiance, sensor, settings, frame_generator(3, k)).digital_numbers for k in range(16)]
+            noisy = [expose(radiance, sensor, settings, frame_key(3, k)).digital_numbers for k in range(16)]
             error = np.std(noisy) / np.sqrt(np.size(noisy))
             assert abs(np.mean(noisy) - expected) < Z * error + ROUNDED_AT_A_CUT_DN
 

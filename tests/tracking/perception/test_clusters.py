@@ -14,7 +14,7 @@ from rigs import Rig
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
-from scenes.sensor import ImageSensor, capture, frame_generator, settled_settings
+from scenes.sensor import ImageSensor, capture, frame_key, settled_settings
 from scenes.stage.frame import Label
 from scenes.stage.scene import make_scene, on_gaze
 from tracking.perception import RED_BALL, Crop, DetectorSettings, ExactCorners, detect, find_blobs, weighted_centroid
@@ -161,7 +161,7 @@ def test_ball_is_found_in_the_tank(tank, q_deg, distance_m):
     sensor = ImageSensor.from_rig(rig)
     exposure = settled_settings(frame.radiance, sensor, card_radiance=tank.scene.light.white_radiance(5.0))
     crop = Crop.of(ExactCorners(rig).corners([q1, q2]))
-    found = detect(crop.take(capture(frame.radiance, sensor, exposure, frame_generator(0, 0)).image), RED_BALL)
+    found = detect(crop.take(capture(frame.radiance, sensor, exposure, frame_key(0, 0)).image), RED_BALL)
     v, u = np.nonzero(frame.label == Label.TARGET)
     ball = crop.from_image(np.column_stack([u, v]))
     radius = math.sqrt(np.ptp(ball[:, 0]) * np.ptp(ball[:, 1])) / 2
