@@ -6,7 +6,7 @@ A frame has hundreds of numbers, and handing over each by itself costs more than
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.kernels.arrays import aligned, aligned_room
-from optics.kernels.backend import Array3f32, ArrayXf32, Float32, UInt32, dr
+from optics.kernels.backend import Array3f32, ArrayXf32, Float32, dr
 from optics.kernels.trees import Structure, leaves_of, structure_of
 
 AT_ONCE = 8
@@ -72,17 +72,29 @@ class Packing:
 
     def unpack(self, packed: Any, record: Any) -> Any:
         """Kernel: the tree with the numbers of a record for every lane; of width 1 when `record` is."""
-        chunks = self.width // AT_ONCE
-        every = [number for chunk in range(chunks) for number in row_of(packed, record * chunks + chunk, AT_ONCE)]
-        numbers = iter(every)
+        if dr.width(record) == 1:
+            # Read side by side they would have to be put in order: code that takes three times as long to compile.
+            every = [dr.gather(Float32, packed, record * self.width + number) for number in range(sum(self.counts))]
+        else:
+            chunks = self.width // AT_ONCE
+            every = [number for chunk in range(chunks) for number in row_of(packed, record * chunks + chunk, AT_ONCE)]
+        return self._filled(iter(every))
+
+    def _filled(self, numbers: Iterator[Any]) -> Any:
         return self.structure.filled(iter([_nested(numbers, shape) for shape in self.shapes]))
 
 
 def on_device(tree: Tree) -> Tree:
     """The tree of one record with Dr.Jit's numbers at its leaves, outside any kernel."""
     packing = Packing.of(tree)
-    found: Tree = packing.unpack(packing.upload(tree), UInt32(0))
+    found: Tree = packing._filled(iter(opaque_numbers(packing.records(tree)[0])))
     return found
+
+
+def on_host(columns: Sequence[Any]) -> NDArray[Any]:
+    """Rows, shape (n, k), of k arrays; they are computed together, where each by itself would be compiled by itself."""
+    dr.eval(columns)
+    return np.stack([column.numpy() for column in columns], axis=-1)
 
 
 def opaque_numbers(values: ArrayLike) -> list[Any]:

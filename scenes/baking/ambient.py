@@ -23,7 +23,7 @@ from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.cache import load_or_make, result_key
 from optics.kernels.cache_contents import entry_path
 from optics.kernels.freezing import Flat
-from optics.kernels.packing import Packing, opaque_numbers, vectors
+from optics.kernels.packing import Packing, on_device, on_host, opaque_numbers, vectors
 from optics.kernels.trees import leaves_of
 from scenes.baking.gather_places import places_on
 from scenes.baking.light_quality import LightQuality
@@ -248,7 +248,7 @@ class Surroundings:
             truth=False,
             coherent=False,
         )
-        self.uniforms: LightUniforms = light_packing.unpack(self._records[0], UInt32(0))
+        self.uniforms: LightUniforms = on_device(uniforms)
 
     @classmethod
     def of(cls, mesh: GroupMesh | None, light: Light, *, depth_m: float = 0.0) -> Surroundings:
@@ -284,9 +284,9 @@ class Surroundings:
             frame = self._seen(*rays)
             past = (frame.label == int(Label.OPEN_WATER)) | (frame.label == int(Label.SURFACE))
             split = [dr.select(each, c * weight, 0) for each in (~past, past) for c in frame.rgb]
-            sums = [dr.block_sum(each, count) for each in split]
-            dr.eval(sums)
-            parts.append(np.stack([each.numpy() for each in sums], axis=-1))
+            # A sum evaluates what it sums up: one by one, each by a kernel of its own.
+            dr.eval(split)
+            parts.append(on_host([dr.block_sum(each, count) for each in split]))
         of_mesh, past_it = np.split(np.concatenate(parts), 2, axis=1)
         return of_mesh, past_it
 

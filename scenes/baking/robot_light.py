@@ -10,7 +10,7 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray, aligned
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr, mi
-from optics.kernels.packing import opaque_numbers, vectors
+from optics.kernels.packing import on_host, opaque_numbers, vectors
 from scenes.baking.ambient import RAYS_AT_ONCE, Surroundings
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.sample_directions import Cone, SampleDirections, scattered_density, scattered_directions
@@ -77,7 +77,7 @@ class RobotLight:
         way = vectors(directions)
         azimuth = azimuth_from(self._uniforms.sun_azimuth, way)
         found = looked_up(self._uniforms, self._field, -vectors(eyes).z, way.z, azimuth)
-        return np.stack([channel.numpy() for channel in found], axis=-1)
+        return on_host(found)
 
     def missing_from_lines(self, eyes: FloatArray, directions: FloatArray, distance_m: FloatArray) -> FloatArray:
         """Light per metre, shape (n, 3), that a point at a distance from each eye does not scatter towards it.
@@ -103,8 +103,7 @@ class RobotLight:
             reaching = mean["scattering"] * dr.exp(-mean["attenuation"] * distance)
             gain = dr.exp(mean["scattering_without_peak"] * share * distance)
             result.append((dr.select(in_shadow, s, 0) + a * reaching) * gain)
-        dr.eval(result)
-        return np.stack([channel.numpy() for channel in result], axis=-1)
+        return on_host(result)
 
     def _scattered_sun(self, way: Any, depth: Any, distance: Any) -> list[Any]:
         """The sun's light by channel that points scatter against the way, as it arrives from a distance."""
@@ -138,8 +137,7 @@ class RobotLight:
             channel * dr.exp(mean["scattering_without_peak"] * within)
             for channel, mean in zip(missing, self._mean, strict=True)
         ]
-        dr.eval(gained)
-        return np.stack([channel.numpy() for channel in gained], axis=-1)
+        return on_host(gained)
 
     def _phases(self, looking: Any, way: Any) -> list[Any]:
         """Phase function by channel of light that comes along the one direction and is seen along the other."""
@@ -170,7 +168,9 @@ class RobotLight:
         towards = self._middle - origin
         distance = dr.norm(towards)
         narrowest = dr.safe_sqrt(1 - dr.square(self._radius / distance))
-        return Cone(axis=towards / distance, lowest=dr.select(distance > self._radius, narrowest, -1))
+        cone = Cone(axis=towards / distance, lowest=dr.select(distance > self._radius, narrowest, -1))
+        dr.eval(origin, cone.axis, cone.lowest)
+        return cone
 
     def _missing(
         self, point: Any, samples: SampleDirections, looking: Any, weights: Callable[[Any, Any], list[Any]]
@@ -182,6 +182,8 @@ class RobotLight:
         """
         count = dr.width(point)
         origin = dr.gather(Array3f32, point, samples.place)
+        # What is gathered from is evaluated: together, not number by number, each by a kernel of its own.
+        dr.eval(origin, looking)
         hit = self._scene.ray_intersect_preliminary(mi.Ray3f(origin, looking), coherent=False)
         found = dr.compress(hit.is_valid() & ~self._at_gaze_mirror(origin, looking, hit.t))
         if not dr.width(found):

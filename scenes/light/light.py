@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from optics.kernels.arrays import FloatArray, aligned
 from optics.kernels.backend import Float32
-from optics.kernels.packing import on_device, pairs_of, rows_of, vectors
+from optics.kernels.packing import on_device, on_host, pairs_of, rows_of, vectors
 from optics.water.inherent_optics import InherentOptics, inherent_optics
 from optics.water.mirror_coatings import mirror_reflectance
 from optics.water.pure_water import DEPOLARISATION, molecular_phase
@@ -98,7 +98,7 @@ class Light:
         normal = vectors(normals)
         azimuth = azimuth_from(light.sun_azimuth, normal)
         found = looked_up(light, field_table(self.ambient_nodes), depth, normal.z, azimuth)
-        return np.stack([channel.numpy() for channel in found], axis=-1)
+        return on_host(found)
 
     def ambient_up(self, depth_m: ArrayLike) -> FloatArray:
         """Irradiance in open water of planes that face up, by all but the direct sun, by channel; shape (..., 3)."""
