@@ -18,6 +18,7 @@ from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.baking.ambient import NotKeptError, kept_light_alone
 from scenes.baking.light_quality import LightQuality
+from scenes.baking.robot_light import RobotLight
 from scenes.baking.robot_occlusion import at_rest, with_occlusion
 from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
 from scenes.baking.robot_shadow_on_world import shadow_on_world
@@ -156,8 +157,9 @@ def _robot(
     mirrors = {name: batch[0] for name, batch in records.mirrors(body_from).items()}
     plates = mirror_plates(parts, poses, mirrors)
     meshes, robot = with_occlusion(meshes, poses, plates, scene.light, quality, world_from_body=placed)
-    in_water = shadow_in_water(robot, placed, _line_begins(records.rig, mirrors), scene.light, quality)
-    return meshes, in_water, shadow_on_world(robot, placed, scene.light, quality)
+    around = RobotLight(robot, scene.light, quality)
+    in_water = shadow_in_water(around, placed, _line_begins(records.rig, mirrors))
+    return meshes, in_water, shadow_on_world(around, placed)
 
 
 def _unlit(scene: Scene, instance_names: tuple[str, ...]) -> dict[str, GroupMesh]:

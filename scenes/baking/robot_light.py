@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -54,29 +55,47 @@ def extent_of(robot: GroupMesh) -> Extent:
 
 
 class RobotLight:
-    """What a robot changes of the light at points of the water."""
+    """What a robot changes of the light at points of the water.
+
+    Parameters
+    ----------
+    robot : GroupMesh
+        All parts in the world frame, lit (`scenes.baking.ambient`).
+    light : Light
+    quality : LightQuality
+    """
 
     def __init__(self, robot: GroupMesh, light: Light, quality: LightQuality):
+        self.robot, self.light, self.quality = robot, light, quality
+        self.extent = extent_of(robot)
         self._count = quality.sample_directions
-        self._extent = extent_of(robot)
+        self._depth_m = -float(self.extent.middle[2])
         self._gaze_mirror = (robot.mirrors or {}).get(Primitive.M2.name)
-        depth = -float(self._extent.middle[2])
-        self._with, self._without = (Surroundings.of(mesh, light, depth_m=depth) for mesh in (robot, None))
-        self._scene, self._tables, self._uniforms = self._with.scene, self._with.tables, self._with.uniforms
-        self._field = field_table(light.field_nodes)
-        means = light.channel_means(depth)
-        self._hidden_shares = light.hidden_shares
-        self._mean = [{name: dr.opaque(Float32, values[k]) for name, values in means.items()} for k in range(3)]
-        self._middle, self._radius = (
-            Array3f32(*opaque_numbers(self._extent.middle)),
-            dr.opaque(Float32, self._extent.radius),
-        )
+        self._middle = Array3f32(*opaque_numbers(self.extent.middle))
+        self._radius = dr.opaque(Float32, self.extent.radius)
+
+    # What is looked at takes a while, and is not needed where all that is found of it is kept.
+
+    @cached_property
+    def _with(self) -> Surroundings:
+        return Surroundings.of(self.robot, self.light, depth_m=self._depth_m)
+
+    @cached_property
+    def _without(self) -> Surroundings:
+        return Surroundings.of(None, self.light, depth_m=self._depth_m)
+
+    @cached_property
+    def _mean(self) -> list[dict[str, Any]]:
+        """Mean coefficients of each channel."""
+        means = self.light.channel_means(self._depth_m)
+        return [{name: dr.opaque(Float32, values[k]) for name, values in means.items()} for k in range(3)]
 
     def open_water(self, eyes: FloatArray, directions: FloatArray) -> FloatArray:
         """Radiance of open water as the field's table holds it, shape (n, 3), as each eye sees it."""
         way = vectors(directions)
-        azimuth = azimuth_from(self._uniforms.sun_azimuth, way)
-        found = looked_up(self._uniforms, self._field, -vectors(eyes).z, way.z, azimuth)
+        uniforms, field = self._with.uniforms, field_table(self.light.field_nodes)
+        azimuth = azimuth_from(uniforms.sun_azimuth, way)
+        found = looked_up(uniforms, field, -vectors(eyes).z, way.z, azimuth)
         return on_host(found)
 
     def missing_from_lines(self, eyes: FloatArray, directions: FloatArray, distance_m: FloatArray) -> FloatArray:
@@ -92,8 +111,8 @@ class RobotLight:
         """`missing_from_lines` of so many points that they fit into the memory."""
         way, distance = vectors(directions), Float32(aligned(distance_m, np.float32))
         point = vectors(eyes) + way * distance
-        sun = Array3f32(*self._uniforms.refracted_sun)
-        in_shadow = self._scene.ray_test(mi.Ray3f(point, sun), coherent=False)
+        sun = Array3f32(*self._with.uniforms.refracted_sun)
+        in_shadow = self._with.scene.ray_test(mi.Ray3f(point, sun), coherent=False)
         from_sun = self._scattered_sun(way, -point.z, distance)
         from_around = self._missing_around(point, way)
         result = []
@@ -107,9 +126,9 @@ class RobotLight:
 
     def _scattered_sun(self, way: Any, depth: Any, distance: Any) -> list[Any]:
         """The sun's light by channel that points scatter against the way, as it arrives from a distance."""
-        light = self._uniforms
+        light = self._with.uniforms
         cosine = dr.dot(Array3f32(*light.refracted_sun), way)
-        particles, molecules = phase(self._tables.phase, cosine), molecular_phase(light, cosine)
+        particles, molecules = phase(self._with.tables.phase, cosine), molecular_phase(light, cosine)
         spectra = (light.sun_scattering, light.molecular_fraction, light.sun_attenuation, light.beam_attenuation)
         once = [
             b * dr.lerp(particles, molecules, m) * dr.exp(-k * depth - c * distance)
@@ -130,7 +149,7 @@ class RobotLight:
             return [dr.dot(looking, its.axis) / (self._count * its.density(looking))] * 3
 
         missing = self._missing(point, samples, cone.of(samples.place).directions(samples), weights)
-        distance = np.linalg.norm(points - self._extent.middle, axis=1)
+        distance = np.linalg.norm(points - self.extent.middle, axis=1)
         way = self._share_scattered_within(distance) * distance
         within = Float32(aligned(way, np.float32))
         gained = [
@@ -142,7 +161,7 @@ class RobotLight:
     def _phases(self, looking: Any, way: Any) -> list[Any]:
         """Phase function by channel of light that comes along the one direction and is seen along the other."""
         cosine = dr.dot(looking, way)
-        particles, molecules = phase(self._tables.phase, cosine), molecular_phase(self._uniforms, cosine)
+        particles, molecules = phase(self._with.tables.phase, cosine), molecular_phase(self._with.uniforms, cosine)
         return [dr.lerp(particles, molecules, mean["molecular"]) for mean in self._mean]
 
     def _missing_around(self, point: Any, way: Any) -> list[Any]:
@@ -184,7 +203,7 @@ class RobotLight:
         origin = dr.gather(Array3f32, point, samples.place)
         # What is gathered from is evaluated: together, not number by number, each by a kernel of its own.
         dr.eval(origin, looking)
-        hit = self._scene.ray_intersect_preliminary(mi.Ray3f(origin, looking), coherent=False)
+        hit = self._with.scene.ray_intersect_preliminary(mi.Ray3f(origin, looking), coherent=False)
         found = dr.compress(hit.is_valid() & ~self._at_gaze_mirror(origin, looking, hit.t))
         if not dr.width(found):
             return [dr.zeros(Float32, count)] * 3
@@ -215,4 +234,4 @@ class RobotLight:
     def _share_scattered_within(self, distance: FloatArray) -> FloatArray:
         """Share of the light scattered on ways of these lengths that comes from within the robot's shadow."""
         nodes = lengths_over_radius()
-        return np.asarray(np.interp(distance / self._extent.shadow_radius, nodes, self._hidden_shares))
+        return np.asarray(np.interp(distance / self.extent.shadow_radius, nodes, self.light.hidden_shares))

@@ -113,10 +113,13 @@ def divided_faces(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> 
         vertices_m, faces, LONGEST_EDGE_M, max_iter=20, return_index=True
     )
     normals = np.round(face_normals(vertices, fine) * NORMAL_STEPS).astype(np.int64)
-    keys = np.column_stack([fine.ravel(), np.repeat(normals, 3, axis=0)])
-    corners, corner_of = np.unique(keys, axis=0, return_inverse=True)
+    # Vertex and normal as one number: many times as fast to tell apart as rows.
+    number = fine.ravel()
+    for step in np.repeat(normals + NORMAL_STEPS, 3, axis=0).T:
+        number = number * (2 * NORMAL_STEPS + 1) + step
+    corners, corner_of = np.unique(number, return_inverse=True)
     return {
-        "vertices_m": vertices[corners[:, 0]],
+        "vertices_m": vertices[corners // (2 * NORMAL_STEPS + 1) ** 3],
         "faces": corner_of.reshape(-1, 3).astype(np.int32),
         "origin": origin,
     }

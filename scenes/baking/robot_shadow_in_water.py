@@ -21,12 +21,9 @@ from scipy.spatial.transform import RigidTransform
 from optics.kernels.arrays import FloatArray
 from optics.kernels.packing import halves_of
 from scenes.baking.ambient import cached
-from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_light import RobotLight
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m
-from scenes.light.light import Light
-from scenes.stage.group_mesh import GroupMesh
 from scenes.stage.records import MirrorPlate
 
 FARTHEST_M = 10.0
@@ -36,29 +33,25 @@ LEAST_COSINE = 1e-3
 """Between a line of sight and the normal of the mirror that it leaves."""
 
 
-def shadow_in_water(
-    robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light, quality: LightQuality
-) -> Any:
+def shadow_in_water(around: RobotLight, world_from_body: RigidTransform, begins_m: FloatArray) -> Any:
     """Share of open water's radiance that the robot occludes, a row per segment of a line of sight.
 
     Parameters
     ----------
-    robot : GroupMesh
-        All parts in the world frame, lit (`scenes.baking.ambient`).
+    around : RobotLight
+        What the robot changes of the light.
     world_from_body : RigidTransform
         Its pose.
     begins_m : array, shape (e, ELEVATIONS * AZIMUTHS, 3)
         Where lines of sight of the table's directions begin, body frame.
-    light : Light
-    quality : LightQuality
     """
     places = (world_from_body.as_matrix(), begins_m)
     shares = cached(
-        robot,
-        light,
-        quality,
+        around.robot,
+        around.light,
+        around.quality,
         "shadow of the robot in the water",
-        lambda: _shares(robot, world_from_body, begins_m, light, quality),
+        lambda: _shares(around, world_from_body, begins_m),
         places=places,
     )
     return halves_of(shares[..., :-1, :], shares[..., 1:, :], ROW)
@@ -79,16 +72,14 @@ def folded_begins(eye: FloatArray, mirror: MirrorPlate) -> FloatArray:
     return np.asarray(centre + x[:, np.newaxis] * mirror.x + y[:, np.newaxis] * mirror.y)
 
 
-def _shares(
-    robot: GroupMesh, world_from_body: RigidTransform, begins_m: FloatArray, light: Light, quality: LightQuality
-) -> FloatArray:
+def _shares(around: RobotLight, world_from_body: RigidTransform, begins_m: FloatArray) -> FloatArray:
     """Shares at the pieces' ends, shape (eyes, elevations, azimuths, PIECES + 1, 3)."""
     directions = world_from_body.rotation.apply(node_directions(AZIMUTHS, ELEVATIONS))
-    around = RobotLight(robot, light, quality)
     nodes = lengths_m()
     near, far = nodes[:-1][nodes[1:] <= FARTHEST_M], nodes[1:][nodes[1:] <= FARTHEST_M]
-    width = (far - near) / quality.line_points
-    distance = near[:, np.newaxis] + width[:, np.newaxis] * (np.arange(quality.line_points) + 0.5)
+    points = around.quality.line_points
+    width = (far - near) / points
+    distance = near[:, np.newaxis] + width[:, np.newaxis] * (np.arange(points) + 0.5)
     result = []
     for begins in begins_m:
         eyes = world_from_body.apply(begins)

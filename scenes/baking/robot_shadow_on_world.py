@@ -9,41 +9,35 @@ from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Float32, dr
 from optics.kernels.packing import opaque_numbers, pairs_of
 from scenes.baking.ambient import cached
-from scenes.baking.light_quality import LightQuality
-from scenes.baking.robot_light import RobotLight, extent_of
+from scenes.baking.robot_light import RobotLight
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.shadow_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, ShadowTable, distances_m
-from scenes.light.light import Light
-from scenes.stage.group_mesh import GroupMesh
 
 
-def shadow_on_world(
-    robot: GroupMesh, world_from_body: RigidTransform, light: Light, quality: LightQuality
-) -> ShadowTable:
+def shadow_on_world(around: RobotLight, world_from_body: RigidTransform) -> ShadowTable:
     """Table of what the robot hides from surfaces (`scenes.kernels.shadow_table`).
 
     Parameters
     ----------
-    robot : GroupMesh
-        All parts in the world frame, lit (`scenes.baking.ambient`).
+    around : RobotLight
+        What the robot changes of the light.
     world_from_body : RigidTransform
         Its pose.
-    light : Light
-    quality : LightQuality
     """
-    extent = extent_of(robot)
+    extent = around.extent
 
     def hidden() -> FloatArray:
         distance = distances_m(extent.radius)
         offset = node_directions(AZIMUTHS, ELEVATIONS)[:, np.newaxis] * distance[:, np.newaxis]
         points = extent.middle + offset.reshape(-1, 3)
-        missing = RobotLight(robot, light, quality).missing_from_plane(points)
-        share = missing / light.ambient_up(-points[:, 2])
+        missing = around.missing_from_plane(points)
+        share = missing / around.light.ambient_up(-points[:, 2])
         return share.reshape(-1, DISTANCES, 3) * distance[:, np.newaxis] ** 2
 
     middle = world_from_body.inv().apply(extent.middle)
+    values = cached(around.robot, around.light, around.quality, "shadow of the robot on the world", hidden)
     return ShadowTable(
-        values=pairs_of(cached(robot, light, quality, "shadow of the robot on the world", hidden), ROW),
+        values=pairs_of(values, ROW),
         middle=opaque_numbers(middle),
         radius=dr.opaque(Float32, extent.radius),
         shadow_radius=dr.opaque(Float32, extent.shadow_radius),

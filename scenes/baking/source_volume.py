@@ -240,21 +240,35 @@ def direction_weights(light: Light, molecular: FloatArray, directions: FloatArra
     Shape (3, nodes, directions): by channel, for the shares that molecules have of the scattering; without what is
     scattered by so little that it counts as not scattered.
     """
-    ring = np.radians(np.geomspace(0.2, 180, RINGS + 1))
-    ring[0] = 0
-    middle, solid = (ring[:-1] + ring[1:]) / 2, 2 * np.pi * (np.cos(ring[:-1]) - np.cos(ring[1:])) / AROUND
+    middle, solid = _rings()
     weight = [np.repeat(light.phase_without_peak(middle, share) * solid, AROUND) for share in molecular]
-    turn = np.tile(np.arange(AROUND) * (2 * np.pi / AROUND), RINGS)[:, np.newaxis]
-    ahead, aside = np.repeat(np.cos(middle), AROUND)[:, np.newaxis], np.repeat(np.sin(middle), AROUND)[:, np.newaxis]
-    nearest = nearest_direction(directions.tobytes())
-    nodes = node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS)
-    result = np.zeros((3, len(nodes), len(directions)))
-    for k, node in enumerate(nodes):
-        across = np.linalg.svd(node[np.newaxis])[2][1:]
-        ways = ahead * node + aside * (np.cos(turn) * across[0] + np.sin(turn) * across[1])
-        numbers = nearest[_cell_of(ways)]
+    around = nearest_around_nodes(directions.tobytes())
+    result = np.zeros((3, len(around), len(directions)))
+    for k, numbers in enumerate(around):
         result[:, k] = [np.bincount(numbers, each, minlength=len(directions)) for each in weight]
     return result
+
+
+def _rings() -> tuple[FloatArray, FloatArray]:
+    """Rings of the sphere about a direction: angles of their middles, and the solid angle of a part of each."""
+    ring = np.radians(np.geomspace(0.2, 180, RINGS + 1))
+    ring[0] = 0
+    return (ring[:-1] + ring[1:]) / 2, 2 * np.pi * (np.cos(ring[:-1]) - np.cos(ring[1:])) / AROUND
+
+
+@lru_cache(maxsize=2)
+def nearest_around_nodes(directions: bytes) -> NDArray[np.int64]:
+    """Number of the direction that is nearest to each part of the rings about each node, shape (nodes, parts)."""
+    middle, _ = _rings()
+    turn = np.tile(np.arange(AROUND) * (2 * np.pi / AROUND), RINGS)[:, np.newaxis]
+    ahead, aside = np.repeat(np.cos(middle), AROUND)[:, np.newaxis], np.repeat(np.sin(middle), AROUND)[:, np.newaxis]
+    nearest = nearest_direction(directions)
+    found = []
+    for node in node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS):
+        across = np.linalg.svd(node[np.newaxis])[2][1:]
+        ways = ahead * node + aside * (np.cos(turn) * across[0] + np.sin(turn) * across[1])
+        found.append(nearest[_cell_of(ways)])
+    return np.stack(found)
 
 
 def side_weights(directions: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform
 
 from scenes.baking.ambient import LIGHT_VERSION, PlaceSizes, ambient_light, light_key
 from scenes.baking.light_quality import LightQuality
+from scenes.baking.robot_light import RobotLight
 from scenes.baking.robot_shadow_in_water import shadow_in_water
 from scenes.baking.robot_shadow_on_world import shadow_on_world
 from scenes.baking.source_volume import lit_world
@@ -85,10 +86,10 @@ def test_kept_light_of_a_robot_is_what_would_be_found_today(ball, aqua2_light, n
     pose = RigidTransform.from_translation([0, 0, -BALL_M])
     begins = np.broadcast_to([0.0, 0.0, -0.8], (1, ELEVATIONS * AZIMUTHS, 3))
     ambient = ambient_light(ball, aqua2_light, COARSE, PlaceSizes(iterated=0.1, kept=0.01))
-    robot = replace(ball, ambient=ambient)
-    shadow = np.array(shadow_in_water(robot, pose, begins, aqua2_light, COARSE))
+    robot = RobotLight(replace(ball, ambient=ambient), aqua2_light, COARSE)
+    shadow = np.array(shadow_in_water(robot, pose, begins))
     check_recorded("light of a robot", LIGHT_VERSION, rel=RECORDED_REL, ambient=ambient, in_the_water=shadow)
-    values = np.array(shadow_on_world(robot, pose, aqua2_light, COARSE).values)
+    values = np.array(shadow_on_world(robot, pose).values)
     check_recorded("shadow of a robot on the world", LIGHT_VERSION, rel=FEW_LOOKS_REL, values=values)
 
 

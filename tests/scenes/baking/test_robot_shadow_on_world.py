@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 from optics.kernels.backend import Array3f32, Float32
 from optics.kernels.packing import pairs_of
 from scenes.baking.light_quality import LightQuality
+from scenes.baking.robot_light import RobotLight
 from scenes.baking.robot_shadow_on_world import shadow_on_world
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.shadow_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m, hidden_from_surface
@@ -25,7 +26,8 @@ def light(aqua2_light):
 
 @pytest.fixture(scope="module")
 def shadow(light, black_ball):
-    return shadow_on_world(black_ball, RigidTransform.from_translation([0, 0, -DEPTH_M]), light, LightQuality.full())
+    around = RobotLight(black_ball, light, LightQuality.full())
+    return shadow_on_world(around, RigidTransform.from_translation([0, 0, -DEPTH_M]))
 
 
 def test_a_far_black_ball_keeps_its_solid_angle_of_open_water(light, shadow):
