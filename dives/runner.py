@@ -25,6 +25,7 @@ from dives.ground_truth_columns import GroundTruthColumns
 from dives.journal import Journal
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
+from dives.robot_view import robot_view
 from dives.timed_mirrors import TimedMirrors
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
@@ -79,7 +80,9 @@ class ClosedLoop:
         self.whole_images = dive.video != "none" or dive.overlay
         self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed))
         self.camera = RenderedCamera(dive, rig, parts, self.mirrors)
-        self.loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
+        variant = VARIANTS[dive.variant]
+        view = robot_view(rig, parts) if variant.ignores_robot else None
+        self.loop = TrackingLoop(rig, variant, detector=settings, robot_view=view)
         target = self.camera.renderer.scene.target
         assert target is not None  # a dive's scene has one
         self.truth = GroundTruthColumns(rig, target.shape, settings)

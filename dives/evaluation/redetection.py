@@ -17,6 +17,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from cad.assembly.meshes import rig_meshes
 from dives.dive import Dive
 from dives.files import DIVE_FILE, OVERLAY_FILE, VIDEO_FILE, json_text
 from dives.ground_truth_columns import GroundTruthColumns
@@ -25,6 +26,7 @@ from dives.metrics.detector import DETECTOR_DEFINITIONS
 from dives.paths import body_pose, target_pose
 from dives.recorder import FRAMES
 from dives.rendered_camera import Exposure, dive_scene
+from dives.robot_view import robot_view
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
@@ -185,7 +187,9 @@ def detect_again(
     assert target is not None  # a dive's scene has one
     truth = GroundTruthColumns(rig, target.shape, settings)
     gimbal = Gimbal(Layout.from_rig(rig))
-    loop = TrackingLoop(rig, VARIANTS[dive.variant], detector=settings)
+    variant = VARIANTS[dive.variant]
+    view = robot_view(rig, rig_meshes(rig)) if variant.ignores_robot else None
+    loop = TrackingLoop(rig, variant, detector=settings, robot_view=view)
     rows = recording.log.to_pylist()
     sensor = ImageSensor.from_rig(rig)
     half_s = (sensor.height_px - 1) * sensor.row_time_s / 2

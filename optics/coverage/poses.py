@@ -83,12 +83,7 @@ def trace_poses(
     pixels, solid_angle = _same_at_all_poses(field, moving)
     pixels, solid_angle = np.tile(pixels, (count, 1)), np.tile(solid_angle, (count, 1))
     ray_count = int(moving.sum())
-    parameters: dict[str, Any] = {
-        "field": _field_parameters(field, moving, near),
-        "m2_outline": train.mirrors[1].parameters().outline,
-        "gimbal": opaque_vector(layout.body_from_gimbal.translation),
-        **blocker_parameters(occluders),
-    }
+    parameters = _kernel_parameters(train, layout, occluders, field, moving)
     step = max(1, LANES_PER_LAUNCH // max(1, ray_count))
     for first in range(0, count if ray_count else 0, step):
         chunk = slice(first, first + step)
@@ -98,6 +93,41 @@ def trace_poses(
         if progress is not None:
             progress(min(first + step, count), count)
     return Views(pixels=pixels.reshape(-1, *SHAPE), solid_angle_sr=solid_angle.reshape(-1, *SHAPE))
+
+
+def seen_cells(
+    train: OpticalTrain, layout: Layout, occluders: Occluders, poses: PoseAxes, *, columns: int, rows: int
+) -> NDArray[np.bool_]:
+    """Which cells of the image look over both mirrors into the open water, shape (n, rows, columns).
+
+    All others show the robot itself, or look past one of the mirrors. Parameters are those of `trace_poses`.
+    """
+    field, count = folded_field(train, layout, occluders[Group.FIXED], columns, rows), len(poses)
+    moving, ray_count = field.folded, int(field.folded.sum())
+    parameters = _kernel_parameters(train, layout, occluders, field, moving)
+    seen = np.zeros((count, rows * columns), dtype=bool)
+    step = max(1, LANES_PER_LAUNCH // max(1, ray_count))
+    for first in range(0, count if ray_count else 0, step):
+        axes = poses.kernel(slice(first, first + step))
+        some = min(step, count - first)
+        lane = dr.arange(UInt32, some * ray_count)
+        pose = lane // dr.opaque(UInt32, ray_count)
+        path, outcome = _follow(parameters, axes, pose, lane - pose * dr.opaque(UInt32, ray_count))
+        open_water = (path == UInt32(OpticalPath.GAZE)) & (outcome == UInt32(Outcome.SEEN))
+        seen[first : first + some, field.cell[moving]] = np.array(open_water).reshape(some, ray_count)
+    return seen.reshape(count, rows, columns)
+
+
+def _kernel_parameters(
+    train: OpticalTrain, layout: Layout, occluders: Occluders, field: FoldedField, moving: NDArray[np.bool_]
+) -> dict[str, Any]:
+    """What `_follow` takes: the rays that poses change, M2 and the parts in their way."""
+    return {
+        "field": _field_parameters(field, moving, _near_moving_parts(field, layout, occluders)),
+        "m2_outline": train.mirrors[1].parameters().outline,
+        "gimbal": opaque_vector(layout.body_from_gimbal.translation),
+        **blocker_parameters(occluders),
+    }
 
 
 def _launch(parameters: dict[str, Any], poses: dict[Group, Any], pose_count: int, ray_count: int) -> tuple[Any, Any]:

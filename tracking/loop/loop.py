@@ -37,6 +37,7 @@ from tracking.perception import (
     detect,
     weighted_centroid,
 )
+from tracking.perception.robot_view import RobotView
 from tracking.protocols import CameraFrame, MirrorReport
 from tracking.records import Mode, Step
 
@@ -63,6 +64,8 @@ class TrackingLoop:
         What the target looks like; by default the red ball.
     samples : CornerSamples, optional
         For eq. 6; without them, exact corners on a grid of 7 x 7 poses. Exact corners need none.
+    robot_view : RobotView, optional
+        Where the crop shows the robot itself: what is there is not taken for the target. Without it, everything may be.
 
     Raises
     ------
@@ -77,10 +80,12 @@ class TrackingLoop:
         *,
         detector: DetectorSettings | None = None,
         samples: CornerSamples | None = None,
+        robot_view: RobotView | None = None,
     ):
         speeds = JointSpeeds.from_rig(rig)
         self._variant = variant
         self._detector = RED_BALL if detector is None else detector
+        self._robot_view = robot_view
         self._gimbal = Gimbal(Layout.from_rig(rig))
         self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
         self._corners = _corner_model(rig, variant, samples, self._gimbal)
@@ -141,7 +146,8 @@ class TrackingLoop:
         image = crop.take(camera_frame.image)
         # Nothing is refused from here on: an image that is leaves no trace.
         elapsed_s = self._note_time(camera_frame.time_s)
-        detection = detect(image, self._detector)
+        robot = None if self._robot_view is None else self._robot_view.mask(q, crop.width_px, crop.height_px)
+        detection = detect(image, self._detector, robot)
         looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
         observation = Observation(
             time_s=camera_frame.time_s,

@@ -24,6 +24,8 @@ class Variant:
         Eqs. 8 to 15 as printed, as meant, or directions through the train.
     rescan : {"raster", "outwards"}
         How a lost target is searched: everywhere at once, or around where it was lost first.
+    ignores_robot : bool
+        Whether what the crop shows of the robot itself is ignored, where the loop is told what that is.
     behaviour : BehaviourSettings
     centroid_noise : CentroidNoise
         Of the paper's filter.
@@ -39,6 +41,7 @@ class Variant:
     corners: Literal["interpolated", "exact"]
     law: Literal["paper-literal", "paper", "gaze"]
     rescan: Literal["raster", "outwards"]
+    ignores_robot: bool
     behaviour: BehaviourSettings
     centroid_noise: CentroidNoise = field(default_factory=CentroidNoise)
     direction_noise: DirectionNoise = field(default_factory=DirectionNoise)
@@ -65,14 +68,23 @@ VARIANTS = {
             corners="interpolated",
             law="paper-literal",
             rescan="raster",
+            ignores_robot=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
-        Variant(name="paper", corners="interpolated", law="paper", rescan="raster", behaviour=PAPER_BEHAVIOUR),
+        Variant(
+            name="paper",
+            corners="interpolated",
+            law="paper",
+            rescan="raster",
+            ignores_robot=False,
+            behaviour=PAPER_BEHAVIOUR,
+        ),
         Variant(
             name="default",
             corners="exact",
             law="gaze",
             rescan="outwards",
+            ignores_robot=True,
             # The check takes the paper's servos 10.3 s at their speed, half a turn of pan 3 s.
             behaviour=BehaviourSettings(check_s=12.0, confirm_frames=3, predict_frames=30, unseen_frames=90),
         ),

@@ -20,8 +20,15 @@ Kulpa 1977, Computer Graphics and Image Processing 6, 434-451.
 """
 
 
-def detect(crop: NDArray[np.uint8], settings: DetectorSettings = RED_BALL) -> Detection:
+def detect(crop: NDArray[np.uint8], settings: DetectorSettings = RED_BALL, ignored: Mask | None = None) -> Detection:
     """Find the target in a crop (uint8 sRGB, shape (height, width, 3)); a black crop holds nothing.
+
+    Parameters
+    ----------
+    crop : array
+    settings : DetectorSettings
+    ignored : array, shape (height, width), optional
+        uint8: pixels that are 255 are not the target, whatever their colour, such as those of `RobotView.mask`.
 
     Raises
     ------
@@ -29,6 +36,8 @@ def detect(crop: NDArray[np.uint8], settings: DetectorSettings = RED_BALL) -> De
         For anything but an image.
     """
     mask = colour_mask(crop, settings)
+    if ignored is not None:
+        mask = np.asarray(cv2.bitwise_and(mask, cv2.bitwise_not(ignored)), dtype=np.uint8)
     blobs = find_blobs(mask, settings)
     return Detection(mask=mask, blobs=blobs, centroid_px=weighted_centroid(blobs))
 

@@ -87,9 +87,9 @@ class ColourWindow:
         return math.ceil(first / DEG_PER_STEP), math.floor(last / DEG_PER_STEP)
 
 
-RED_IN_WATER = ColourWindow(hue_from_deg=300, hue_to_deg=8, saturation_min=0.08, value_min=0.1)
-"""The chart's red up to 3 m away in clear ocean: as it pales, its hue goes from red to violet
-(docs/explanation/perception.md)."""
+RED_IN_WATER = ColourWindow(hue_from_deg=300, hue_to_deg=16, saturation_min=0.08, value_min=0.1)
+"""The ball's red up to 3 m away: as it pales its hue goes from red to violet before a reef, and to orange in open
+water, where white balance makes grey of a blue (docs/explanation/perception.md)."""
 
 
 @dataclass(frozen=True, kw_only=True)

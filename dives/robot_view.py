@@ -1,0 +1,97 @@
+"""Where in the crop a rig shows itself, from its meshes: what the tracking loop is told not to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.coverage.pose_axes import PoseAxes
+from optics.coverage.poses import seen_cells
+from optics.kernels.arrays import FloatArray
+from optics.kernels.cache import load_or_make, result_key
+from optics.layout import Layout
+from optics.mesh import Group, PartMesh
+from optics.occlusion import Occluder
+from optics.train import OpticalTrain
+from rigs import Rig
+from tracking.perception import Crop, ExactCorners
+from tracking.perception.robot_view import RobotView
+
+VIEW_VERSION = 1
+"""Raised when the same rig is seen to hide other cells."""
+
+STEP_DEG = 5.0
+"""Of the gaze between the joint values of the grid, at most: tilt turns it by twice its own angle."""
+
+CROP_CELLS = (40, 30)
+"""Columns and rows of the crop: half a degree of the aqua2's gaze each."""
+
+IMAGE_COLUMNS = 96
+"""Of the cells of the image that are traced: about as large as the crop's."""
+
+
+def robot_view(rig: Rig, parts: Sequence[PartMesh]) -> RobotView:
+    """Cells of the crop that do not look over both mirrors into the water, at joint values over all their range.
+
+    From the cache when it can be.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors.
+    parts : sequence of PartMesh
+        Hull and mount (`cad.assembly.meshes.rig_meshes`); may be empty.
+    """
+    numbers = rig.model_dump(mode="json", include={"camera", "port", "water", "gaze"})
+    shapes = [[part.group.value, part.vertices_m, part.faces] for part in parts]
+    return load_or_make(
+        "robot views",
+        result_key("robot view", VIEW_VERSION, numbers, shapes),
+        lambda: traced_view(rig, parts),
+        pack=lambda view: {"q1": view.q1, "q2": view.q2, "depth": view.depth},
+        unpack=lambda stored: RobotView(**stored),
+    )
+
+
+def traced_view(rig: Rig, parts: Sequence[PartMesh], *, step_deg: float = STEP_DEG) -> RobotView:
+    """The same without the cache, with gazes that are at most `step_deg` apart."""
+    layout = Layout.from_rig(rig)
+    q1, q2 = _grid(layout.pan.limits, step_deg), _grid(layout.tilt.limits, step_deg / 2)
+    q = np.stack(np.meshgrid(q1, q2, indexing="ij"), axis=-1).reshape(-1, 2)
+    seen = seen_cells(
+        OpticalTrain.from_rig(rig, q1=float(q1[0]), q2=float(q2[0])),
+        layout,
+        {group: Occluder.of_group(parts, group) for group in Group},
+        PoseAxes.of(layout, q[:, 0], q[:, 1]),
+        columns=IMAGE_COLUMNS,
+        rows=round(IMAGE_COLUMNS * rig.camera.height_px / rig.camera.width_px),
+    )
+    cells_per_px = np.array(seen.shape[:0:-1]) / [rig.camera.width_px, rig.camera.height_px]
+    corners = (ExactCorners(rig).corners(q) + 0.5) * cells_per_px - 0.5
+    depth = np.array([_depth(image, outline) for image, outline in zip(seen, corners, strict=True)])
+    return RobotView(q1=q1, q2=q2, depth=depth.reshape(len(q1), len(q2), *CROP_CELLS[::-1]))
+
+
+def _grid(limits: tuple[float, float], step_deg: float) -> FloatArray:
+    lowest, highest = limits
+    return np.linspace(lowest, highest, int(np.ceil((highest - lowest) / np.radians(step_deg))) + 1)
+
+
+def _depth(seen: NDArray[np.bool_], corners: FloatArray) -> NDArray[np.float16]:
+    """How many cells each of the crop lies inside of what hides the water, from cells of the image that show it."""
+    crop = Crop.of(corners, *CROP_CELLS)
+    if crop.empty:
+        return np.full(CROP_CELLS[::-1], max(CROP_CELLS), dtype=np.float16)
+    flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+    water = np.asarray(cv2.warpPerspective(seen.astype(np.uint8), crop.image_from_crop, CROP_CELLS, flags=flags)) > 0
+    inside, outside = _to_nearest_other(~water), _to_nearest_other(water)
+    return np.asarray(inside - outside, dtype=np.float16)
+
+
+def _to_nearest_other(cells: NDArray[np.bool_]) -> FloatArray:
+    """Distance of each true cell from the edge of the nearest false one, at most as far as the crop is wide; else 0."""
+    distance = np.asarray(cv2.distanceTransform(cells.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    return np.where(cells, np.minimum(distance, max(CROP_CELLS)) - 0.5, 0.0)

@@ -1,0 +1,89 @@
+"""Which part of the crop a rig hides from itself, against rays that are traced pose by pose."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dives.robot_view import CROP_CELLS, VIEW_VERSION, traced_view
+from optics.coverage.outcome import Outcome
+from optics.coverage.pose_axes import PoseAxes
+from optics.coverage.poses import seen_cells
+from optics.coverage.usable_fov import usable_fov
+from optics.layout import Layout
+from optics.mesh import Group, PartMesh, Role
+from optics.occlusion import Occluder
+from optics.status import Status
+from optics.train import OpticalTrain
+from rigs import Rig
+from tracking.perception import Crop, ExactCorners
+from tracking.perception.robot_view import MARGIN_CELLS, RobotView
+
+RIG = Rig.load("aqua2")
+
+CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
+FACES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4],
+     [1, 5, 7], [1, 7, 3]], dtype=np.int32
+)  # fmt: skip
+
+CELL_PX = 320 // CROP_CELLS[0]
+
+AHEAD_M = 0.4
+HALF_M = 0.03
+
+
+def block_ahead() -> PartMesh:
+    """A cube on the level gaze, ahead of M2."""
+    centre = Layout.from_rig(RIG).body_from_gimbal.translation + np.array([AHEAD_M, 0.0, 0.0])
+    return PartMesh(name="block", group=Group.FIXED, role=Role.HULL, vertices_m=HALF_M * CUBE + centre, faces=FACES)
+
+
+@pytest.fixture(scope="module")
+def bare() -> RobotView:
+    return traced_view(RIG, [], step_deg=10.0)
+
+
+@pytest.fixture(scope="module")
+def blocked() -> RobotView:
+    return traced_view(RIG, [block_ahead()], step_deg=10.0)
+
+
+def test_a_level_gaze_of_bare_mirrors_hides_the_crops_rim_alone(bare):
+    hidden = bare.mask([0.0, 0.0], 320, 240) > 0
+    assert not hidden[40:200, 40:280].any()
+
+
+def test_a_part_is_hidden_where_the_train_sees_it(bare, blocked):
+    """The corners of the block, traced by the exact train, lie in what is hidden; what is far from them does not."""
+    q = np.array([0.0, blocked.q2[np.abs(blocked.q2).argmin()]])
+    train = OpticalTrain.from_rig(RIG, q1=q[0], q2=q[1])
+    seen = train.project(Layout.from_rig(RIG).body_from_camera.inv().apply(block_ahead().vertices_m))
+    assert (seen.status == Status.OK).all()
+    x, y = np.rint(Crop.of(ExactCorners(RIG).corners(q)).from_image(seen.pixels)).astype(int).T
+    added = (blocked.mask(q, 320, 240) > 0) & (bare.mask(q, 320, 240) == 0)
+    assert added[y, x].all()
+    margin = CELL_PX * (MARGIN_CELLS + 2)
+    rows, columns = added.nonzero()
+    assert x.min() - margin <= columns.min() <= columns.max() <= x.max() + margin
+    assert y.min() - margin <= rows.min() <= rows.max() <= y.max() + margin
+
+
+def test_the_cells_are_as_many_as_the_usable_field_of_view_says():
+    """Two codes that count the same rays: whether a cell looks into the water, and how many do."""
+    q = np.radians([[0.0, 0.0], [40.0, 20.0], [-77.5, 122.5]])
+    parts = [block_ahead()]
+    cells = seen_cells(
+        OpticalTrain.from_rig(RIG, q1=0.0, q2=0.0),
+        Layout.from_rig(RIG),
+        {group: Occluder.of_group(parts, group) for group in Group},
+        PoseAxes.of(Layout.from_rig(RIG), q[:, 0], q[:, 1]),
+        columns=64,
+        rows=48,
+    )
+    expected = usable_fov(RIG, parts, q1=q[:, 0], q2=q[:, 1], columns=64, rows=48).pixels[:, Outcome.SEEN]
+    assert cells.sum(axis=(1, 2)).tolist() == expected.tolist()
+
+
+def test_recorded(blocked, check_recorded):
+    check_recorded("robot view", VIEW_VERSION, rel=1e-3, depth=blocked.depth.astype(np.float64).mean(axis=(2, 3)))

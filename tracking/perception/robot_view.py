@@ -1,0 +1,61 @@
+"""Where the gaze mirror shows the robot itself: places of the crop in which nothing is taken for the target.
+
+Hull, holder, yoke, servos and M1's frame are where the joints put them, so that the rig tells which parts of the crop
+show them. What the meshes say is computed beforehand on a grid of joint values (`dives.robot_view`) and handed to the
+loop as arrays: a robot's computer needs no meshes.
+
+An edge moves through the crop from one joint value to the next. What is kept is therefore no mask but the signed
+distance from its edge, which interpolates: half way between two poses the edge lies half way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from optics.kernels.arrays import FloatArray
+
+MARGIN_CELLS = 1.0
+"""By which the robot is grown: half a degree of the aqua2's gaze, which is what a servo's backlash or a mount that is
+built to a millimetre moves it by."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotView:
+    """Cells of the crop that do not show the water, on a grid of joint values.
+
+    Attributes
+    ----------
+    q1, q2 : arrays, shape (n1,) and (n2,)
+        Pan and tilt, radians, rising; two or more each.
+    depth : array, shape (n1, n2, rows, columns)
+        How many cells of the crop a cell's centre lies inside of what shows the robot, or past the mirrors' edges;
+        below zero how many it lies outside.
+    """
+
+    q1: FloatArray
+    q2: FloatArray
+    depth: NDArray[np.float16]
+
+    def mask(self, q: ArrayLike, width_px: int, height_px: int) -> NDArray[np.uint8]:
+        """255 in the pixels of the crop in which the robot may show, else 0; shape (height_px, width_px).
+
+        Linear between the grid's joint values; beyond them, those at its edge hold.
+        """
+        pan, tilt = np.asarray(q, dtype=np.float64).tolist()
+        (i, along_pan), (j, along_tilt) = _place(self.q1, pan), _place(self.q2, tilt)
+        corners = self.depth[i : i + 2, j : j + 2].astype(np.float32)
+        sides = corners[0] + np.float32(along_pan) * (corners[1] - corners[0])
+        depth = sides[0] + np.float32(along_tilt) * (sides[1] - sides[0])
+        fine = np.asarray(cv2.resize(depth, (width_px, height_px), interpolation=cv2.INTER_LINEAR))
+        return (fine > -MARGIN_CELLS).astype(np.uint8) * np.uint8(255)
+
+
+def _place(values: FloatArray, value: float) -> tuple[int, float]:
+    """Position of the interval of rising values in which one lies, and how far along it, from 0 to 1."""
+    first = int(np.clip(np.searchsorted(values, value) - 1, 0, len(values) - 2))
+    along = (value - values[first]) / (values[first + 1] - values[first])
+    return first, float(np.clip(along, 0.0, 1.0))
