@@ -12,6 +12,7 @@ import functools
 import hashlib
 import io
 import logging
+import math
 import os
 import time
 import zipfile
@@ -21,14 +22,21 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.lib.format import read_array
+from numpy.lib.format import read_array_header_1_0, read_array_header_2_0, read_magic
 from numpy.typing import NDArray
 
+from optics.kernels.arrays import aligned_room
 from optics.kernels.cache_contents import entry_path, evict, limit_bytes
 from optics.kernels.clock import CLOCK, last_time
 from rigs.atomic_files import atomic_file
 
 LOG = logging.getLogger(__name__)
+
+LONGEST_HEADER = 1 << 16
+"""Bytes within which the header of an array ends: a few hundred, where it names no fields."""
+
+PIECE_BYTES = 1 << 18
+"""Read at a time: what fits a processor's cache is copied twice as fast."""
 
 Arrays = Mapping[str, NDArray[Any]]
 Result = TypeVar("Result")
@@ -102,14 +110,30 @@ def load_or_make(
 
 def _load(path: Path) -> dict[str, NDArray[Any]]:
     with zipfile.ZipFile(path) as archive:
-        # Each file is read to its end before NumPy sees it, which reads no further than an array's header says: what
-        # was not read has not been compared with the checksum.
-        members = {name.removesuffix(".npy"): archive.read(name) for name in archive.namelist()}
-    arrays = {name: read_array(io.BytesIO(content), allow_pickle=False) for name, content in members.items()}
+        arrays = {info.filename.removesuffix(".npy"): _array(archive, info) for info in archive.infolist()}
     # The time of the last use; that of the last change stays. A cache that may only be read is still one.
     with suppress(OSError):
         os.utime(path, ns=(time.time_ns(), path.stat().st_mtime_ns))
     return arrays
+
+
+def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]:
+    """Array of a file in an archive, in the memory that it was read to: it begins where a cache line does."""
+    content = aligned_room(info.file_size, np.uint8)
+    with archive.open(info) as file:
+        # Each file is read to its end before NumPy sees it, which reads no further than an array's header says: what
+        # was not read has not been compared with the checksum.
+        start = 0
+        while piece := file.read(PIECE_BYTES):
+            content[start : start + len(piece)] = np.frombuffer(piece, dtype=np.uint8)
+            start += len(piece)
+    header = io.BytesIO(content[:LONGEST_HEADER].tobytes())
+    read_header = {(1, 0): read_array_header_1_0, (2, 0): read_array_header_2_0}[read_magic(header)]
+    shape, by_columns, dtype = read_header(header)
+    if dtype.hasobject:
+        raise ValueError(f"{info.filename}: expected numbers or words, got {dtype}")
+    values = np.frombuffer(content, dtype=dtype, count=math.prod(shape), offset=header.tell())
+    return values.reshape(shape, order="F" if by_columns else "C")
 
 
 def _save(path: Path, arrays: Arrays) -> None:

@@ -111,12 +111,17 @@ def vectors(rows: NDArray[np.float64]) -> Any:
     return Array3f32(*(Float32(aligned(column, np.float32)) for column in rows.T))
 
 
-def rows_of(table: NDArray[np.float64], width: int) -> Any:
+def rows_of(table: NDArray[np.floating], width: int) -> Any:
     """Table of at most `width` columns as the kernels read it: padded rows, one after the other."""
+    return Float32(padded_rows(table, width))
+
+
+def padded_rows(table: NDArray[np.floating], width: int) -> NDArray[np.float32]:
+    """The numbers of `rows_of`: a flat array."""
     padded = aligned_room(len(table) * width, np.float32)
     rows, columns = padded.reshape(len(table), width), table.shape[1]
     rows[:, :columns], rows[:, columns:] = table, 0
-    return Float32(padded)
+    return padded
 
 
 def pairs_of(nodes: NDArray[np.float64], width: int) -> Any:

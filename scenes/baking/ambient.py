@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
@@ -54,7 +55,7 @@ LEAST = 1e-30
 LEAST_DENSITY = 1e-6
 """Light that is divided by is more than this."""
 
-LIGHT_VERSION = 10
+LIGHT_VERSION = 11
 """Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
 
 One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.
@@ -98,16 +99,16 @@ def cached(
     light: Light,
     quality: LightQuality,
     name: str,
-    make: Callable[[], FloatArray],
+    make: Callable[[], NDArray[Any]],
     *,
     places: Sequence[FloatArray] = (),
-) -> FloatArray:
+) -> NDArray[Any]:
     """Array that comes from a mesh under a light, kept on disk.
 
     `places` are whatever else it comes from. The log tells what is not there yet: it takes seconds to a minute.
     """
 
-    def found() -> FloatArray:
+    def found() -> NDArray[Any]:
         LOG.info("finding the %s; it is kept for the next time", name)
         return make()
 

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from optics.kernels.arrays import FloatArray
-from optics.kernels.backend import Array3f32, UInt32, dr
-from optics.kernels.packing import rows_of, vectors
+from optics.kernels.backend import Array3f32, Float32, UInt32, dr
+from optics.kernels.packing import padded_rows, rows_of, vectors
 from scenes.baking.ambient import (
     LOG,
     RAYS_AT_ONCE,
@@ -83,7 +83,8 @@ def lit_world(mesh: GroupMesh, light: Light, quality: LightQuality) -> tuple[Gro
         for k, name in enumerate(KEPT)
     )
     irradiance = GridTable.of(axes, rows_of(around.reshape(-1, 3), SIDE_ROW))
-    return replace(mesh, ambient=ambient), source_volume(axes, source), irradiance
+    # Kept as the kernels read it, and where they can: it is large.
+    return replace(mesh, ambient=ambient), GridTable.of(axes, Float32(source)), irradiance
 
 
 def is_world_lit(mesh: GroupMesh, light: Light, quality: LightQuality) -> bool:
@@ -91,9 +92,13 @@ def is_world_lit(mesh: GroupMesh, light: Light, quality: LightQuality) -> bool:
     return all(is_kept(mesh, light, quality, name) for name in KEPT)
 
 
-def source_volume(axes: list[FloatArray], source: FloatArray) -> GridTable:
+def source_volume(axes: list[FloatArray], source: NDArray[np.floating]) -> GridTable:
     """Grid of sources, shape (n, elevations, azimuths, 3), as `scenes.kernels.veiling_light` takes it."""
-    return GridTable.of(axes, rows_of(source.reshape(-1, 3), SOURCE_ROW))
+    return GridTable.of(axes, Float32(_rows(source)))
+
+
+def _rows(source: NDArray[np.floating]) -> NDArray[np.float32]:
+    return padded_rows(source.reshape(-1, 3), SOURCE_ROW)
 
 
 class WorldLight(NamedTuple):
@@ -103,15 +108,15 @@ class WorldLight(NamedTuple):
     ----------
     ambient : array, shape (n, 3)
         Irradiance at its vertices by all but the direct sun.
-    source : array, shape (k, elevations, azimuths, 3)
-        What it changes of the light that water scatters, at the points of a grid.
+    source : array, shape (k * elevations * azimuths * SOURCE_ROW,)
+        What it changes of the light that water scatters, at the points of a grid, as `source_volume` has it.
     around : array, shape (k, sides, 3)
         What it changes of the irradiance of planes there (`scenes.kernels.ambient_cube`).
     """
 
     ambient: FloatArray
-    source: FloatArray
-    around: FloatArray
+    source: NDArray[np.float32]
+    around: NDArray[np.float32]
 
 
 def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[FloatArray]) -> WorldLight:
@@ -129,7 +134,7 @@ def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[Floa
     source, _ = water.source(around, ambient, volume)
     # In corners a coarse grid lets light into shadows: what scatters twice there is 2 % too bright after one turn.
     source, sides = water.source(around, ambient, source_volume(axes, source))
-    return WorldLight(ambient=ambient, source=source, around=sides)
+    return WorldLight(ambient=ambient, source=_rows(source), around=sides)
 
 
 def _coarser(axes: list[FloatArray], times: int) -> list[FloatArray]:
@@ -185,20 +190,22 @@ class _Water:
         self._open_water = self._seen(Surroundings.of(None, light, depth_m=self._depth), column)
         self.mean_source = float(self._scattered(self._open_water)[self._height].mean())
 
-    def source(self, around: Surroundings, ambient: FloatArray, volume: GridTable) -> tuple[FloatArray, FloatArray]:
+    def source(
+        self, around: Surroundings, ambient: FloatArray, volume: GridTable
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Source at the points, shape (n, elevations, azimuths, 3), and irradiance of planes, shape (n, sides, 3).
 
         Both as a lit mesh changes them.
         """
         lit = around.lit(ambient, volume, depth_m=self._depth)
         pieces = max(1, len(self._points) * len(self._directions) // RAYS_AT_ONCE)
-        sources, sides = [], []
+        sources = np.empty((len(self._points), SOURCE_ELEVATIONS * SOURCE_AZIMUTHS, 3), dtype=np.float32)
+        sides = np.empty((len(self._points), len(SIDES), 3), dtype=np.float32)
         for part in np.array_split(np.arange(len(self._points)), pieces):
             change = self._seen(lit, self._points[part]) - self._open_water[:, self._height[part]]
-            sources.append(self._scattered(change))
-            sides.append(np.moveaxis(change @ self._sides.T, 0, -1))
-        shape = (-1, SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3)
-        return np.concatenate(sources).reshape(shape), np.concatenate(sides)
+            sources[part] = self._scattered(change)
+            sides[part] = np.moveaxis(change @ self._sides.T, 0, -1)
+        return sources.reshape(-1, SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3), sides
 
     def _scattered(self, seen: FloatArray) -> FloatArray:
         """Source by radiance in all directions, shape (n, nodes, 3)."""

@@ -89,7 +89,7 @@ class Geometry:
 
 def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) -> Geometry:
     """Scenes and tables of meshes by group, under a sun in a direction of the world frame."""
-    groups, face_rows, vertex_rows = {}, [np.zeros((0, ROW))], [_plain_vertex()]
+    groups, face_rows, vertex_rows = {}, [_no_rows(0)], [_plain_vertex()]
     for name, mesh in meshes.items():
         first_face, first_vertex = sum(map(len, face_rows)), sum(map(len, vertex_rows))
         textured = mesh.colour is not None
@@ -107,7 +107,7 @@ def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) 
         if len(table) > LARGEST_INDEX:
             raise ValueError(f"expected at most {LARGEST_INDEX} {what} in a scene, got {len(table)}")
     if not len(tables[0]):
-        tables[0] = np.zeros((1, ROW))  # open water: there is nothing to hit, but something to look up
+        tables[0] = _no_rows(1)  # open water: there is nothing to hit, but something to look up
     faces, vertices = (rows_of(table, ROW) for table in tables)
     shadows = None
     if WORLD in meshes:
@@ -123,8 +123,12 @@ def relit(geometry: Geometry, ambient: NDArray[np.float64]) -> Geometry:
     return replace(geometry, vertices=rows_of(rows, ROW))
 
 
-def _face_rows(mesh: GroupMesh, first_vertex: int | None) -> NDArray[np.float64]:
-    rows = np.zeros((len(mesh.faces), ROW))
+def _no_rows(count: int) -> NDArray[np.float32]:
+    return np.zeros((count, ROW), dtype=np.float32)
+
+
+def _face_rows(mesh: GroupMesh, first_vertex: int | None) -> NDArray[np.float32]:
+    rows = _no_rows(len(mesh.faces))
     textured = first_vertex is not None
     rows[:, FaceColumn.NORMAL : FaceColumn.NORMAL + 3] = face_normals(mesh.vertices_m, mesh.faces)
     baked = mesh.ambient is not None
@@ -142,8 +146,8 @@ def face_code(code: Any) -> tuple[Any, Any, Any, Any]:
     return number % MATERIALS, (number // MATERIALS) % LABELS, corners >= 1, corners >= 2
 
 
-def _vertex_rows(mesh: GroupMesh) -> NDArray[np.float64]:
-    rows = np.zeros((len(mesh.vertices_m), ROW))
+def _vertex_rows(mesh: GroupMesh) -> NDArray[np.float32]:
+    rows = _no_rows(len(mesh.vertices_m))
     rows[:, VertexColumn.NORMAL : VertexColumn.NORMAL + 2] = to_octahedron(vertex_normals(mesh.vertices_m, mesh.faces))
     rows[:, VertexColumn.COLOUR : VertexColumn.COLOUR + 3] = mesh.colour
     light = mesh.unoccluded if mesh.ambient is None else mesh.ambient
@@ -151,9 +155,9 @@ def _vertex_rows(mesh: GroupMesh) -> NDArray[np.float64]:
     return rows
 
 
-def _plain_vertex() -> NDArray[np.float64]:
+def _plain_vertex() -> NDArray[np.float32]:
     """Row 0, where the corners of faces without texture point: colour one, and all the light around."""
-    row = np.zeros((1, ROW))
+    row = _no_rows(1)
     row[0, VertexColumn.COLOUR :] = 1
     return row
 

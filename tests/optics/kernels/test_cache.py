@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from optics.kernels import cache
+from optics.kernels.arrays import CACHE_LINE_BYTES
 from optics.kernels.cache import load_or_make, result_key
 from optics.kernels.cache_contents import entry_path
 
@@ -39,6 +40,18 @@ def test_what_is_kept_is_not_made_again(folder):
     np.testing.assert_array_equal(found(never), NUMBERS)
     assert [path.relative_to(folder) for path in folder.rglob("*.*")] == [Path("thing") / f"{KEY}.npz"]
     assert found(lambda: NUMBERS + 1, key="1" * 64)[0] == 1
+
+
+@pytest.mark.parametrize("shape", [(), (0, 3), (70001,), (40, 30, 100)])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_arrays_are_read_to_where_kernels_can_use_them(shape, order):
+    """In a cache line's first byte, whatever their size, and they can be written to."""
+    kept = np.asarray(np.random.default_rng(0).normal(size=shape), order=order)
+    found(lambda: kept)
+    read = found(never)
+    assert read.shape == kept.shape
+    np.testing.assert_array_equal(read, kept)
+    assert read.ctypes.data % CACHE_LINE_BYTES == 0 and read.flags.writeable
 
 
 def test_what_is_found_was_used_now_and_made_then():
