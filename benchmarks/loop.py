@@ -10,7 +10,6 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +39,7 @@ def run() -> list[dict[str, Any]]:
     """Times of a step and of a frame, of a dive, and how memory grows."""
     dive = Dive.load("spiral")
     # Without the functional check the loop looks from the first image on.
-    tracked = replace(VARIANTS["default"], behaviour=replace(VARIANTS["default"].behaviour, check_s=0.0))
+    tracked = VARIANTS["default"].without_check()
     rig = dive.load_rig()
     closed = ClosedLoop(dive, rig, rig_meshes(rig))
     closed.loop = TrackingLoop(rig, tracked, detector=dive.detector_settings())

@@ -40,8 +40,15 @@ class Dive(DiveSpecification):
         return parse_dive(_text_of(path, str(name_or_path)), source=str(name_or_path), folder=path.parent)
 
 
-def varied(dive: Dive, *, variant: str | None = None, frames: int | None = None, video: bool = True) -> Dive:
-    """A dive with another variant of the loop, cut after a number of frames, or without its videos.
+def varied(
+    dive: Dive,
+    *,
+    variant: str | None = None,
+    frames: int | None = None,
+    video: bool = True,
+    functional_check: bool = True,
+) -> Dive:
+    """A dive with another variant of the loop, cut after a number of frames, or without videos or functional check.
 
     `ValueError` for an unknown variant.
     """
@@ -50,6 +57,7 @@ def varied(dive: Dive, *, variant: str | None = None, frames: int | None = None,
     changes = {
         **({} if variant is None else {"variant": variant}),
         **({} if frames is None else {"duration_s": min(dive.duration_s, frames / dive.frame_rate_hz)}),
+        **({} if functional_check else {"functional_check": False}),
         **({} if video else {"video": "none", "overlay": False}),
     }
     return dive.model_copy(update=changes)

@@ -32,7 +32,6 @@ from optics.mesh import PartMesh
 from rigs import Rig
 from tracking.log import Row, joint_columns, loop_columns
 from tracking.loop.loop import TrackingLoop
-from tracking.loop.variants import VARIANTS
 from tracking.mirrors.simulated import SimulatedMirrors
 from tracking.protocols import CameraFrame, MirrorReport
 from tracking.records import Step
@@ -80,7 +79,7 @@ class ClosedLoop:
         self.whole_images = dive.video != "none" or dive.overlay
         self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed))
         self.camera = RenderedCamera(dive, rig, parts, self.mirrors)
-        variant = VARIANTS[dive.variant]
+        variant = dive.loop_variant()
         view = robot_view(rig, parts) if variant.ignores_robot else None
         self.loop = TrackingLoop(rig, variant, detector=settings, robot_view=view)
         target = self.camera.renderer.scene.target

@@ -14,6 +14,7 @@ from rigs.display import facts_table
 from rigs.section import NotNegative, Number, Section, Whole
 from scenes.light.waves import STRONGEST_WIND_M_PER_S
 from scenes.stage.scene import DEPTHS_M, WIND_M_PER_S
+from tracking.loop.variants import VARIANTS, Variant
 from tracking.perception import RED_BALL, DetectorSettings
 
 LONGEST_DIVE_S = 3600.0
@@ -66,8 +67,9 @@ class DiveSpecification(Section):
 
     Places are told from the robot's start (`dives.paths`). The camera's frame rate is the dive's; how long
     its exposures may be and how fast it is read out is the rig's (`[image_sensor]`). `control_latency_ms` counts from
-    the end of an image's last row to the command that it leads to. `seed` is that of noise, servos and sway,
-    `world_seed` that of what stands and drifts around.
+    the end of an image's last row to the command that it leads to. Without `functional_check` the loop looks from the
+    first image on, and reads the first second or two with a guess of where the servos stand. `seed` is that of noise,
+    servos and sway, `world_seed` that of what stands and drifts around.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
@@ -83,6 +85,7 @@ class DiveSpecification(Section):
     target: DiveTarget
     robot: RobotMotion
     variant: str = "default"
+    functional_check: bool = True
     control_latency_ms: NotNegative = 10.0
     detector: DetectorOverrides = DetectorOverrides()
     offline_detector: DetectorOverrides | None = None
@@ -115,6 +118,11 @@ class DiveSpecification(Section):
         said = {} if rig.image_sensor is None else rig.image_sensor.model_dump(exclude_unset=True)
         sensor = ImageSensorSpec.model_validate(said | {"frame_rate_hz": self.frame_rate_hz})
         return rig.model_copy(update={"image_sensor": sensor})
+
+    def loop_variant(self) -> Variant:
+        """The loop that the dive names."""
+        variant = VARIANTS[self.variant]
+        return variant if self.functional_check else variant.without_check()
 
     def detector_settings(self) -> DetectorSettings:
         """What counts as the target while the loop runs."""

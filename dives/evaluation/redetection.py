@@ -40,7 +40,6 @@ from tracking.estimation.gimbal import Gimbal
 from tracking.log import LOG, Row, loop_columns, read_log, table_of, write_table
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.offline import detector_named
-from tracking.loop.variants import VARIANTS
 from tracking.overlay import overlay
 from tracking.perception import ColourWindow, DetectorSettings
 from tracking.protocols import CameraFrame, MirrorReport
@@ -187,7 +186,7 @@ def detect_again(
     assert target is not None  # a dive's scene has one
     truth = GroundTruthColumns(rig, target.shape, settings)
     gimbal = Gimbal(Layout.from_rig(rig))
-    variant = VARIANTS[dive.variant]
+    variant = dive.loop_variant()
     view = robot_view(rig, rig_meshes(rig)) if variant.ignores_robot else None
     loop = TrackingLoop(rig, variant, detector=settings, robot_view=view)
     rows = recording.log.to_pylist()

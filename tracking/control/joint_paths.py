@@ -49,12 +49,18 @@ class JointPath:
         return np.array([np.interp(time_s, self.time_s, joint) for joint in self.q.T])
 
 
-def check_path(gimbal: Gimbal, duration_s: float) -> JointPath:
-    """Functional check: each joint from its middle over its whole range and back, in a given time above 0."""
+def check_path(gimbal: Gimbal, speeds: JointSpeeds, duration_s: float) -> JointPath:
+    """Functional check: each joint from its middle to both sides and back, in a given time above 0.
+
+    Over its whole range where the servos can do that in the time, else as far as they get at their speed.
+    """
     steps = np.array([(0, 0), (-1, 0), (1, 0), (0, 0), (0, -1), (0, 1), (0, 0)])
     half = (gimbal.highest - gimbal.lowest) / 2
-    path = JointPath.through(gimbal.middle + steps * half, JointSpeeds(pan=1.0, tilt=1.0))
-    return JointPath(q=path.q, time_s=path.time_s * duration_s / path.duration_s)
+    whole = JointPath.through(gimbal.middle + steps * half, speeds)
+    share = min(duration_s / whole.duration_s, 1.0)
+    return JointPath(
+        q=gimbal.middle + share * (whole.q - gimbal.middle), time_s=whole.time_s * duration_s / whole.duration_s
+    )
 
 
 def raster_path(gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray) -> JointPath:

@@ -6,6 +6,9 @@
     PREDICT  --- seen ----------------------------------------> TRACK
     PREDICT  --- not seen for more than `predict_frames` -----> SCAN
 
+What was seen in few images is not waited for longer than it was seen, if `earned` says so: a speck that looked like the
+target for a tenth of a second would stop a search for four.
+
 While scanning, a target that was seen but not yet often enough is a candidate: it is already followed, and an image
 without it takes one of its images away again. While predicting, an image that does not show the place where the
 target is expected, because the mirror is still on its way there, says nothing; so many do not count.
@@ -33,12 +36,15 @@ class BehaviourSettings:
         Images that a lost target is looked for where it is predicted; the paper's 30.
     unseen_frames : int
         Images that do not count, because the place where it is predicted is not in the crop. The paper counts all.
+    earned : bool
+        Whether both are at most as many as the target was seen in since it was tracked.
     """
 
     check_s: float = 30.0
     confirm_frames: int = 1
     predict_frames: int = 30
     unseen_frames: int = 0
+    earned: bool = False
 
     def __post_init__(self) -> None:
         problems = []
@@ -68,12 +74,15 @@ class BehaviourState:
         While predicting: images without the target that count.
     unseen : int
         While predicting: images that do not.
+    seen : int
+        While tracking and predicting: images that the target was seen in.
     """
 
     mode: Mode = Mode.CHECK
     hits: int = 0
     missed: int = 0
     unseen: int = 0
+    seen: int = 0
 
 
 def next_state(
@@ -99,12 +108,14 @@ def next_state(
         state = BehaviourState(mode=Mode.SCAN)
     if state.mode is Mode.SCAN:
         hits = state.hits + 1 if found else max(state.hits - 1, 0)
-        return BehaviourState(mode=Mode.TRACK) if hits >= settings.confirm_frames else replace(state, hits=hits)
+        confirmed = hits >= settings.confirm_frames
+        return BehaviourState(mode=Mode.TRACK, seen=hits) if confirmed else replace(state, hits=hits)
     if found:
-        return BehaviourState(mode=Mode.TRACK)
+        return BehaviourState(mode=Mode.TRACK, seen=state.seen + 1)
     lost = replace(state, mode=Mode.PREDICT)
-    if not expected and state.unseen < settings.unseen_frames:
+    most = state.seen if settings.earned else max(settings.unseen_frames, settings.predict_frames)
+    if not expected and state.unseen < min(settings.unseen_frames, most):
         return replace(lost, unseen=state.unseen + 1)
-    if state.missed < settings.predict_frames:
+    if state.missed < min(settings.predict_frames, most):
         return replace(lost, missed=state.missed + 1)
     return BehaviourState(mode=Mode.SCAN)

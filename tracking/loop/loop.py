@@ -111,11 +111,11 @@ class TrackingLoop:
             literal = variant.law == "paper-literal"
             self._follower = CropFollower(self._gimbal, scale, variant.centroid_noise, literal=literal)
         self._search = Search(self._gimbal, speeds, view)
-        self._check = check_path(self._gimbal, variant.behaviour.check_s) if variant.behaviour.check_s > 0 else None
+        check_s = variant.behaviour.check_s
+        self._check = check_path(self._gimbal, speeds, check_s) if check_s > 0 else None
         self._state = BehaviourState()
         self._q_command = self._gimbal.middle
         self._q_seen = self._gimbal.middle
-        self._seen = 0
         self._first_s: float | None = None
         self._last_s = math.nan
         self._intervals: list[float] = []
@@ -161,7 +161,6 @@ class TrackingLoop:
         expected = update.expected_px
         if update.blobs:
             self._q_seen = q
-            self._seen += 1
         if looking:
             detection = replace(detection, blobs=update.blobs, centroid_px=weighted_centroid(update.blobs))
         before = self._state
@@ -200,9 +199,9 @@ class TrackingLoop:
             "hits": self._state.hits,
             "missed": self._state.missed,
             "unseen": self._state.unseen,
+            "seen": self._state.seen,
             "q_command": self._q_command.tolist(),
             "q_seen": self._q_seen.tolist(),
-            "seen": self._seen,
             "first_s": self._first_s,
             "last_s": None if math.isnan(self._last_s) else self._last_s,
             "intervals": list(self._intervals),
@@ -213,11 +212,10 @@ class TrackingLoop:
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot of a loop made with the same arguments, to the same bytes."""
         self._state = BehaviourState(
-            mode=Mode(snapshot["mode"]), hits=snapshot["hits"], missed=snapshot["missed"], unseen=snapshot["unseen"]
+            mode=Mode(snapshot["mode"]), **{name: snapshot[name] for name in ("hits", "missed", "unseen", "seen")}
         )
         self._q_command = np.array(snapshot["q_command"])
         self._q_seen = np.array(snapshot["q_seen"])
-        self._seen = snapshot["seen"]
         self._first_s = snapshot["first_s"]
         self._last_s = math.nan if snapshot["last_s"] is None else snapshot["last_s"]
         self._intervals = list(snapshot["intervals"])
@@ -253,7 +251,6 @@ class TrackingLoop:
             return self._follower.follow(observation)
         if before.mode is not Mode.SCAN:
             self._search_on(before, observation)
-        self._seen = 0
         self._follower.forget()
         return self._search.advance(self._intervals[-1] if self._intervals else 0.0)
 
@@ -262,7 +259,7 @@ class TrackingLoop:
         outwards = self._variant.rescan == "outwards"
         if before.mode is Mode.CHECK or not outwards:
             self._search.begin(observation.q)
-        elif self._seen > self._variant.behaviour.predict_frames:
+        elif before.seen > self._variant.behaviour.predict_frames:
             # Around where it was last seen: predictions of a target that turns or stops lead away from it.
             self._search.begin(observation.q, self._q_seen)
         else:

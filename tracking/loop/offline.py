@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -171,8 +171,7 @@ def variant_named(name: str, *, turning: bool) -> Variant:
     """
     if name not in VARIANTS:
         raise ValueError(f"variant {name!r}: expected one of {', '.join(VARIANTS)}")
-    variant = VARIANTS[name]
-    return variant if turning else replace(variant, behaviour=replace(variant.behaviour, check_s=0.0))
+    return VARIANTS[name] if turning else VARIANTS[name].without_check()
 
 
 def detector_named(name: str) -> DetectorSettings:

@@ -37,6 +37,9 @@ def dive(
     no_video: Annotated[
         bool, typer.Option("--no-video", help="Write no video; render only what the loop looks at.")
     ] = False,
+    check: Annotated[
+        bool, typer.Option("--check/--no-check", help="Move the servos for 3 s before looking, so that they are known.")
+    ] = True,
     bag: Annotated[bool, typer.Option("--bag", help="Write a ROS 2 bag (MCAP) as well.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -57,7 +60,7 @@ def dive(
     from dives.dive import varied
     from mirrorgaze.loading import load_usable_rig
 
-    chosen = varied(Dive.load(dive_file), variant=variant, frames=frames, video=not no_video)
+    chosen = varied(Dive.load(dive_file), variant=variant, frames=frames, video=not no_video, functional_check=check)
     if bag and chosen.video == "none":
         raise ValueError(
             "--bag: expected a dive with a video, since a bag holds the images; leave --no-video or --bag out"

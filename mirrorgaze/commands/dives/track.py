@@ -40,6 +40,9 @@ def track(
     mirrors: Annotated[
         str, typer.Option(metavar="DRIVER", help="Driver of a live camera's mirrors: none, maestro:PORT.")
     ] = "none",
+    check: Annotated[
+        bool, typer.Option("--check/--no-check", help="Move the servos for 3 s before looking, so that they are known.")
+    ] = True,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.", show_default="out/RIG-track"),
@@ -68,7 +71,7 @@ def track(
     loaded = load_usable_rig(rig)
     if calibration is not None:
         loaded = CalibratedRig.load(calibration, loaded).with_joint_offsets()
-    chosen = variant_named(variant, turning=mirrors != NO_MIRRORS)
+    chosen = variant_named(variant, turning=check and mirrors != NO_MIRRORS)
     settings = detector_named(detector)
     folder = output or Path("out") / f"{loaded.name}-track"
     print_step("images ...")

@@ -30,13 +30,22 @@ def test_a_path_is_as_fast_as_the_slower_joint_allows():
 
 
 def test_the_check_drives_both_joints_over_their_range_in_the_time_it_is_given():
-    path = check_path(GIMBAL, 30.0)
+    path = check_path(GIMBAL, SPEEDS, 30.0)
     assert path.duration_s == pytest.approx(30.0)
     np.testing.assert_allclose([path.at(0.0), path.at(30.0)], [GIMBAL.middle] * 2)
     np.testing.assert_allclose(path.q.min(axis=0), GIMBAL.lowest)
     np.testing.assert_allclose(path.q.max(axis=0), GIMBAL.highest)
     # Twice the range a joint, one after the other: 620 degrees in 30 s, a third of what the paper's servos can.
     assert (np.abs(np.diff(path.q, axis=0)).max(axis=1) / np.diff(path.time_s)).max() < SPEEDS.pan / 2
+
+
+def test_a_short_check_goes_as_far_as_the_servos_get():
+    """620 degrees at 60 degrees/s take 10.3 s: in 3 s it is 0.29 of the range, to each side of the middle."""
+    path = check_path(GIMBAL, SPEEDS, 3.0)
+    assert path.duration_s == pytest.approx(3.0)
+    share = 3.0 * 60 / 620
+    np.testing.assert_allclose(path.q.max(axis=0) - GIMBAL.middle, share * (GIMBAL.highest - GIMBAL.lowest) / 2)
+    assert (np.abs(np.diff(path.q, axis=0)).max(axis=1) / np.diff(path.time_s)).max() <= SPEEDS.pan * (1 + 1e-12)
 
 
 def test_the_raster_leaves_no_gap():

@@ -61,6 +61,13 @@ def test_images_that_cannot_show_it_do_not_count_up_to_a_number():
     assert modes(run(PAPER, "x" * 31, start=tracking)) == "p" * 30 + "s"
 
 
+def test_what_was_seen_in_few_images_is_not_waited_for_longer():
+    settings = BehaviourSettings(confirm_frames=3, predict_frames=5, unseen_frames=9, earned=True)
+    assert modes(run(settings, "ttt....")) == "sstppps"
+    assert modes(run(settings, "ttt" + "x" * 7)) == "sst" + "p" * 6 + "s"
+    assert modes(run(settings, "t" * 20 + "." * 6)) == "ss" + "t" * 18 + "p" * 5 + "s"
+
+
 @given(st.text("t.x", max_size=60), st.integers(1, 4), st.integers(0, 5), st.integers(0, 5))
 def test_no_other_arrows(images, confirm, predict, unseen):
     settings = BehaviourSettings(confirm_frames=confirm, predict_frames=predict, unseen_frames=unseen)
