@@ -16,7 +16,7 @@ from scipy.spatial.transform import RigidTransform
 from dives.looked_at import filled
 from dives.metrics.causes import CLIPPED, blown_and_dark, cause_of_loss
 from dives.rendered_camera import Exposure
-from optics.gaze.kinematics import gaze_mirror_normal, virtual_camera
+from optics.gaze.kinematics import gaze_mirror_normal
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout, camera_pose
 from optics.mirror import PlaneMirror, Reflection
@@ -24,7 +24,6 @@ from optics.mirror_outline import Rectangle, mirror_outline
 from optics.train import OpticalTrain
 from rigs import Rig
 from scenes.stage.frame import Label
-from scenes.stage.state import State
 from scenes.stage.targets import Ball, TargetShape
 from tracking.perception import Crop, DetectorSettings, ExactCorners
 from tracking.records import Mode, Step
@@ -61,6 +60,9 @@ class GroundTruthColumns:
         # What is left of a train when points are unfolded over its mirrors beforehand, and the same for all poses.
         self._bare_train = OpticalTrain.bare(rig)
         self._m1 = PlaneMirror.from_pose(self._layout.body_from_m1).reflection
+        centre = self._layout.body_from_camera.translation
+        # The camera's centre, and the point a metre in front of it, as M1 shows them.
+        self._axis_in_m1 = self._m1.apply([centre, self._layout.body_from_camera.apply([0.0, 0.0, 1.0])])
         self._corners = ExactCorners(rig)
         self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
         servos = rig.require_gaze().servos
@@ -70,19 +72,18 @@ class GroundTruthColumns:
         """Corners of the gaze mirror in the image at true joint values, shape (4, 2)."""
         return self._corners.corners(q)
 
-    def of(self, exposure: Exposure, state: State, step: Step, speed_rad_per_s: FloatArray) -> Row:
+    def of(self, exposure: Exposure, step: Step, speed_rad_per_s: FloatArray) -> Row:
         """Columns of one image.
 
         Parameters
         ----------
         exposure : Exposure
-        state : State
-            Truth at the image's time.
         step : Step
             What the loop made of it.
         speed_rad_per_s : array, shape (2,)
             Of the true joints during the exposure.
         """
+        state = exposure.state
         q = np.array([state.q1, state.q2])
         assert state.world_from_body is not None and state.world_from_target is not None  # a dive knows both
         body_from_target = state.world_from_body.inv() * state.world_from_target
@@ -118,8 +119,9 @@ class GroundTruthColumns:
         """Directions from M2 and from the virtual camera to the target, and where the axis points."""
         place = body_from_target.translation
         from_mirror = place - self._layout.body_from_gimbal.translation
-        virtual = virtual_camera(self._layout, *q.tolist())
-        axis, to_target = virtual.rotation.as_matrix()[:, 2], place - virtual.translation
+        # The virtual camera's centre and axis are the real one's, reflected over M1 and M2.
+        centre, ahead = self._gaze_mirror(q).apply(self._axis_in_m1)
+        axis, to_target = ahead - centre, place - centre
         error = np.arctan2(np.linalg.norm(np.cross(axis, to_target)), axis @ to_target)
         azimuth, elevation = angles_deg(from_mirror)
         gaze_azimuth, gaze_elevation = angles_deg(axis)
@@ -150,7 +152,7 @@ class GroundTruthColumns:
         m2 = self._gaze_mirror(q)
         if isinstance(self._shape, Ball):
             place = body_from_target.translation
-            eye = m2.apply(self._m1.apply(self._layout.body_from_camera.translation)) - place
+            eye = m2.apply(self._axis_in_m1[0]) - place
             points = self._projected(m2, np.vstack([place, place + _ball_outline(self._shape.radius_m, eye)]))
             outlines = [points[1:]]
             area = _polygon_area(points[1:]) * _circle_over_polygon(OUTLINE_POINTS)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from dives.dive import Dive
 from dives.looked_at import part_around, pixels_around
@@ -64,6 +65,8 @@ class Exposure:
     time_s, start_s, end_s : float
         Of the image; of its first row's opening and its last row's closing.
     settings : CameraSettings
+    state : State
+        Where everything is at the image's time.
     label : array, shape (height, width)
         `scenes.stage.frame.Label` of what each pixel shows in the middle of its row's exposure; `HOUSING` where nothing
         was rendered.
@@ -78,6 +81,7 @@ class Exposure:
     start_s: float
     end_s: float
     settings: CameraSettings
+    state: State
     label: NDArray[np.uint8]
     smear_px: float
     sweeps: int
@@ -141,7 +145,8 @@ class RenderedCamera:
             return None
         half_s = ((self._sensor.height_px - 1) * self._sensor.row_time_s + self._settings.exposure_s) / 2
         self.mirrors.advance(time_s + half_s)
-        smear_px = self._smear_px(time_s)
+        opened, state, closed = self.states(np.array([-0.5, 0.0, 0.5]) * self._settings.exposure_s + time_s)
+        smear_px = self._smear_px(opened, closed)
         sweeps = sweep_times(
             self._sensor,
             exposure_s=self._settings.exposure_s,
@@ -158,6 +163,7 @@ class RenderedCamera:
             start_s=time_s - half_s,
             end_s=time_s + half_s,
             settings=self._settings,
+            state=state,
             label=label,
             smear_px=smear_px,
             sweeps=len(sweeps),
@@ -212,19 +218,18 @@ class RenderedCamera:
         label.ravel()[slice(None) if pixels is None else pixels] = rendered[len(sweeps) // 2].label.numpy()
         return raw, label
 
-    def _smear_px(self, time_s: float) -> float:
+    def _smear_px(self, opened: State, closed: State) -> float:
         """How far the view moves while one row is exposed, pixels: mirrors, robot and target, at most.
 
         Angles on the axis; where they add up, they are added.
         """
-        span = np.array([-0.5, 0.5]) * self._settings.exposure_s + time_s
-        q = self.mirrors.q(span)
-        gaze = forward_gaze(self._layout, q[:, 0], q[:, 1])
-        bodies = body_pose(self.dive, span)
-        turned = float((bodies[0].rotation.inv() * bodies[1].rotation).magnitude())
-        seen = target_pose(self.dive, span).translation - bodies.translation
+        gaze = forward_gaze(self._layout, *np.array([(opened.q1, opened.q2), (closed.q1, closed.q2)]).T)
+        bodies = [_matrix(state.world_from_body) for state in (opened, closed)]
+        targets = [_matrix(state.world_from_target) for state in (opened, closed)]
+        turned = float(Rotation.from_matrix(bodies[0][:3, :3].T @ bodies[1][:3, :3]).magnitude())
+        seen = np.array([target[:3, 3] - body[:3, 3] for body, target in zip(bodies, targets, strict=True)])
         # Panned, the image turns about its own axis as well: at its edge as fast as if it moved along.
-        swept = max(_angle(gaze.direction), abs(float(q[1, 0] - q[0, 0])))
+        swept = max(_angle(gaze.direction), abs(closed.q1 - opened.q1))
         return float((swept + turned + _angle(seen)) * self._px_per_rad)
 
 
@@ -244,6 +249,11 @@ def dive_scene(dive: Dive, rig: Rig) -> Scene:
         snow=dive.snow,
         seed=dive.world_seed,
     )
+
+
+def _matrix(pose: RigidTransform | None) -> FloatArray:
+    assert pose is not None  # a dive knows all poses
+    return np.asarray(pose.as_matrix())
 
 
 def _angle(vectors: FloatArray) -> float:

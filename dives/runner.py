@@ -101,9 +101,9 @@ class ClosedLoop:
         step = self.loop.step(camera_frame, report)
         self.mirrors.command(step.q_command, exposure.end_s + self.dive.control_latency_ms / 1000)
         clock.append(time.perf_counter())
-        (state,) = self.camera.states(np.array([time_s]))
         q = self.mirrors.q(np.array([exposure.start_s, exposure.end_s]))
         rows = self.mirrors.q(exposure.rows_s)
+        state = exposure.state
         speed = (q[1] - q[0]) / (exposure.end_s - exposure.start_s)
         row: Row = {
             "frame": exposure.frame,
@@ -112,7 +112,7 @@ class ClosedLoop:
             **loop_columns(step, np.array([state.q1, state.q2])),
             **joint_columns("first_row", rows[0]),
             **joint_columns("last_row", rows[1]),
-            **self.truth.of(exposure, state, step, speed),
+            **self.truth.of(exposure, step, speed),
         }
         clock.append(time.perf_counter())
         for name, took in zip(self.seconds, np.diff(clock).tolist(), strict=True):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -141,6 +141,10 @@ class OpticalTrain:
 
     def parameters(self) -> dict[str, Any]:
         """Numbers of the train for the kernels."""
+        return dict(self._parameters)
+
+    @cached_property
+    def _parameters(self) -> dict[str, Any]:
         return {
             "camera": self.camera.parameters(),
             "port": self.port.parameters(),

@@ -21,6 +21,7 @@ from cad.assembly.meshes import rig_meshes
 from dives.dive import Dive
 from dives.files import DIVE_FILE, OVERLAY_FILE, VIDEO_FILE, json_text
 from dives.ground_truth_columns import GroundTruthColumns
+from dives.looked_at import pixels_around
 from dives.metrics import dive_metrics
 from dives.metrics.detector import DETECTOR_DEFINITIONS
 from dives.paths import body_pose, target_pose
@@ -202,8 +203,8 @@ def detect_again(
         q_true = np.array([state.q1, state.q2])
         estimated = MirrorReport(q=_joints(recorded, "estimated"), time_s=camera_frame.time_s, measured=False)
         step = _as_recorded(loop.step(camera_frame, estimated), recorded)
-        label = _labels(renderer, states)
-        true = truth.of(_exposure(recorded, label), state, step, np.zeros(2))
+        label = _labels(renderer, states, [step.corners_px, truth.corners_px(q_true)])
+        true = truth.of(_exposure(recorded, state, label), step, np.zeros(2))
         yield DetectedAgain(camera_frame=camera_frame, step=step, row=_row(recorded, loop_columns(step, q_true) | true))
         progress(number + 1, len(rows))
 
@@ -289,13 +290,16 @@ def _state(dive: Dive, q: FloatArray, time_s: float) -> State:
     )
 
 
-def _labels(renderer: FastRenderer, states: list[State]) -> NDArray[np.uint8]:
-    """What each pixel shows, shape (height, width), as its rows went through the states."""
-    flat = renderer.sweep_arrays(states, truth=False).label.numpy()
-    return np.asarray(flat.astype(np.uint8).reshape(renderer.shape))
+def _labels(renderer: FastRenderer, states: list[State], outlines_px: list[FloatArray]) -> NDArray[np.uint8]:
+    """What pixels within outlines show, shape (height, width), as the image's rows went through the states."""
+    rays, pixels = renderer.rays_of(pixels_around(outlines_px, renderer.shape[::-1]))
+    label = np.zeros(renderer.shape, dtype=np.uint8)
+    if rays.size:
+        label.ravel()[pixels] = renderer.sweep_arrays(states, truth=False, chosen=rays).label.numpy()
+    return label
 
 
-def _exposure(row: Row, label: NDArray[np.uint8]) -> Exposure:
+def _exposure(row: Row, state: State, label: NDArray[np.uint8]) -> Exposure:
     """What a log knows of an exposure; how far the view moved in it is not in a log, and asked for the cause alone."""
     half_s = row["exposure_s"] / 2
     return Exposure(
@@ -304,6 +308,7 @@ def _exposure(row: Row, label: NDArray[np.uint8]) -> Exposure:
         start_s=row["time_s"] - half_s,
         end_s=row["time_s"] + half_s,
         settings=CameraSettings(exposure_s=row["exposure_s"], gain_db=row["gain_db"], white_gains=(1.0, 1.0, 1.0)),
+        state=state,
         label=label,
         smear_px=0.0,
         sweeps=1,

@@ -73,7 +73,7 @@ def step_of(rig, now, image, settings=RED_BALL):
     )
 
 
-def exposure_of(frame):
+def exposure_of(frame, now):
     settings = CameraSettings(exposure_s=0.005, gain_db=0.0, white_gains=(1.0, 1.0, 1.0))
     return Exposure(
         frame=0,
@@ -81,6 +81,7 @@ def exposure_of(frame):
         start_s=0.0,
         end_s=0.01,
         settings=settings,
+        state=now,
         label=frame.label,
         smear_px=0.0,
         sweeps=1,
@@ -103,7 +104,7 @@ def row_of(rig, renderer, now, *, shape=None, image=None, speed=(0.0, 0.0), mode
     settings = any_red()
     step = replace(step_of(rig, now, painted(frame) if image is None else image(frame), settings), mode=mode)
     truth = GroundTruthColumns(rig, shape or Ball(radius_m=RADIUS_M), settings)
-    return frame, truth.of(exposure_of(frame), now, step, np.array(speed))
+    return frame, truth.of(exposure_of(frame, now), step, np.array(speed))
 
 
 def test_a_target_on_the_axis_is_seen_whole_and_without_error(rig, renderer):
