@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,17 +11,19 @@ from typing import Any
 
 import tomlkit
 
-from dives.dive import Dive, find_dive, parse_dive
+from dives.dive import Dive, find_dive, parse_dive, varied
 from dives.ensembles.members import Member
 from dives.ensembles.processes import Failure, run_in_processes
 from dives.files import is_finished
 from dives.metrics import dive_metrics
 from dives.runner import identity_of, run_dive
+from optics.kernels.backend import dr
 from optics.kernels.clock import Pace
 from tracking.log import read_log
 
-Work = Callable[[str, str], None]
-"""Takes the text of a dive file and a folder, dives there, and goes on where an earlier dive stopped."""
+Work = Callable[[str, str, int], None]
+"""Takes the text of a dive file, a folder and a number of threads, dives there, and goes on where an earlier dive
+stopped."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +53,7 @@ def run_ensemble(
     *,
     workers: int,
     log: Callable[[str], None],
+    video: bool = True,
     work: Work | None = None,
 ) -> list[Outcome]:
     """Dive every member that is not finished; members that fail do not keep the others.
@@ -65,6 +69,8 @@ def run_ensemble(
         Dives at a time.
     log : callable
         Takes a line for each dive that ends.
+    video : bool
+        Whether the dives write their videos; without, only what the loop looks at is rendered.
     work : callable, optional
         Dives; `dive_into` when none is given. Of a module's top level: other processes import it.
 
@@ -80,9 +86,10 @@ def run_ensemble(
     """
     if workers < 1:
         raise ValueError(f"expected one worker or more, got {workers}")
-    dives = planned(dive, members)
+    dives = {name: varied(each, video=video) for name, each in planned(dive, members).items()}
+    threads = max(1, (os.cpu_count() or 1) // workers)
     folders = {member.name: folder / member.name for member in members}
-    waiting = {name: (dives[name].as_toml(), str(path)) for name, path in unfinished(dives, folders).items()}
+    waiting = {name: (dives[name].as_toml(), str(path), threads) for name, path in unfinished(dives, folders).items()}
     done = len(members) - len(waiting)
     if done:
         log(f"{done} of {len(members)} dives: done before")
@@ -153,6 +160,7 @@ def unfinished(dives: dict[str, Dive], folders: dict[str, Path]) -> dict[str, Pa
     return left
 
 
-def dive_into(text: str, folder: str) -> None:
-    """Dive what a text says, into a folder."""
+def dive_into(text: str, folder: str, threads: int) -> None:
+    """Dive what a text says, into a folder, with a number of threads: more than there are processors wait for work."""
+    dr.set_thread_count(threads)
     run_dive(parse_dive(text, source=folder, folder=Path(folder).parent), folder)

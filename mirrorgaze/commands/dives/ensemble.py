@@ -45,6 +45,9 @@ def ensemble(
         int | None,
         typer.Option(metavar="N", help="Number of dives at a time.", show_default="number of cores", min=1),
     ] = None,
+    no_video: Annotated[
+        bool, typer.Option("--no-video", help="Write no videos; render only what the loop looks at.")
+    ] = False,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.", show_default="out/DIVE-ensemble"),
@@ -61,7 +64,7 @@ def ensemble(
     \b
     Example:
       mirrorgaze ensemble spiral --seeds 8 --vary variant=default,paper -o out/loops
-      mirrorgaze ensemble spiral --seeds 4 --vary depth_m=3..12 --points 10 --vary jerlov_type=IB,II -o out/depths
+      mirrorgaze ensemble spiral --seeds 4 --vary depth_m=3..12 --points 10 --no-video -o out/depths
     """
     from dives.ensembles.members import Choice, members, parsed_variation
     from dives.ensembles.results import ensemble_results, write_results
@@ -83,6 +86,7 @@ def ensemble(
             folder,
             workers=workers or os.cpu_count() or 1,
             log=print_step,
+            video=not no_video,
         )
     except KeyboardInterrupt:
         typer.echo(f"mirrorgaze: {folder}: stopped; the same command continues from there", err=True)

@@ -44,7 +44,7 @@ import pyarrow.parquet as pq
 HERE = Path(__file__).parent
 
 
-def work(text, folder):
+def work(text, folder, threads):
     folder = Path(folder)
     if folder.name in (HERE / "failing").read_text().split():
         raise OSError("No space left on device")

@@ -25,8 +25,8 @@ def dived(monkeypatch):
     """Dives whose error is 1 + seed degrees for the first variant and 3 more for the second; `dived` names failures."""
     failing: set[str] = set()
 
-    def dive_all(dive, members, folder, *, workers, log):
-        log(f"{dive}: {len(members)} dives, {workers} at a time")
+    def dive_all(dive, members, folder, *, workers, log, video):
+        log(f"{dive}: {len(members)} dives, {workers} at a time{'' if video else ', no video'}")
         found = []
         for member in members:
             error = 1.0 + member.seed + 3 * (member.settings.get("variant") == "paper")
@@ -68,6 +68,11 @@ def test_it_writes_and_prints_tables(dived, here):
     assert sorted(path.name for path in folder.iterdir()) == names.split()
     with (folder / "dives.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 8
+
+
+def test_videos_may_be_left_out(dived, here):
+    result = mirrorgaze("spiral", "--seeds", "2", "--workers", "1", "--no-video")
+    assert "spiral: 2 dives, 1 at a time, no video" in result.stderr
 
 
 def test_json_is_for_machines(dived, here):
