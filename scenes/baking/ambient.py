@@ -41,7 +41,7 @@ from scenes.stage.records import NO_BALL, WORLD, MirrorPlate, Pose, StateRecord
 
 LOG = logging.getLogger(__name__)
 
-RAYS_AT_ONCE = 1 << 20
+RAYS_AT_ONCE = 1 << 18
 """Memory is bounded by gathering for so many rays at a time."""
 
 INSET = 0.05

@@ -133,7 +133,10 @@ def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[Floa
     water = _Water(light, grid_points(axes))
     source, _ = water.source(around, ambient, volume)
     # In corners a coarse grid lets light into shadows: what scatters twice there is 2 % too bright after one turn.
-    source, sides = water.source(around, ambient, source_volume(axes, source))
+    volume = source_volume(axes, source)
+    del source  # as large as all else is
+    source, sides = water.source(around, ambient, volume)
+    del volume
     return WorldLight(ambient=ambient, source=_rows(source), around=sides)
 
 
