@@ -86,12 +86,20 @@ def kept_light_alone() -> Iterator[None]:
         _KEPT_ALONE.reset(token)
 
 
-def with_ambient(mesh: GroupMesh, light: Light, quality: LightQuality, apart_m: PlaceSizes) -> GroupMesh:
-    """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be."""
+def with_ambient(
+    mesh: GroupMesh, light: Light, quality: LightQuality, apart_m: PlaceSizes, around: Callable[[], Surroundings]
+) -> GroupMesh:
+    """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be.
+
+    `around` makes the surroundings that the mesh is, where it cannot.
+    """
     if not len(mesh.faces):
         return mesh
-    ambient = cached(mesh, light, quality, "light on the robot", lambda: ambient_light(mesh, light, quality, apart_m))
-    return replace(mesh, ambient=ambient)
+
+    def made() -> FloatArray:
+        return ambient_light(mesh, around(), quality, apart_m)
+
+    return replace(mesh, ambient=cached(mesh, light, quality, "light on the robot", made))
 
 
 def cached(
@@ -134,12 +142,11 @@ def light_key(
     return result_key(name, LIGHT_VERSION, surface, lit, asdict(quality), places)
 
 
-def ambient_light(mesh: GroupMesh, light: Light, quality: LightQuality, apart_m: PlaceSizes) -> FloatArray:
+def ambient_light(mesh: GroupMesh, around: Surroundings, quality: LightQuality, apart_m: PlaceSizes) -> FloatArray:
     """Irradiance at the vertices, shape (n, 3), once its reflections have settled.
 
     They settle on few places that look in few directions; the last one is gathered on all of them in many.
     """
-    around = Surroundings.of(mesh, light)
     coarse = Reflection(mesh, around, apart_m.iterated, quality.iteration_directions)
     before = coarse.open_water
     for _ in range(quality.reflections):

@@ -156,8 +156,8 @@ def _robot(
     poses = {group: RigidTransform.from_matrix(matrix) for group, (matrix,) in body_from.items()}
     mirrors = {name: batch[0] for name, batch in records.mirrors(body_from).items()}
     plates = mirror_plates(parts, poses, mirrors)
-    meshes, robot = with_occlusion(meshes, poses, plates, scene.light, quality, world_from_body=placed)
-    around = RobotLight(robot, scene.light, quality)
+    meshes, robot, dark = with_occlusion(meshes, poses, plates, scene.light, quality, world_from_body=placed)
+    around = RobotLight(robot, scene.light, quality, dark)
     in_water = shadow_in_water(around, placed, _line_begins(records.rig, mirrors))
     return meshes, in_water, shadow_on_world(around, placed)
 

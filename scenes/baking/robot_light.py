@@ -63,10 +63,13 @@ class RobotLight:
         All parts in the world frame, lit (`scenes.baking.ambient`).
     light : Light
     quality : LightQuality
+    dark : callable
+        Makes the surroundings that the robot is, however it is lit.
     """
 
-    def __init__(self, robot: GroupMesh, light: Light, quality: LightQuality):
+    def __init__(self, robot: GroupMesh, light: Light, quality: LightQuality, dark: Callable[[], Surroundings]):
         self.robot, self.light, self.quality = robot, light, quality
+        self._dark = dark
         self.extent = extent_of(robot)
         self._count = quality.sample_directions
         self._depth_m = -float(self.extent.middle[2])
@@ -78,7 +81,8 @@ class RobotLight:
 
     @cached_property
     def _with(self) -> Surroundings:
-        return Surroundings.of(self.robot, self.light, depth_m=self._depth_m)
+        assert self.robot.ambient is not None
+        return self._dark().lit(self.robot.ambient, None, depth_m=self._depth_m)
 
     @cached_property
     def _without(self) -> Surroundings:

@@ -7,15 +7,16 @@ with the robot, and move with the joints, is an approximation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from optics.kernels.cache import Arrays, load_or_make, result_key
-from scenes.baking.ambient import PlaceSizes, with_ambient
+from scenes.baking.ambient import PlaceSizes, Surroundings, with_ambient
 from scenes.baking.light_quality import LightQuality
 from scenes.light.light import Light
 from scenes.stage.group_mesh import GroupMesh, face_normals, joined_meshes, moved_mesh
@@ -47,10 +48,11 @@ def with_occlusion(
     quality: LightQuality,
     *,
     world_from_body: RigidTransform,
-) -> tuple[dict[str, GroupMesh], GroupMesh]:
+) -> tuple[dict[str, GroupMesh], GroupMesh, Callable[[], Surroundings]]:
     """Meshes of the rig's groups, each in its own frame, with the share of light that reaches each vertex.
 
-    With them come all of them together as one lit mesh of the world frame.
+    With them come all of them together as one lit mesh of the world frame, and what makes the surroundings that it is
+    without its light, once: where all is in the cache nobody needs them.
 
     Parameters
     ----------
@@ -64,7 +66,8 @@ def with_occlusion(
     fine = {name: _divided(mesh) for name, mesh in meshes.items()}
     placed = [moved_mesh(mesh, world_from_body * body_from[name]) for name, mesh in fine.items()]
     whole = joined_meshes([*placed, *([] if mirrors is None else [moved_mesh(mirrors, world_from_body)])])
-    lit = with_ambient(whole, light, quality, PLACES_M)
+    around = cache(lambda: Surroundings.of(whole, light))
+    lit = with_ambient(whole, light, quality, PLACES_M, around)
     assert lit.ambient is not None
     result, start = {}, 0
     for (name, mesh), world in zip(fine.items(), placed, strict=True):
@@ -75,7 +78,7 @@ def with_occlusion(
         share = lit.ambient[start : start + count] / np.maximum(open_water, 1e-30)
         result[name] = replace(mesh, unoccluded=np.clip(share, 0, LARGEST_SHARE))
         start += count
-    return result, lit
+    return result, lit, around
 
 
 def at_rest(world_from_body: RigidTransform) -> RigidTransform:

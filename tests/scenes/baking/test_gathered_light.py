@@ -87,7 +87,8 @@ def test_a_lid_takes_the_light_from_above(light):
     Light from below lacks what the sun would have sent through the water that now lies in the lid's shadow: no more
     than its share, a third in red.
     """
-    lid = with_ambient(plate(3.0, -4.9, Material.NEOPRENE), light, FULL, EVERYWHERE)
+    dark = plate(3.0, -4.9, Material.NEOPRENE)
+    lid = with_ambient(dark, light, FULL, EVERYWHERE, lambda: Surroundings.of(dark, light))
     normals = np.array([UP, DOWN])
     origins = np.tile([0.0, 0.0, -5.0], (2, 1))
     under, open_water = (gathered(mesh, origins, normals, light) for mesh in (lid, None))
@@ -99,7 +100,8 @@ def test_a_lid_takes_the_light_from_above(light):
 def test_a_floor_close_by_sends_its_albedo(light):
     """A plane that faces a wide floor from 20 mm above receives what the floor sends: albedo times its irradiance."""
     depth = 5.0
-    floor = with_ambient(plate(3.0, -depth, cells=6), light, FULL, EVERYWHERE)
+    dark = plate(3.0, -depth, cells=6)
+    floor = with_ambient(dark, light, FULL, EVERYWHERE, lambda: Surroundings.of(dark, light))
     uniforms = light.uniforms(depth)
     sun = uniforms.sun_irradiance * np.exp(-uniforms.sun_attenuation * depth) * light.towards_sun[2]
     ambient = light.open_water_irradiance(np.array([depth]), np.array([UP]))[0]
@@ -151,7 +153,7 @@ def test_parts_under_a_roof_are_in_its_shade(light):
     roof, below = plate(1.5, 0.0, Material.NEOPRENE), plate(0.05, -0.05, Material.NEOPRENE)
     still = {str(Group.FIXED): RigidTransform.identity(), str(Group.PAN): RigidTransform.identity()}
     meshes = {str(Group.FIXED): roof, str(Group.PAN): below}
-    lit, whole = with_occlusion(meshes, still, None, light, FULL, world_from_body=at_rest(RigidTransform.identity()))
+    lit, whole, _ = with_occlusion(meshes, still, None, light, FULL, world_from_body=at_rest(RigidTransform.identity()))
     top = lit[str(Group.FIXED)].unoccluded[lit[str(Group.FIXED)].faces].mean(axis=(0, 1))
     under = lit[str(Group.PAN)].unoccluded.mean(axis=0)
     np.testing.assert_allclose(top, 1, atol=0.03)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from scenes.baking.ambient import LIGHT_VERSION, PlaceSizes, ambient_light, light_key
+from scenes.baking.ambient import LIGHT_VERSION, PlaceSizes, Surroundings, ambient_light, light_key
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_light import RobotLight
 from scenes.baking.robot_shadow_in_water import shadow_in_water
@@ -85,8 +85,9 @@ def test_kept_light_of_a_robot_is_what_would_be_found_today(ball, aqua2_light, n
     """On it, and its shadows in the water and on the world."""
     pose = RigidTransform.from_translation([0, 0, -BALL_M])
     begins = np.broadcast_to([0.0, 0.0, -0.8], (1, ELEVATIONS * AZIMUTHS, 3))
-    ambient = ambient_light(ball, aqua2_light, COARSE, PlaceSizes(iterated=0.1, kept=0.01))
-    robot = RobotLight(replace(ball, ambient=ambient), aqua2_light, COARSE)
+    around = Surroundings.of(ball, aqua2_light)
+    ambient = ambient_light(ball, around, COARSE, PlaceSizes(iterated=0.1, kept=0.01))
+    robot = RobotLight(replace(ball, ambient=ambient), aqua2_light, COARSE, lambda: around)
     shadow = np.array(shadow_in_water(robot, pose, begins))
     check_recorded("light of a robot", LIGHT_VERSION, rel=RECORDED_REL, ambient=ambient, in_the_water=shadow)
     values = np.array(shadow_on_world(robot, pose).values)

@@ -8,6 +8,7 @@ from scipy.spatial.transform import RigidTransform
 from optics.kernels.backend import Array3f32, Float32, UInt32
 from optics.kernels.packing import halves_of
 from optics.mirror_outline import OUTLINES
+from scenes.baking.ambient import Surroundings
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_light import RobotLight
 from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
@@ -31,7 +32,8 @@ def shares(light, black_ball):
     pose = RigidTransform.from_translation([0, 0, -DEPTH_M])
     eyes = np.array([[0, 0, -BELOW_M], [0, 0, -30.0], light.towards_sun * BELOW_M])
     begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
-    table = shadow_in_water(RobotLight(black_ball, light, LightQuality.full()), pose, begins)
+    around = RobotLight(black_ball, light, LightQuality.full(), lambda: Surroundings.of(black_ball, light))
+    table = shadow_in_water(around, pose, begins)
     pieces = np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, PIECES, 2, ROW // 2)[..., :3]
     return np.concatenate([pieces[..., :1, 0, :], pieces[..., 1, :]], axis=3)
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import RigidTransform
 
 from optics.kernels.backend import Array3f32, Float32
 from optics.kernels.packing import pairs_of
+from scenes.baking.ambient import Surroundings
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.robot_light import RobotLight
 from scenes.baking.robot_shadow_on_world import shadow_on_world
@@ -26,7 +27,7 @@ def light(aqua2_light):
 
 @pytest.fixture(scope="module")
 def shadow(light, black_ball):
-    around = RobotLight(black_ball, light, LightQuality.full())
+    around = RobotLight(black_ball, light, LightQuality.full(), lambda: Surroundings.of(black_ball, light))
     return shadow_on_world(around, RigidTransform.from_translation([0, 0, -DEPTH_M]))
 
 
