@@ -24,6 +24,8 @@ class Variant:
         Eqs. 8 to 15 as printed, as meant, or directions through the train.
     rescan : {"raster", "outwards"}
         How a lost target is searched: everywhere at once, or around where it was lost first.
+    likely_first : bool
+        Whether the search of everything begins where a target is likely to be; else it is a raster.
     ignores_robot : bool
         Whether what the crop shows of the robot itself is ignored, where the loop is told what that is.
     behaviour : BehaviourSettings
@@ -41,6 +43,7 @@ class Variant:
     corners: Literal["interpolated", "exact"]
     law: Literal["paper-literal", "paper", "gaze"]
     rescan: Literal["raster", "outwards"]
+    likely_first: bool
     ignores_robot: bool
     behaviour: BehaviourSettings
     centroid_noise: CentroidNoise = field(default_factory=CentroidNoise)
@@ -72,6 +75,7 @@ VARIANTS = {
             corners="interpolated",
             law="paper-literal",
             rescan="raster",
+            likely_first=False,
             ignores_robot=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
@@ -80,6 +84,7 @@ VARIANTS = {
             corners="interpolated",
             law="paper",
             rescan="raster",
+            likely_first=False,
             ignores_robot=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
@@ -88,6 +93,7 @@ VARIANTS = {
             corners="exact",
             law="gaze",
             rescan="outwards",
+            likely_first=True,
             ignores_robot=True,
             # Wherever the paper's servos stand, they have met the check within 2 s: from then on the driver knows them.
             behaviour=BehaviourSettings(

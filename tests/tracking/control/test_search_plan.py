@@ -1,0 +1,84 @@
+"""The search that looks where a target is likely first: it sees everything, and sooner on average than a raster."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from optics.gaze.motion import JointSpeeds
+from optics.layout import Layout
+from rigs import Rig
+from tracking.control.joint_paths import JointPath, raster_path
+from tracking.control.search import OVERLAP, Search
+from tracking.control.search_plan import (
+    ANYWHERE,
+    LEVEL_DEG,
+    Directions,
+    first_seen_s,
+    likely_directions,
+    likely_path,
+)
+from tracking.estimation.gimbal import Gimbal
+
+RIG = Rig.load("aqua2")
+GIMBAL = Gimbal(Layout.from_rig(RIG))
+SPEEDS = JointSpeeds.from_rig(RIG)
+VIEW = np.radians([22.0, 20.0])
+STEP = (1 - OVERLAP) * VIEW
+
+
+@pytest.fixture(scope="module")
+def there() -> Directions:
+    return likely_directions(GIMBAL, STEP)
+
+
+@pytest.fixture(scope="module")
+def path() -> JointPath:
+    return likely_path(GIMBAL, SPEEDS, STEP)
+
+
+def expected_s(path: JointPath, there: Directions) -> float:
+    """Mean time to the first look at a target; one that is never looked at counts as twice the path's duration."""
+    first = first_seen_s(GIMBAL, path, there, VIEW)
+    return float(np.where(np.isfinite(first), first, 2 * path.duration_s) @ there.probability)
+
+
+def test_what_is_within_reach_is_what_the_joints_get_to(there):
+    """aqua2's gaze gets 65 degrees down to the front, and half a step farther; to the sides and back it is the same."""
+    elevation = np.degrees(np.arcsin(there.direction[:, 2]))
+    assert elevation.min() == pytest.approx(-65 - np.degrees(STEP[1]) / 2, abs=6)
+    assert there.probability.sum() == pytest.approx(1.0)
+    density = there.probability / there.solid_angle
+    level, high = np.abs(elevation) < 4, np.abs(elevation - 2 * LEVEL_DEG) < 4
+    expected = (ANYWHERE + np.exp(-2.0)) / (ANYWHERE + 1.0)
+    assert density[high].mean() / density[level].mean() == pytest.approx(expected, rel=0.15)
+
+
+def test_it_sees_everything(path, there):
+    first = first_seen_s(GIMBAL, path, there, VIEW)
+    assert there.probability[~np.isfinite(first)].sum() < 0.005
+
+
+def test_it_takes_less_time_than_a_raster(path, there):
+    """Expected 10 s instead of 16, from the middle of the joints' ranges to the first look at a target that stands."""
+    raster = raster_path(GIMBAL, SPEEDS, STEP)
+    begun = JointPath.through(np.vstack([GIMBAL.middle, raster.q]), SPEEDS)
+    assert expected_s(path, there) < 0.75 * expected_s(begun, there)
+
+
+def test_a_target_ahead_is_in_view_at_once_and_one_above_much_later(path, there):
+    first = first_seen_s(GIMBAL, path, there, VIEW)
+    ahead = there.direction @ [1.0, 0.0, 0.0] > np.cos(np.radians(8))
+    below = there.direction[:, 2] < -0.85
+    assert first[ahead].max() < 2.0
+    assert first[below].min() > np.median(first)
+
+
+def test_a_search_begins_again_at_its_beginning(path):
+    search = Search(GIMBAL, SPEEDS, VIEW, likely_first=True)
+    search.begin(GIMBAL.middle)
+    seen = np.array([search.advance(0.1) for _ in range(round(path.duration_s / 0.1) + 60)])
+    np.testing.assert_allclose(seen[0], path.at(0.1), atol=1e-9)
+    # The last command of the path, the way back to its beginning, and the path again.
+    assert (np.abs(np.diff(seen, axis=0)).max(axis=1) <= 0.1 * SPEEDS.pan + 1e-9).sum() >= len(seen) - 2
+    assert any(np.allclose(each, path.q[0], atol=0.11) for each in seen[-60:])

@@ -1,0 +1,154 @@
+"""A search that looks where a target is likely first: sweeps of one joint, next the one that gains most per second.
+
+What is searched for may be anywhere within reach, but is more often level with the robot than above or below it: who is
+followed swims, or is held, at the robot's depth. The sphere of directions is divided into cells with that probability.
+A sweep turns one joint at its servo's speed while the other stands, and has seen what came within half a step of the
+gaze. From where the mirror is, the next sweep is the one that has the largest probability not yet seen, divided by the
+time to get to its beginning and along it, until everything within reach is seen. Taking the best rate first is what
+is best of all for sweeps that do not overlap and cost nothing to get to (Stone 1975, Theory of Optimal Search, 2.4).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.gaze.motion import JointSpeeds, move_time
+from optics.kernels.arrays import FloatArray
+from tracking.control.joint_paths import JointPath
+from tracking.estimation.gimbal import Gimbal
+
+LEVEL_DEG = 20.0
+"""Standard deviation of a target's elevation: half a metre up or down at 1.5 m."""
+
+ANYWHERE = 0.05
+"""Of the probability at the horizon, what is left far above and below."""
+
+CELL_DEG = 6.0
+"""Of the directions; a view is three or four of them wide."""
+
+FINENESS = 4
+"""Places for a sweep in a step: with fewer the last gaps cost whole sweeps."""
+
+ENDS = 7
+"""Places along a joint's range at which a sweep may begin or end."""
+
+LEFT_OUT = 0.01
+"""Of the solid angle within reach, what may be left unseen: cells at the limits whose middles are just beyond."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Directions:
+    """Cells of the sphere within reach.
+
+    Attributes
+    ----------
+    direction : array, shape (n, 3)
+        Unit vectors, gimbal's frame.
+    solid_angle : array, shape (n,)
+    probability : array, shape (n,)
+        That the target is there, given that it is within reach; they add up to 1.
+    """
+
+    direction: FloatArray
+    solid_angle: FloatArray
+    probability: FloatArray
+
+
+def likely_directions(gimbal: Gimbal, view: FloatArray) -> Directions:
+    """Where a target can be: cells that a view, radians across and upwards, gets to within the limits."""
+    cell = math.radians(CELL_DEG)
+    elevation = np.arange(-math.pi / 2 + cell / 2, math.pi / 2, cell)
+    azimuth = np.arange(-math.pi + cell / 2, math.pi, cell)
+    up, around = (each.ravel() for each in np.meshgrid(elevation, azimuth, indexing="ij"))
+    body = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1)
+    direction = gimbal.in_gimbal(body)
+    pan, tilt = _grid(gimbal, cell, cell / 2)
+    within = _seen(direction, pan, tilt, view).any(axis=(0, 1))
+    likely = ANYWHERE + np.exp(-0.5 * (up / math.radians(LEVEL_DEG)) ** 2)
+    solid_angle = np.cos(up)[within] * cell * cell
+    probability = likely[within] * solid_angle
+    return Directions(direction=direction[within], solid_angle=solid_angle, probability=probability / probability.sum())
+
+
+def likely_path(gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray) -> JointPath:
+    """Search of all that is within reach, likely places first, from the middle of the joints' ranges.
+
+    Parameters
+    ----------
+    gimbal : Gimbal
+    speeds : JointSpeeds
+    step : array, shape (2,)
+        What the view sees safely in passing, across and upwards, radians of gaze.
+    """
+    there = likely_directions(gimbal, step)
+    pan, tilt = _grid(gimbal, float(step[0]) / FINENESS, float(step[1]) / 2 / FINENESS)
+    starts, ends, seen = _sweeps(pan, tilt, _seen(there.direction, pan, tilt, step))
+    lasting_s = move_time(speeds, starts, ends)
+    points, unseen = [_angles(gimbal, gimbal.middle)], np.ones(len(there.probability), dtype=bool)
+    while there.solid_angle[unseen].sum() > LEFT_OUT * there.solid_angle.sum():
+        gain = seen @ np.where(unseen, there.probability, 0.0)
+        rate = gain / (move_time(speeds, points[-1], starts) + lasting_s)
+        best = int(rate.argmax())
+        if gain[best] <= 0:
+            break
+        points += [starts[best], ends[best]]
+        unseen &= seen[best] == 0
+    return JointPath.through([gimbal.joint_values(*each) for each in np.array(points).tolist()], speeds)
+
+
+def first_seen_s(
+    gimbal: Gimbal, path: JointPath, there: Directions, view: FloatArray, every_s: float = 0.05
+) -> FloatArray:
+    """When a path first has each direction in the view, seconds, shape (n,); infinite where never."""
+    times_s = np.arange(0.0, path.duration_s + every_s, every_s)
+    first = np.full(len(there.probability), np.inf)
+    for time_s in times_s[::-1].tolist():
+        pan, tilt = gimbal.angles(path.at(time_s))
+        first[_seen(there.direction, np.array([pan]), np.array([tilt]), view)[0, 0]] = time_s
+    return first
+
+
+def _angles(gimbal: Gimbal, q: FloatArray) -> FloatArray:
+    return np.array(gimbal.angles(q))
+
+
+def _grid(gimbal: Gimbal, pan_step: float, tilt_step: float) -> tuple[FloatArray, FloatArray]:
+    """Pan and tilt in the gimbal's frame over their ranges, at most a step apart."""
+    return tuple(
+        np.linspace(low, high, math.ceil((high - low) / step) + 1)
+        for (low, high), step in ((gimbal.limits(0), pan_step), (gimbal.limits(1), tilt_step))
+    )  # type: ignore[return-value]
+
+
+def _seen(direction: FloatArray, pan: FloatArray, tilt: FloatArray, view: FloatArray) -> NDArray[np.bool_]:
+    """Which directions lie in the view, across and upwards, shape (pans, tilts, n)."""
+    cosine, sine = np.cos(pan)[:, np.newaxis], np.sin(pan)[:, np.newaxis]
+    x, y, z = direction.T
+    forward, aside = cosine * x + sine * y, cosine * y - sine * x
+    cosine, sine = np.cos(2 * tilt)[:, np.newaxis], np.sin(2 * tilt)[:, np.newaxis]
+    ahead = cosine * forward[:, np.newaxis] + sine * z
+    up = cosine * z - sine * forward[:, np.newaxis]
+    across, upwards = np.tan(view / 2)
+    return np.asarray((np.abs(aside)[:, np.newaxis] <= across * ahead) & (np.abs(up) <= upwards * ahead))
+
+
+def _sweeps(
+    pan: FloatArray, tilt: FloatArray, seen: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray, NDArray[np.float32]]:
+    """Beginnings and ends of all sweeps, shape (m, 2), and what each has seen, shape (m, n), 1 or 0."""
+    starts, ends, views = [], [], []
+    for joint, (along, across) in enumerate(((pan, tilt), (tilt, pan))):
+        places = np.unique(np.linspace(0, len(along) - 1, ENDS).round().astype(int))
+        for first, last in ((a, b) for a in places for b in places if a < b):
+            part = np.asarray((seen if joint == 0 else seen.swapaxes(0, 1))[first : last + 1].any(axis=0))
+            for side, view in zip(across, part, strict=True):
+                both = [(along[first], side), (along[last], side)]
+                both = both if joint == 0 else [each[::-1] for each in both]
+                starts += both
+                ends += both[::-1]
+                views += [view, view]
+    return np.array(starts), np.array(ends), np.array(views, dtype=np.float32)
