@@ -21,7 +21,7 @@ from optics.water.mirror_coatings import mirror_reflectance
 from rigs.gaze import FlatMirror
 from rigs.mounting import MirrorCoating
 from scenes.light.materials import Material, colour_basis, material_of
-from scenes.stage.group_mesh import vertex_normals
+from scenes.stage.group_mesh import plate_edge, vertex_normals
 from scenes.stage.targets import MeshShape, TargetShape
 from scenes.surfaces.surface import Surface
 from scenes.worlds import World
@@ -40,13 +40,13 @@ def diffuse(albedo: ArrayLike) -> dict[str, Any]:
 def part_shapes(
     parts: Sequence[PartMesh], scene_from: dict[Group, RigidTransform], albedo: FloatArray
 ) -> dict[str, Any]:
-    """Hull, mount and servos at their places; the mirrors' plates are left to `mirror_shape`."""
+    """Hull, mount and servos at their places; of the mirrors' plates the edges, their faces are `mirror_shape`'s."""
+    drawn = [plate_edge(part) if part.role == Role.MIRROR else part for part in parts]
     return {
         f"part_{position}": _mesh(
             scene_from[part.group].apply(part.vertices_m), part.faces, diffuse(albedo[material_of(part)])
         )
-        for position, part in enumerate(parts)
-        if part.role != Role.MIRROR
+        for position, part in enumerate(drawn)
     }
 
 

@@ -23,6 +23,7 @@ LABEL_OF_ROLE = {
     Role.MOUNT: Label.MOUNT,
     Role.HARDWARE: Label.MOUNT,
     Role.SERVO: Label.SERVO,
+    Role.MIRROR: Label.MIRROR_BACK,
 }
 
 BEFORE_PLATE_M = 2e-4
@@ -62,12 +63,12 @@ class GroupMesh:
 def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh], tuple[str, ...]]:
     """Mesh of every group of parts that has faces, and the parts' names by instance.
 
-    The mirrors' plates are left out: their faces are analytic planes in the renderer.
+    Of the mirrors' plates there are only the edges: their faces are analytic planes in the renderer.
     """
     names = tuple(part.name for part in parts)
     meshes = {}
     for group in Group:
-        members = [part for part in parts if part.group == group and part.role != Role.MIRROR]
+        members = [plate_edge(part) if part.role == Role.MIRROR else part for part in parts if part.group == group]
         if members:
             vertices, faces, owner = merge(members)
             meshes[str(group)] = GroupMesh(
@@ -80,14 +81,26 @@ def rig_meshes_by_group(parts: Sequence[PartMesh]) -> tuple[dict[str, GroupMesh]
     return meshes, names
 
 
+def plate_edge(plate: PartMesh) -> PartMesh:
+    """The edge of a mirror's plate, without the reflecting face and the back."""
+    return replace(plate, faces=plate.faces[_on_edge(plate)])
+
+
+def _on_edge(plate: PartMesh) -> NDArray[np.bool_]:
+    """Which faces of a plate are its edge's: those across its normal, the direction that most of its area faces."""
+    areas = double_area_vectors(plate.vertices_m, plate.faces)
+    across = np.linalg.eigh(areas.T @ areas).eigenvectors[:, -1]
+    return np.asarray(np.abs(areas @ across) < np.linalg.norm(areas, axis=1) / 2)
+
+
 def mirror_plates(
     parts: Sequence[PartMesh],
     body_from: Mapping[str, RigidTransform],
     mirrors: Mapping[str, MirrorPlate],
 ) -> GroupMesh | None:
-    """The mirrors' plates in the body frame, in the light's way like any other part, with the mirrors before them."""
+    """The mirrors' plates without their edges in the body frame, in the light's way, with the mirrors before them."""
     plates = [
-        replace(part, vertices_m=body_from[str(part.group)].apply(part.vertices_m))
+        replace(part, vertices_m=body_from[str(part.group)].apply(part.vertices_m), faces=part.faces[~_on_edge(part)])
         for part in parts
         if part.role == Role.MIRROR
     ]

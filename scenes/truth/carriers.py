@@ -40,8 +40,8 @@ CARRIER_OF_LABEL = {
 }
 """Labels that say by themselves what their points move with."""
 
-ON_PARTS = (Label.HULL, Label.MOUNT, Label.SERVO)
-"""Labels whose instances are parts of the rig."""
+ON_PARTS = (Label.HULL, Label.MOUNT, Label.SERVO, Label.MIRROR_BACK)
+"""Labels whose instances are parts of the rig; of a mirror's plate its edge is one, its back has none."""
 
 ON_PLATE_M = 1e-4
 """A point this close to a mirror's plane lies on its plate: single precision at the scale of a world, with room."""
@@ -97,7 +97,7 @@ def carriers(
     instance = frame.instance[robot]
     on_part = of_instance[np.where(instance < len(instance_names), instance, -1)]
     found[robot] = np.where(on_part != Carrier.NOTHING, on_part, found[robot])
-    plate = frame.label == Label.MIRROR_BACK
+    plate = (frame.label == Label.MIRROR_BACK) & (frame.instance < 0)
     if plate.any() and rig.gaze is not None:
         found[plate] = _plates(frame.point_m[plate].astype(np.float64), rig, state)
     return np.where(np.isfinite(frame.distance_m), found, Carrier.NOTHING).astype(np.uint8)

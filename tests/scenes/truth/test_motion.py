@@ -175,12 +175,12 @@ def test_a_mirrors_back_rides_with_its_mirror(aqua2, plain, make_state):
     on_plate = np.random.default_rng(3).uniform(-0.05, 0.05, (*SHAPE, 3)) * [1, 1, 0]
     poses = [layout.body_from_m1, layout.body_from_m2(state.q1, state.q2)]
     frame = plain(aqua2, state, SHAPE)
-    label = np.full(SHAPE, Label.MIRROR_BACK, dtype=np.uint8)
+    backs = replace(frame, label=np.full(SHAPE, Label.MIRROR_BACK, dtype=np.uint8), instance=np.full(SHAPE, -1))
     for pose, carrier in zip(poses, (Carrier.HULL, Carrier.TILT), strict=True):
         points = (state.world_from_body * pose).apply(on_plate.reshape(-1, 3)).reshape(*SHAPE, 3)
-        plate = replace(frame, label=label, point_m=points.astype(np.float32))
+        plate = replace(backs, point_m=points.astype(np.float32))
         assert (carriers(plate, aqua2, state) == carrier).all()
-    assert (carriers(replace(frame, label=label), aqua2, state) == Carrier.NOTHING).mean() > 0.99
+    assert (carriers(backs, aqua2, state) == Carrier.NOTHING).mean() > 0.99
 
 
 def test_a_part_nobody_named_has_no_motion(aqua2, plain, make_state):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cad.assembly.meshes import rig_meshes
-from optics.layout import camera_pose
+from optics.layout import Layout, camera_pose
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
@@ -107,3 +107,22 @@ def test_the_balls_box_is_where_the_tank_hangs_it(rendered):
     u, v = frame.target_centroid_px()
     assert ball.box_px[0] < u < ball.box_px[2]
     assert ball.box_px[1] < v < ball.box_px[3]
+
+
+def test_mirrors_show_the_edge_of_their_glass(rendered):
+    """What is seen of M2's edge lies on its outline, between its face and its back, and turns with both joints."""
+    rig, parts, names, frames = rendered
+    plate = rig.require_gaze().gaze_mirror
+    half_sides_m = np.array([plate.width_mm, plate.height_mm]) / 2000
+    seen = 0
+    for frame, state in frames:
+        edge = (frame.label == Label.MIRROR_BACK) & (frame.instance == names.index("gaze_mirror"))
+        truth = ground_truth(frame, rig, state, parts=parts, instance_names=names, next_state=state, next_frame=frame)
+        assert (truth.carrier[edge] == Carrier.TILT).all()
+        body_from_m2 = Layout.from_rig(rig).body_from_m2(state.q1, state.q2)
+        x, y, z = (state.world_from_body * body_from_m2).inv().apply(frame.point_m[edge]).T
+        off_m = np.maximum(np.abs(x) - half_sides_m[0], np.abs(y) - half_sides_m[1])
+        np.testing.assert_allclose(off_m, 0, atol=1e-5)
+        assert ((z < 1e-5) & (z > -plate.thickness_mm / 1000 - 1e-5)).all()
+        seen += edge.sum()
+    assert seen > 20
