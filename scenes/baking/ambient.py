@@ -89,10 +89,7 @@ def kept_light_alone() -> Iterator[None]:
 def with_ambient(
     mesh: GroupMesh, light: Light, quality: LightQuality, apart_m: PlaceSizes, around: Callable[[], Surroundings]
 ) -> GroupMesh:
-    """The mesh with the irradiance at its vertices by all but the direct sun; from the cache when it can be.
-
-    `around` makes the surroundings that the mesh is, where it cannot.
-    """
+    """The mesh with the irradiance at its vertices by all but the direct sun, kept; `around` makes it as it is seen."""
     if not len(mesh.faces):
         return mesh
 
@@ -118,7 +115,9 @@ def cached(
 
     def found() -> NDArray[Any]:
         LOG.info("finding the %s; it is kept for the next time", name)
-        return make()
+        values = make()
+        dr.flush_malloc_cache()  # it holds on to the memory of rays that nobody traces again
+        return values
 
     key = light_key(name, mesh, light, quality, places)
     if _KEPT_ALONE.get() and not is_kept(mesh, light, quality, name, places=places):
