@@ -21,6 +21,7 @@ HEADLINE = (
     "crop_error_rms_px",
     "estimated_direction_error_rms_deg",
     "search_time_s",
+    "false_tracking_fraction",
     "losses",
     "reacquisition_time_mean_s",
     "pixel_precision",
@@ -76,7 +77,7 @@ class Difference:
 
 
 def summary_rows(outcomes: Sequence[Outcome]) -> list[Row]:
-    """Metrics of each setting over its seeds, with intervals at 95 per cent: bootstrap for means, Wilson for counts."""
+    """Metrics of each setting over its seeds, with 95 per cent intervals: Student's for means, Wilson's for counts."""
     rows = []
     for settings in dict.fromkeys(settings_text(outcome.member) for outcome in outcomes):
         metrics = [
@@ -210,8 +211,9 @@ def _difference_text(interval: Interval) -> str:
 
 
 def _pooled(metrics: Sequence[dict[str, Any]], part: str, whole: str | None) -> Interval:
-    counted = sum(int(found[part]) for found in metrics)
-    return fraction_interval(counted, len(metrics) if whole is None else sum(int(found[whole]) for found in metrics))
+    counted = sum(int(found[part] or 0) for found in metrics)
+    trials = len(metrics) if whole is None else sum(int(found[whole] or 0) for found in metrics)
+    return fraction_interval(counted, trials)
 
 
 def _numbers(metrics: Sequence[dict[str, Any]], name: str) -> list[float]:

@@ -67,6 +67,8 @@ class Frames:
         It found the target: its mask shares at least one pixel of the crop with the target's.
     following : array, shape (n,)
         The loop tracks or predicts.
+    on_target : array, shape (n,)
+        What the detector last found was the target: what is tracked is it, and so is what is predicted.
     """
 
     numbers: Mapping[str, FloatArray]
@@ -77,6 +79,7 @@ class Frames:
     detected: BoolArray
     found: BoolArray
     following: BoolArray
+    on_target: BoolArray
 
     @classmethod
     def of(cls, table: pa.Table) -> Frames:
@@ -95,6 +98,7 @@ class Frames:
             raise ValueError("log: expected times that rise from frame to frame")
         mode, cause = (np.array(table[name].fill_null("").to_pylist(), dtype=np.str_) for name in TEXT)
         detected = np.array(table["detected"].fill_null(False).to_pylist(), dtype=bool)
+        found = detected & (numbers["detector_both_px"] > 0)
         return cls(
             numbers=numbers,
             mode=mode,
@@ -102,8 +106,9 @@ class Frames:
             lasts_s=np.append(steps_s, np.median(steps_s) if len(steps_s) else 0.0),
             visible=numbers["target_visible_px"] > 0,
             detected=detected,
-            found=detected & (numbers["detector_both_px"] > 0),
+            found=found,
             following=np.isin(mode, [str(mode) for mode in FOLLOWING]),
+            on_target=last_detected(detected, found),
         )
 
     @property
@@ -118,8 +123,13 @@ class Frames:
 
     @property
     def held(self) -> BoolArray:
-        """Target visible while the loop tracks or predicts, shape (n,)."""
-        return self.visible & self.following
+        """Target visible while the loop tracks or predicts it and nothing else, shape (n,)."""
+        return self.visible & self.following & self.on_target
+
+    @property
+    def false_tracking(self) -> BoolArray:
+        """The loop tracks or predicts something else than the target, shape (n,)."""
+        return self.following & ~self.on_target
 
     @property
     def acquired(self) -> int | None:
@@ -132,6 +142,12 @@ class Frames:
         """Frames from the acquisition on, shape (n,)."""
         start = len(self.time_s) if self.acquired is None else self.acquired
         return np.arange(len(self.time_s)) >= start
+
+
+def last_detected(detected: BoolArray, found: BoolArray) -> BoolArray:
+    """Whether the last frame with a detection found the target, shape (n,); false before the first."""
+    last = np.maximum.accumulate(np.where(detected, np.arange(len(detected)), -1))
+    return np.asarray((last >= 0) & found[last])
 
 
 def unit_vectors(azimuth_deg: FloatArray, elevation_deg: FloatArray) -> FloatArray:

@@ -22,12 +22,17 @@ HOLDING_DEFINITIONS = {
     "acquired": "whether the loop ever tracked the target: mode `track` with the target found",
     "acquisition_time_s": "from the dive's first frame to the acquisition, the functional check included",
     "search_time_s": "from the first frame that is no functional check to the acquisition",
-    "time_on_target_s": "time in which the target is held: visible while the loop tracks or predicts",
+    "time_on_target_s": "time in which the target is held: visible while the loop tracks or predicts it: what the"
+    " detector last found was the target",
     "time_on_target_fraction": "of the time from the acquisition on",
     "visible_fraction": "of the time from the acquisition on, in which at least one pixel of the target is seen over"
     " the gaze mirror, whatever the loop does",
     "found_fraction": "of the time from the acquisition on, in which the detector finds the target",
-    "losses": f"runs of more than {LOSS_FRAMES} frames after the acquisition in which the target is not held",
+    "false_tracking_s": "time in which the loop tracks or predicts something else: what the detector last found was not"
+    " the target; in the whole dive",
+    "false_tracking_fraction": "of the time that is no functional check",
+    "losses": f"runs of more than {LOSS_FRAMES} frames after the acquisition in which the target is not held; None for"
+    " a dive that never acquired it, which had nothing to lose",
     "losses_reacquired": "losses after which it is held again",
     "recovered_fraction": "losses_reacquired of losses",
     "reacquisition_times_s": "of each reacquired loss: from its first frame to the first in which the target is held",
@@ -95,25 +100,27 @@ def runs(flags: BoolArray) -> list[tuple[int, int]]:
 def holding_metrics(frames: Frames) -> dict[str, object]:
     """Everything of `HOLDING_DEFINITIONS`; None where it is not defined."""
     lost = losses(frames)
-    after = frames.after_acquisition
+    after, acquired = frames.after_acquisition, frames.acquired is not None
     times = [loss.duration_s for loss in lost if loss.reacquired]
     return {
         "duration_s": float(frames.lasts_s.sum()),
         "frames": len(frames.time_s),
-        "acquired": frames.acquired is not None,
+        "acquired": acquired,
         "acquisition_time_s": _acquisition_time_s(frames, since=0),
         "search_time_s": _acquisition_time_s(frames, since=_first_after_check(frames)),
         "time_on_target_s": float(frames.lasts_s[frames.held & after].sum()),
         "time_on_target_fraction": share(frames.held, after, frames.lasts_s),
         "visible_fraction": share(frames.visible, after, frames.lasts_s),
         "found_fraction": share(frames.found, after, frames.lasts_s),
-        "losses": len(lost),
-        "losses_reacquired": len(times),
+        "false_tracking_s": float(frames.lasts_s[frames.false_tracking].sum()),
+        "false_tracking_fraction": share(frames.false_tracking, frames.looking, frames.lasts_s),
+        "losses": len(lost) if acquired else None,
+        "losses_reacquired": len(times) if acquired else None,
         "recovered_fraction": len(times) / len(lost) if lost else None,
         "reacquisition_times_s": times,
         "reacquisition_time_mean_s": float(np.mean(times)) if times else None,
         "reacquisition_time_max_s": max(times, default=None),
-        "lost_time_s": float(sum(loss.duration_s for loss in lost)),
+        "lost_time_s": float(sum(loss.duration_s for loss in lost)) if acquired else None,
         "loss_causes": _counted([loss.cause for loss in lost]),
         "not_found_causes_frames": not_found_causes(frames, frames.looking),
     }

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import binomtest, bootstrap
+from scipy.stats import binomtest
+from scipy.stats import t as student_t
 
 CONFIDENCE = 0.95
-
-RESAMPLES = 4999
-"""Of a bootstrap: its ends move by about a hundredth of the interval from seed to seed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,15 +33,16 @@ class Interval:
     count: int
 
 
-def mean_interval(values: ArrayLike, *, seed: int = 0, confidence: float = CONFIDENCE) -> Interval:
-    """Mean of independent numbers, with the percentile interval of a bootstrap (Efron 1979).
+def mean_interval(values: ArrayLike, *, confidence: float = CONFIDENCE) -> Interval:
+    """Mean of independent numbers, with Student's interval: mean -+ t_(n-1) s / sqrt(n).
+
+    It is exact for normal numbers however few they are. (The percentile bootstrap holds the mean of two in 52 % of the
+    cases instead of 95, of four in 81 and of eight in 90.)
 
     Parameters
     ----------
     values : array, shape (n,)
         What is not finite does not count.
-    seed : int
-        Of the bootstrap.
     confidence : float
     """
     numbers = np.asarray(values, dtype=np.float64)
@@ -53,17 +52,8 @@ def mean_interval(values: ArrayLike, *, seed: int = 0, confidence: float = CONFI
     mean = float(finite.mean())
     if len(finite) == 1:
         return Interval(estimate=mean, low=None, high=None, count=1)
-    found = bootstrap(
-        (finite,),
-        np.mean,
-        n_resamples=RESAMPLES,
-        confidence_level=confidence,
-        method="percentile",
-        rng=np.random.default_rng(seed),
-    ).confidence_interval
-    # Between resamples that are all the same, the quantiles' interpolation may round them past each other.
-    low, high = sorted((float(found.low), float(found.high)))
-    return Interval(estimate=mean, low=low, high=high, count=len(finite))
+    half = float(student_t.ppf(0.5 + confidence / 2, len(finite) - 1) * finite.std(ddof=1) / np.sqrt(len(finite)))
+    return Interval(estimate=mean, low=mean - half, high=mean + half, count=len(finite))
 
 
 def fraction_interval(successes: int, trials: int, *, confidence: float = CONFIDENCE) -> Interval:
@@ -83,7 +73,7 @@ def fraction_interval(successes: int, trials: int, *, confidence: float = CONFID
 
 
 def difference_interval(
-    values: Sequence[float | None], others: Sequence[float | None], *, seed: int = 0, confidence: float = CONFIDENCE
+    values: Sequence[float | None], others: Sequence[float | None], *, confidence: float = CONFIDENCE
 ) -> Interval:
     """Mean of `others` minus `values`, pair by pair, with its interval.
 
@@ -95,4 +85,4 @@ def difference_interval(
         In the same order. Pairs with None do not count.
     """
     pairs = np.array([(value, other) for value, other in zip(values, others, strict=True)], dtype=np.float64)
-    return mean_interval(pairs[:, 1] - pairs[:, 0] if len(pairs) else [], seed=seed, confidence=confidence)
+    return mean_interval(pairs[:, 1] - pairs[:, 0] if len(pairs) else [], confidence=confidence)

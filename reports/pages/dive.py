@@ -73,7 +73,8 @@ def key_numbers(metrics: Metrics) -> list[tuple[str, str]]:
         (_share(metrics["visible_fraction"]), "of the time after acquisition the target is visible"),
         (_number(metrics["gaze_error_held_rms_deg"], "°"), "RMS gaze error while held, against truth"),
         (_number(metrics["gaze_error_held_p95_deg"], "°"), "gaze error that 95 % of the held frames stay under"),
-        (f"{back} of {lost}" if lost else "none", "losses recovered" if lost else "losses"),
+        _losses_key(lost, back),
+        (_share(metrics["false_tracking_fraction"]), "of the time, functional check left out, on something else"),
         (_number(metrics["reacquisition_time_max_s"], " s"), "longest time to reacquire"),
         (_number(metrics["acquisition_time_s"], " s"), "to the acquisition, functional check included"),
         (
@@ -81,6 +82,13 @@ def key_numbers(metrics: Metrics) -> list[tuple[str, str]]:
             "precision / recall of the detector over frames",
         ),
     ]
+
+
+def _losses_key(lost: int | None, back: int | None) -> tuple[str, str]:
+    """Losses and how many of them were made good; what was never acquired cannot be lost."""
+    if lost is None:
+        return "–", "losses: the target was never acquired"
+    return (f"{back} of {lost}", "losses recovered") if lost else ("none", "losses")
 
 
 def verdict(metrics: Metrics, frames: Frames) -> str:

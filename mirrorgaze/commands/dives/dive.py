@@ -17,6 +17,7 @@ HEADLINES = {
     "visible_fraction": ("target visible", ""),
     "gaze_error_rms_deg": ("gaze error, RMS", "deg"),
     "gaze_error_p95_deg": ("gaze error, 95 %", "deg"),
+    "false_tracking_fraction": ("on something else", ""),
     "losses": ("losses", ""),
     "losses_reacquired": ("found again", ""),
 }

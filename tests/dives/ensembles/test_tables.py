@@ -44,7 +44,13 @@ def outcomes():
     for member in ensemble:
         factor = {"default": 1, "paper": 2}[member.settings["variant"]]
         found.append(
-            outcome(member, gaze_error_rms_deg=factor * (member.seed + 1.0), losses=2, losses_reacquired=factor)
+            outcome(
+                member,
+                gaze_error_rms_deg=factor * (member.seed + 1.0),
+                gaze_error_held_rms_deg=5.0 * factor + member.seed,
+                losses=2,
+                losses_reacquired=factor,
+            )
             if (factor, member.seed) != (2, 3)
             else failed(member)
         )
@@ -74,7 +80,9 @@ def test_pairs_share_their_seed(outcomes):
     (row,) = [row for row in differences(outcomes, "variant") if row.metric == "gaze_error_rms_deg"]
     assert (row.value, row.baseline) == ("paper", "default")
     assert (row.interval.estimate, row.interval.count) == (2.0, 3)
-    assert 1.0 <= row.interval.low < 2.0 < row.interval.high <= 3.0
+    # 4.303 standard errors, of which one is 1 / sqrt(3).
+    assert row.interval.high - 2.0 == pytest.approx(4.303 / 3**0.5, abs=1e-3)
+    assert 2.0 - row.interval.low == pytest.approx(4.303 / 3**0.5, abs=1e-3)
 
 
 def test_pairs_share_all_other_settings():
@@ -113,9 +121,9 @@ def test_tables_in_markdown_and_csv(outcomes):
     assert len(list(csv.reader(io.StringIO(differences_csv(pairs))))) == 1 + len(pairs)
     compared = dict(differences_table(pairs))
     assert compared["metric"] == "paper minus default"
-    # The interval of the errors' difference does not hold zero, that of the losses' does.
-    assert compared["gaze_error_rms_deg"].startswith("2 (")
-    assert compared["gaze_error_rms_deg"].endswith(" *")
+    # Three differences of 1 to 3 leave zero possible, three of 5 do not.
+    assert compared["gaze_error_rms_deg"] == "2 (-0.484 to 4.48)"
+    assert compared["gaze_error_held_rms_deg"] == "5 (5 to 5) *"
     assert compared["losses"] == "0 (0 to 0)"
 
 

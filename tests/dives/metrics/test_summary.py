@@ -56,6 +56,24 @@ def test_acquisition_waits_for_the_target_itself(make_log):
     assert found["frame_precision"] == found["frame_recall"] == 0.9
 
 
+def test_following_something_else_is_no_holding(make_log):
+    """Frames 0-39 on a coral while the target is in view, then on the target, predicted from 60, on a fish from 80."""
+    wrong = flags(100, (0, 40), (80, 100))
+    predicted = flags(100, (60, 80))
+    log = make_log(
+        100,
+        detector_both_px=np.where(wrong, 0, 40),
+        detected=~predicted,
+        mode=np.where(predicted, "predict", "track").tolist(),
+    )
+    found = dive_metrics(log)
+    assert found["acquisition_time_s"] == pytest.approx(4.0, abs=EXACT)
+    assert found["false_tracking_s"] == pytest.approx(6.0, abs=EXACT)
+    assert found["false_tracking_fraction"] == pytest.approx(0.6, abs=EXACT)
+    assert found["time_on_target_fraction"] == pytest.approx(40 / 60, abs=EXACT)
+    assert found["losses"] == 1
+
+
 def test_losses_and_getting_it_back(make_log):
     """Frames 20-30 out of view (11 frames), 40-44 too (five: no loss), 60-79 visible but scanning, 90-99 to the end."""
     gone = flags(100, (20, 31), (40, 45), (90, 100))
@@ -172,6 +190,9 @@ def test_never_acquired_is_none_and_json(make_log):
     nothing = {name: np.full(n, np.nan) for name in NUMBERS if name != "time_s"}
     found = dive_metrics(make_log(n, mode=["scan"] * n, detected=np.zeros(n, dtype=bool), **nothing))
     assert found["acquired"] is False
+    # What was never acquired was never lost: that is no praise.
+    for name in ("losses", "losses_reacquired", "recovered_fraction", "lost_time_s"):
+        assert found[name] is None
     for name in ("acquisition_time_s", "visible_fraction", "gaze_error_rms_deg", "crop_error_max_px", "frame_recall"):
         assert found[name] is None
     assert json.loads(json.dumps(found, allow_nan=False)) == found
@@ -238,6 +259,7 @@ def test_time_on_target_and_losses_add_up(states, loss_frames):
         detected=visible,
         found=visible,
         following=following,
+        on_target=np.ones(n, dtype=bool),
     )
     lost = losses(frames, loss_frames=loss_frames)
     gaps = [end - first for first, end in runs(~frames.held & frames.after_acquisition)]
