@@ -60,6 +60,7 @@ COLUMNS = (
         q1_last_row_deg="true pan in the middle of the last row's exposure",
         q2_last_row_deg="true tilt in the middle of the last row's exposure",
     ),
+    Column("beyond_reach", pa.bool_(), "", "whether the loop takes the target to be beyond the joints' reach"),
     Column("detected", pa.bool_(), "", "whether the detector found a blob"),
     *_counts("1", blobs="blobs that passed the filters"),
     *_numbers(
@@ -118,6 +119,7 @@ def loop_columns(step: Step, q_true: FloatArray) -> Row:
     for name, q in (("command", step.q_command), ("estimated", step.q_estimated), ("true", q_true)):
         row |= joint_columns(name, q)
     row |= {
+        "beyond_reach": step.beyond_reach,
         "detected": bool(step.detection.blobs),
         "blobs": len(step.detection.blobs),
         "blob_area_px": float(area),

@@ -87,6 +87,9 @@ class Step:
     target_direction : array, shape (3,), optional
         Unit vector to the target in the body frame as the loop estimates it, None when it does not know or does not use
         directions (the paper's own loop).
+    beyond_reach : bool
+        Whether the loop takes the target to be where no gaze within the joint limits shows it: the mirror waits at the
+        limit next to it.
     """
 
     time_s: float
@@ -99,3 +102,4 @@ class Step:
     predicted_px: tuple[float, float] | None
     error_px: tuple[float, float] | None
     target_direction: FloatArray | None
+    beyond_reach: bool

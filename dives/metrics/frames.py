@@ -19,7 +19,7 @@ FOLLOWING = (Mode.TRACK, Mode.PREDICT)
 """Modes in which the mirrors go after the target."""
 
 TEXT = ("mode", "cause_of_loss")
-FLAGS = ("detected",)
+FLAGS = ("detected", "beyond_reach")
 NUMBERS = (
     "time_s",
     "q1_command_deg",
@@ -67,6 +67,8 @@ class Frames:
         It found the target: its mask shares at least one pixel of the crop with the target's.
     following : array, shape (n,)
         The loop tracks or predicts.
+    beyond_reach : array, shape (n,)
+        The loop takes the target to be where the joints do not reach.
     on_target : array, shape (n,)
         What the detector last found was the target: what is tracked is it, and so is what is predicted.
     """
@@ -79,6 +81,7 @@ class Frames:
     detected: BoolArray
     found: BoolArray
     following: BoolArray
+    beyond_reach: BoolArray
     on_target: BoolArray
 
     @classmethod
@@ -97,7 +100,7 @@ class Frames:
         if not np.all(np.isfinite(time_s)) or np.any(steps_s <= 0):
             raise ValueError("log: expected times that rise from frame to frame")
         mode, cause = (np.array(table[name].fill_null("").to_pylist(), dtype=np.str_) for name in TEXT)
-        detected = np.array(table["detected"].fill_null(False).to_pylist(), dtype=bool)
+        detected, beyond = (np.array(table[name].fill_null(False).to_pylist(), dtype=bool) for name in FLAGS)
         found = detected & (numbers["detector_both_px"] > 0)
         return cls(
             numbers=numbers,
@@ -108,6 +111,7 @@ class Frames:
             detected=detected,
             found=found,
             following=np.isin(mode, [str(mode) for mode in FOLLOWING]),
+            beyond_reach=beyond,
             on_target=last_detected(detected, found),
         )
 

@@ -31,6 +31,7 @@ HOLDING_DEFINITIONS = {
     "false_tracking_s": "time in which the loop tracks or predicts something else: what the detector last found was not"
     " the target; in the whole dive",
     "false_tracking_fraction": "of the time that is no functional check",
+    "beyond_reach_s": "time in which the loop takes the target to be beyond the joints' reach, and waits for it",
     "losses": f"runs of more than {LOSS_FRAMES} frames after the acquisition in which the target is not held; None for"
     " a dive that never acquired it, which had nothing to lose",
     "losses_reacquired": "losses after which it is held again",
@@ -114,6 +115,7 @@ def holding_metrics(frames: Frames) -> dict[str, object]:
         "found_fraction": share(frames.found, after, frames.lasts_s),
         "false_tracking_s": float(frames.lasts_s[frames.false_tracking].sum()),
         "false_tracking_fraction": share(frames.false_tracking, frames.looking, frames.lasts_s),
+        "beyond_reach_s": float(frames.lasts_s[frames.following & frames.beyond_reach].sum()),
         "losses": len(lost) if acquired else None,
         "losses_reacquired": len(times) if acquired else None,
         "recovered_fraction": len(times) / len(lost) if lost else None,

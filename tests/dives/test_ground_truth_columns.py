@@ -69,6 +69,7 @@ def step_of(rig, now, image, settings=RED_BALL):
         detection=detect(crop, settings),
         predicted_px=None,
         error_px=None,
+        beyond_reach=False,
         target_direction=None,
     )
 

@@ -39,6 +39,7 @@ def dive_log() -> pa.Table:
             "q2_estimated_deg": pan / 4,
             "q1_true_deg": pan - 0.6,
             "q2_true_deg": pan / 4 + 0.1,
+            "beyond_reach": np.zeros(600, dtype=bool),
             "detected": found,
             "blobs": found.astype(np.int32),
             "blob_area_px": np.where(found, 45.0, np.nan),

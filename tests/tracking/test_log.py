@@ -30,6 +30,7 @@ def step(**changes):
         "detection": detection,
         "predicted_px": (5.0, 6.0),
         "error_px": (7.0, 8.0),
+        "beyond_reach": False,
         "target_direction": np.array([0.0, 1.0, 1.0]) / np.sqrt(2),
     }
     return Step(**(values | changes))
@@ -63,6 +64,7 @@ def test_columns_of_a_step_are_in_degrees_and_crop_pixels():
         "q2_estimated_deg": 2.0,
         "q1_true_deg": -1.0,
         "q2_true_deg": -2.0,
+        "beyond_reach": False,
         "detected": True,
         "blobs": 2,
         "blob_area_px": 412.0,

@@ -39,6 +39,7 @@ def a_step(mode=Mode.TRACK, width=320, height=240):
         detection=Detection(mask=mask, blobs=(blob, other), centroid_px=(129.5, 89.5)),
         predicted_px=(250.0, 40.0),
         error_px=(-30.0, -30.0),
+        beyond_reach=False,
         target_direction=None,
     )
 

@@ -38,6 +38,9 @@ class CropFollower:
     direction: FloatArray | None = None
     """It has none: it knows the target in the crop only."""
 
+    beyond_reach = False
+    """Nor does it know of a target that is out of the crop."""
+
     @property
     def known(self) -> bool:
         """Whether there is an estimate."""

@@ -67,6 +67,10 @@ class Follower(Protocol):
         """Unit vector to the target, body frame; None when it does not know or does not use directions."""
 
     @property
+    def beyond_reach(self) -> bool:
+        """Whether the target is estimated to be where no gaze within the joint limits shows it."""
+
+    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
 

@@ -63,6 +63,11 @@ class GazeFollower:
         return None if bearing is None else bearing.direction
 
     @property
+    def beyond_reach(self) -> bool:
+        """Whether the target is estimated to be where no gaze within the joint limits shows it."""
+        return self.direction is not None and self._pointing.beyond_reach(self.direction)
+
+    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
         return self._filter.bearing is not None

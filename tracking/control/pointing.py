@@ -99,6 +99,10 @@ class Pointing:
         middle = (self._elevations[0] + self._elevations[1]) / 2
         return self._gimbal.joint_values(pan, _within(elevation, self._elevations, middle) / 2)
 
+    def beyond_reach(self, direction: FloatArray) -> bool:
+        """Whether no gaze within the limits has a direction, a unit vector of the body frame, in its view."""
+        return bool(self._losses(self._gimbal.in_gimbal(direction)[np.newaxis]).min() >= 1)
+
     def _pan(self, level: tuple[float, float], later: FloatArray, pan_now: float) -> float:
         """Pan angle to ask for, radians."""
         losses = self._losses(later)

@@ -36,14 +36,17 @@ class BehaviourSettings:
         Images that a lost target is looked for where it is predicted; the paper's 30.
     unseen_frames : int
         Images that do not count, because the place where it is predicted is not in the crop. The paper counts all.
+    wait_frames : int
+        Images that do not count, because the target is predicted beyond the joints' reach: it is waited for.
     earned : bool
-        Whether both are at most as many as the target was seen in since it was tracked.
+        Whether all three are at most as many as the target was seen in since it was tracked.
     """
 
     check_s: float = 30.0
     confirm_frames: int = 1
     predict_frames: int = 30
     unseen_frames: int = 0
+    wait_frames: int = 0
     earned: bool = False
 
     def __post_init__(self) -> None:
@@ -54,7 +57,7 @@ class BehaviourSettings:
             problems.append(f"expected confirm_frames of at least 1, got {self.confirm_frames}")
         problems += [
             f"expected {name} of at least 0, got {getattr(self, name)}"
-            for name in ("predict_frames", "unseen_frames")
+            for name in ("predict_frames", "unseen_frames", "wait_frames")
             if getattr(self, name) < 0
         ]
         if problems:
@@ -74,6 +77,8 @@ class BehaviourState:
         While predicting: images without the target that count.
     unseen : int
         While predicting: images that do not.
+    waited : int
+        While predicting: images in which it was waited for beyond reach.
     seen : int
         While tracking and predicting: images that the target was seen in.
     """
@@ -82,11 +87,18 @@ class BehaviourState:
     hits: int = 0
     missed: int = 0
     unseen: int = 0
+    waited: int = 0
     seen: int = 0
 
 
 def next_state(
-    state: BehaviourState, settings: BehaviourSettings, *, elapsed_s: float, found: bool, expected: bool
+    state: BehaviourState,
+    settings: BehaviourSettings,
+    *,
+    elapsed_s: float,
+    found: bool,
+    expected: bool,
+    beyond_reach: bool = False,
 ) -> BehaviourState:
     """State in which the command after one more image is decided.
 
@@ -101,6 +113,8 @@ def next_state(
         Whether the target is seen in this image. The functional check does not look.
     expected : bool
         Whether the place where it is predicted lies in the crop.
+    beyond_reach : bool
+        Whether it is predicted where the joints do not reach.
     """
     if state.mode is Mode.CHECK:
         if elapsed_s < settings.check_s:
@@ -112,10 +126,18 @@ def next_state(
         return BehaviourState(mode=Mode.TRACK, seen=hits) if confirmed else replace(state, hits=hits)
     if found:
         return BehaviourState(mode=Mode.TRACK, seen=state.seen + 1)
-    lost = replace(state, mode=Mode.PREDICT)
-    most = state.seen if settings.earned else max(settings.unseen_frames, settings.predict_frames)
-    if not expected and state.unseen < min(settings.unseen_frames, most):
-        return replace(lost, unseen=state.unseen + 1)
-    if state.missed < min(settings.predict_frames, most):
-        return replace(lost, missed=state.missed + 1)
+    return _predicted(replace(state, mode=Mode.PREDICT), settings, expected=expected, beyond_reach=beyond_reach)
+
+
+def _predicted(
+    lost: BehaviourState, settings: BehaviourSettings, *, expected: bool, beyond_reach: bool
+) -> BehaviourState:
+    """State after an image without a target that was tracked."""
+    most = lost.seen if settings.earned else max(settings.wait_frames, settings.unseen_frames, settings.predict_frames)
+    if beyond_reach and lost.waited < min(settings.wait_frames, most):
+        return replace(lost, waited=lost.waited + 1)
+    if not expected and lost.unseen < min(settings.unseen_frames, most):
+        return replace(lost, unseen=lost.unseen + 1)
+    if lost.missed < min(settings.predict_frames, most):
+        return replace(lost, missed=lost.missed + 1)
     return BehaviourState(mode=Mode.SCAN)

@@ -170,6 +170,7 @@ class TrackingLoop:
             elapsed_s=elapsed_s,
             found=bool(update.blobs),
             expected=expected is not None and _within(expected, crop),
+            beyond_reach=self._follower.beyond_reach,
         )
         self._q_command = np.clip(
             self._decide(before, observation, elapsed_s), self._gimbal.lowest, self._gimbal.highest
@@ -186,6 +187,7 @@ class TrackingLoop:
             predicted_px=expected,
             error_px=None if target is None else _pair(error(target, crop.width_px, crop.height_px)),
             target_direction=self._follower.direction,
+            beyond_reach=self._follower.beyond_reach,
         )
 
     def corners_px(self, report: MirrorReport) -> FloatArray:
@@ -199,6 +201,7 @@ class TrackingLoop:
             "hits": self._state.hits,
             "missed": self._state.missed,
             "unseen": self._state.unseen,
+            "waited": self._state.waited,
             "seen": self._state.seen,
             "q_command": self._q_command.tolist(),
             "q_seen": self._q_seen.tolist(),
@@ -212,7 +215,8 @@ class TrackingLoop:
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot of a loop made with the same arguments, to the same bytes."""
         self._state = BehaviourState(
-            mode=Mode(snapshot["mode"]), **{name: snapshot[name] for name in ("hits", "missed", "unseen", "seen")}
+            mode=Mode(snapshot["mode"]),
+            **{name: snapshot[name] for name in ("hits", "missed", "unseen", "waited", "seen")},
         )
         self._q_command = np.array(snapshot["q_command"])
         self._q_seen = np.array(snapshot["q_seen"])

@@ -18,6 +18,7 @@ HEADLINES = {
     "gaze_error_rms_deg": ("gaze error, RMS", "deg"),
     "gaze_error_p95_deg": ("gaze error, 95 %", "deg"),
     "false_tracking_fraction": ("on something else", ""),
+    "beyond_reach_s": ("beyond reach", "s"),
     "losses": ("losses", ""),
     "losses_reacquired": ("found again", ""),
 }

@@ -23,6 +23,7 @@ def make_log():
             "q2_command_deg": zero,
             "q1_true_deg": zero,
             "q2_true_deg": zero,
+            "beyond_reach": np.zeros(frames, dtype=bool),
             "detected": np.ones(frames, dtype=bool),
             "centroid_x_px": zero + 159.5,
             "centroid_y_px": zero + 119.5,

@@ -74,6 +74,12 @@ def test_following_something_else_is_no_holding(make_log):
     assert found["losses"] == 1
 
 
+def test_time_beyond_reach_is_that_of_a_loop_that_follows(make_log):
+    mode = ["scan"] * 10 + ["track"] * 10 + ["predict"] * 10
+    found = dive_metrics(make_log(30, mode=mode, beyond_reach=flags(30, (5, 10), (18, 25))))
+    assert found["beyond_reach_s"] == pytest.approx(0.7, abs=EXACT)
+
+
 def test_losses_and_getting_it_back(make_log):
     """Frames 20-30 out of view (11 frames), 40-44 too (five: no loss), 60-79 visible but scanning, 90-99 to the end."""
     gone = flags(100, (20, 31), (40, 45), (90, 100))
@@ -259,6 +265,7 @@ def test_time_on_target_and_losses_add_up(states, loss_frames):
         detected=visible,
         found=visible,
         following=following,
+        beyond_reach=np.zeros(n, dtype=bool),
         on_target=np.ones(n, dtype=bool),
     )
     lost = losses(frames, loss_frames=loss_frames)

@@ -173,3 +173,21 @@ def test_faster_servos_are_planned_for_as_well():
         command = pointing.command(still(120, 20), FRAME_S, q)
         q = q + np.clip(command - q, -math.radians(400) * FRAME_S, math.radians(400) * FRAME_S)
     np.testing.assert_allclose(np.degrees(q), [-60, 80], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("azimuth_deg", "elevation_deg", "beyond"),
+    [
+        # aqua2's gaze gets 65 degrees down, to the front and over the zenith to the back, and pan 77.5 to each side:
+        # beside 77.5 and 102.5 degrees level gazes end, and half a view of 10.5 hides 2 degrees of the gap.
+        (0.0, 0.0, False),
+        (0.0, -70.0, False),
+        (0.0, -80.0, True),
+        (180.0, 30.0, False),
+        (90.0, 0.0, True),
+        (86.0, 0.0, False),
+        (90.0, 80.0, False),
+    ],
+)
+def test_what_is_beyond_reach(azimuth_deg, elevation_deg, beyond):
+    assert Pointing(GIMBAL, SPEEDS, HALF_VIEW).beyond_reach(direction(azimuth_deg, elevation_deg)) is beyond

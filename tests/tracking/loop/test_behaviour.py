@@ -68,6 +68,16 @@ def test_what_was_seen_in_few_images_is_not_waited_for_longer():
     assert modes(run(settings, "t" * 20 + "." * 6)) == "ss" + "t" * 18 + "p" * 5 + "s"
 
 
+def test_what_is_beyond_reach_is_waited_for():
+    settings = BehaviourSettings(predict_frames=2, unseen_frames=3, wait_frames=4)
+    state, found = BehaviourState(mode=Mode.TRACK), []
+    for _ in range(10):
+        state = next_state(state, settings, elapsed_s=9.0, found=False, expected=False, beyond_reach=True)
+        found.append(state)
+    assert modes(found) == "p" * (4 + 3 + 2) + "s"
+    assert modes(run(settings, "t", start=found[3])) == "t"
+
+
 @given(st.text("t.x", max_size=60), st.integers(1, 4), st.integers(0, 5), st.integers(0, 5))
 def test_no_other_arrows(images, confirm, predict, unseen):
     settings = BehaviourSettings(confirm_frames=confirm, predict_frames=predict, unseen_frames=unseen)

@@ -59,6 +59,7 @@ class StubLoop:
             detection=Detection(mask=np.zeros((24, 32), dtype=np.uint8), blobs=(), centroid_px=None),
             predicted_px=None,
             error_px=None,
+            beyond_reach=False,
             target_direction=None,
         )
 
@@ -124,7 +125,16 @@ def test_the_log_has_the_columns_that_need_no_truth_with_units(ball_run):
     table = pq.read_table(folder / "log.parquet")
     assert table.column_names == [
         *("frame", "time_s", "mode", "q1_command_deg", "q2_command_deg", "q1_estimated_deg", "q2_estimated_deg"),
-        *("detected", "blobs", "blob_area_px", "centroid_x_px", "centroid_y_px", "predicted_x_px", "predicted_y_px"),
+        *(
+            "beyond_reach",
+            "detected",
+            "blobs",
+            "blob_area_px",
+            "centroid_x_px",
+            "centroid_y_px",
+            "predicted_x_px",
+            "predicted_y_px",
+        ),
         *("error_x_px", "error_y_px", "estimated_azimuth_deg", "estimated_elevation_deg"),
         *("detector_found_px", "saturated_fraction"),
     ]
