@@ -18,7 +18,7 @@ from optics.kernels.arrays import FloatArray
 from rigs import Rig
 from rigs.problems import Problem
 from scenes.sensor import ImageSensor
-from scenes.stage.targets import Ball, TargetShape, target_named
+from scenes.stage.targets import Ball, TargetShape
 from scenes.worlds.catalogue import BUILT_IN
 from scenes.worlds.mesh_file import MESH_SUFFIXES
 from scenes.worlds.mitsuba_file import MITSUBA_SUFFIX
@@ -39,7 +39,7 @@ def dive_problems(dive: DiveSpecification) -> list[Problem]:
     rig = _rig(dive, problems)
     shape: TargetShape | None = None
     with _collecting(problems, "target.shape", dive.target.shape):
-        shape = target_named(dive.target.shape)
+        shape = dive.target.load_shape()
     with _collecting(problems, "world", dive.world):
         _check_world(dive.world)
     if rig is not None and dive.jerlov_type is not None:

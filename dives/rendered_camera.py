@@ -244,7 +244,7 @@ def dive_scene(dive: Dive, rig: Rig) -> Scene:
         sun=Sun(elevation_deg=dive.sun.elevation_deg, azimuth_deg=dive.sun.azimuth_deg),
         cloud=dive.cloud,
         wind=Wind(speed_m_per_s=dive.wind.speed_m_per_s, azimuth_deg=dive.wind.azimuth_deg),
-        target=dive.target.shape,
+        target=dive.target.load_shape(),
         target_m=start,
         snow=dive.snow,
         seed=dive.world_seed,

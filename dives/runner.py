@@ -26,6 +26,7 @@ from dives.journal import Journal
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
 from dives.robot_view import robot_view
+from dives.target_size import sized
 from dives.timed_mirrors import TimedMirrors
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
@@ -171,6 +172,7 @@ def run_dive(
     """
     folder = Path(folder)
     rig = dive.load_rig() if rig is None else dive.at_frame_rate(rig)
+    dive = sized(dive, rig)
     identity = identity_of(dive, rig)
     if is_finished(folder, identity):
         log(f"{folder}: this dive is finished already")

@@ -11,9 +11,10 @@ from pydantic import Field
 from dives.motions import RobotMotion, TargetPath
 from rigs import ImageSensorSpec, JerlovType, Rig
 from rigs.display import facts_table
-from rigs.section import NotNegative, Number, Section, Whole
+from rigs.section import NotNegative, Number, Positive, Section, Whole
 from scenes.light.waves import STRONGEST_WIND_M_PER_S
 from scenes.stage.scene import DEPTHS_M, WIND_M_PER_S
+from scenes.stage.targets import Ball, TargetShape, target_named
 from tracking.loop.variants import VARIANTS, Variant
 from tracking.perception import RED_BALL, DetectorSettings
 
@@ -21,10 +22,26 @@ LONGEST_DIVE_S = 3600.0
 
 
 class DiveTarget(Section):
-    """What is to be tracked (`scenes.stage.targets.target_named`), and where it goes."""
+    """What is to be tracked (`scenes.stage.targets.target_named`), how large a ball is, and where it goes."""
 
     shape: str = "red ball"
+    diameter_m: Positive | None = None
     path: TargetPath
+
+    def load_shape(self) -> TargetShape:
+        """Shape of the target, a ball in its size.
+
+        Raises
+        ------
+        ValueError
+            For an unknown name, a file that cannot be used, or a diameter of what is no ball.
+        """
+        shape = target_named(self.shape)
+        if self.diameter_m is None:
+            return shape
+        if not isinstance(shape, Ball):
+            raise ValueError(f"expected diameter_m for a ball only, got one for {self.shape!r}; leave it out")
+        return replace(shape, radius_m=self.diameter_m / 2)
 
 
 class DiveSun(Section):

@@ -22,7 +22,7 @@ from scenes.light.spectrum import bands_of_camera
 from scenes.light.sun import Sun
 from scenes.light.waves import Wind
 from scenes.stage.problems import Problems
-from scenes.stage.targets import Ball, TargetShape, target_named
+from scenes.stage.targets import Ball, MeshShape, TargetShape, target_named
 from scenes.worlds import World, world_named
 from scenes.worlds.snow import MarineSnow
 
@@ -100,7 +100,7 @@ def make_scene(
     sun: Sun | None = None,
     cloud: float = 0.0,
     wind: Wind | None = None,
-    target: str | Path = "red ball",
+    target: str | Path | TargetShape = "red ball",
     target_m: ArrayLike = TARGET_M,
     snow: bool = False,
     seed: int = 0,
@@ -122,8 +122,8 @@ def make_scene(
         Covered share of the sky, 0 to 1.
     wind : Wind, optional
         Over the sea; 3 m/s by default. Without any the surface is flat and nothing flickers.
-    target : str or Path
-        red ball, buoy, diver, fish, or a file (`scenes.stage.targets.target_named`).
+    target : str, Path or TargetShape
+        red ball, buoy, diver, fish, or a file (`scenes.stage.targets.target_named`); or a shape.
     target_m : array_like, shape (3,)
         Where it is, from the body (`on_gaze`).
     snow : bool
@@ -155,7 +155,7 @@ def make_scene(
     with problems.collecting():
         daylight = Daylight(wavelength_nm=bands.wavelength_nm, sun=sun or Sun(), cloud=cloud)
     with problems.collecting():
-        shape = target_named(target)
+        shape = target if isinstance(target, Ball | MeshShape) else target_named(target)
     problems.raise_any()
     coating = rig.gaze.mount.mirror_coating if rig.gaze else "protected-aluminium"
     light = underwater_light(water, daylight, bands, coating)

@@ -36,6 +36,8 @@ variant = "unchecked"
 overlay = false
 [robot]
 motion = "hover"
+[detector]
+area_min_px = 100
 [target]
 [target.path]
 shape = "straight"
@@ -67,7 +69,7 @@ def recorded(tmp_path_factory):
     (folder / "short.toml").write_text(DIVE, encoding="utf-8")
     default = VARIANTS["default"]
     with pytest.MonkeyPatch.context() as patch:
-        unchecked = replace(default, behaviour=replace(default.behaviour, check_s=0.0))
+        unchecked = replace(default.without_check(), likely_first=False)
         patch.setitem(VARIANTS, "unchecked", unchecked)
         yield run_dive(Dive.load(folder / "short.toml"), folder / "out")
 
