@@ -41,7 +41,8 @@ def test_a_line_for_each_loop_and_axis(found):
     assert [line.split()[:2] for line in lines] == [
         [loop, axis] for loop in ("default", "paper-literal") for axis in ("azimuth", "elevation")
     ]
-    assert "50 (40 to 60)" in lines[0]
+    # Student with one degree of freedom: 12.706 times 10 to each side.
+    assert "50 (-77.1 to 177)" in lines[0]
     assert lines[0].split()[-1] == "3"
     assert lines[2].split()[-1] == "-"
     assert "default, azimuth: 2 of 2" in result.stderr
