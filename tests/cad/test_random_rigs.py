@@ -125,7 +125,7 @@ def check_solids(assembly: Assembly) -> None:
 
 @pytest.mark.slow
 @settings(
-    max_examples=6,
+    max_examples=3,
     phases=[Phase.explicit, Phase.reuse, Phase.generate],  # an example takes seconds: too long to shrink it
 )
 @given(draw=DRAWS)

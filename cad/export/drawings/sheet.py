@@ -37,7 +37,6 @@ STYLE = {
     "font.family": "DejaVu Sans",
     "svg.hashsalt": SVG_SALT,
     "svg.fonttype": "path",
-    "pdf.fonttype": 42,
     "path.simplify": False,
 }
 
