@@ -70,6 +70,8 @@ def shade(path: Path, inputs: Inputs) -> FrameArrays:
     if geometry.shadow_on_world is not None:
         shadow, stands_around = geometry.shadow_on_world, lit & _stands_around(primitive, geometry.groups)
         hidden = _hidden_by_robot(inputs, shadow, place, outward, stands_around)
+        # The table is coarse: it must not hide more light than reaches the place.
+        hidden = [dr.minimum(h, a) for h, a in zip(hidden, ambient, strict=True)]
         # The water before the robot's shadow on the world is lit by it: it is seen darker than it is.
         radius = dr.select(baked, shadow.shadow_radius, 0)
         share = hidden_share(inputs.tables.forward_cone, path.length, radius)

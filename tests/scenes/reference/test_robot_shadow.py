@@ -8,6 +8,7 @@ import trimesh
 
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.light.materials import Material
 from scenes.light.waves import Wind
@@ -45,13 +46,19 @@ def plate():
 
 
 @pytest.fixture(scope="module")
-def floors():
-    """Mean radiance by channel: renderer (fast, reference), below the plate or under open water."""
+def looking_down():
+    """A camera that looks straight down at the white floor: rig and scene."""
     rig = Rig.load("bench")
     looks_down = {"pitch_deg": -90.0, "position_mm": (0.0, 0.0, 0.0)}
     rig = rig.model_copy(update={"camera": rig.camera.model_copy(update=looks_down)})
     scene = make_scene(rig, world="blue", depth_m=DEPTH_M, jerlov_type="1C", cloud=1.0, wind=Wind(speed_m_per_s=0.0))
-    scene = replace(scene, target=None, world=world_of("floor", [("floor", floor())]))
+    return rig, replace(scene, target=None, world=world_of("floor", [("floor", floor())]))
+
+
+@pytest.fixture(scope="module")
+def floors(looking_down):
+    """Mean radiance by channel: renderer (fast, reference), below the plate or under open water."""
+    rig, scene = looking_down
     frames = [
         [FastRenderer(prepare(scene, rig, parts), **SIZE, samples=16).render() for parts in ([plate()], [])],
         [
@@ -86,3 +93,14 @@ def test_a_floor_below_the_robot_misses_what_paths_say(floors):
     kept, truly_kept = (1 - shaded / lit for shaded, lit in floors)
     assert kept.mean() == pytest.approx(truly_kept.mean(), rel=0.2)
     assert truly_kept.mean() > LEAST_SHADOW
+
+
+def test_the_robot_hides_no_more_light_than_there_is(looking_down):
+    """A table that hides a hundred times as much leaves the floor dark, and no pixel negative."""
+    rig, scene = looking_down
+    lit = prepare(scene, rig, [plate()], quality=LightQuality.coarse())
+    shadow = lit.geometry.shadow_on_world
+    far_too_dark = replace(lit.geometry, shadow_on_world=replace(shadow, values=100 * shadow.values))
+    as_it_is, dark = (FastRenderer(each, **SIZE).render() for each in (lit, replace(lit, geometry=far_too_dark)))
+    assert (dark.radiance >= 0).all()
+    assert dark.radiance.mean() < as_it_is.radiance.mean()
