@@ -29,6 +29,10 @@ LLVM_VARIABLE = "DRJIT_LIBLLVM_PATH"
 BACKEND_VARIABLE = "MIRRORGAZE_BACKEND"
 """A user may set it to llvm or cuda."""
 
+THREADS_VARIABLE = "MIRRORGAZE_THREADS"
+"""A user may set it to how many threads compute: where several processes share the processors, their share. Dr.Jit's
+threads look for work all the time, and in each process take what the others could use."""
+
 PATIENCE_S = 60.0
 """How long a child process may take to load one library; a cold disk needs a few seconds."""
 
@@ -152,12 +156,18 @@ def activate() -> Backend:
     Raises
     ------
     BackendError
-        When there is no backend, or a system library that drjit needs is missing.
+        When there is no backend, or a system library that drjit needs is missing; when the number of threads that is
+        asked for is none.
     """
+    wish = os.environ.get(THREADS_VARIABLE, "")
+    if wish and not (wish.isdecimal() and int(wish) > 0):
+        raise BackendError(f"{THREADS_VARIABLE} = {wish!r}: expected a number of threads, at least 1")
     backend = find_backend()
     if backend.llvm_path is not None:
         os.environ[LLVM_VARIABLE] = str(backend.llvm_path)
-    _loaded("drjit")
+    drjit = _loaded("drjit")
+    if wish:
+        drjit.set_thread_count(int(wish))
     return backend
 
 
@@ -182,13 +192,16 @@ def _loaded(name: str) -> Any:
 def __getattr__(name: str) -> Any:
     if name == "dr":
         activate()
-        return importlib.import_module("drjit")
-    if name == "mi":
-        return _mitsuba()
-    if name in TYPES:
-        module = importlib.import_module(f"drjit.{activate().kind}.ad")
-        return getattr(module, TYPES[name])
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found = importlib.import_module("drjit")
+    elif name == "mi":
+        found = _mitsuba()
+    elif name in TYPES:
+        found = getattr(importlib.import_module(f"drjit.{activate().kind}.ad"), TYPES[name])
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    # The next time it is an attribute like any other: kernels are traced through hundreds of thousands of them.
+    globals()[name] = found
+    return found
 
 
 def _find_llvm() -> tuple[Path, Version]:

@@ -67,6 +67,19 @@ def run(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+THREADS = "from optics.kernels.backend import dr; print(dr.thread_count())"
+
+
+def test_a_number_of_threads_can_be_asked_for():
+    assert run(THREADS, MIRRORGAZE_THREADS="3").stdout.split() == ["3"]
+
+
+@pytest.mark.parametrize("wish", ["0", "-1", "all"])
+def test_no_number_of_threads_is_refused(wish):
+    child = run("from optics.kernels.backend import dr", MIRRORGAZE_THREADS=wish)
+    assert f"MIRRORGAZE_THREADS = {wish!r}: expected a number of threads, at least 1" in child.stderr
+
+
 def test_float64_kernels_compute_in_double_precision():
     child = run(KERNEL)
     assert child.returncode == 0, child.stderr
