@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from optics.kernels.backend import mi
+from optics.kernels.backend import dr, mi
 from optics.status import Region
 from scenes.truth import ground_truth
 from scenes.truth.layers import layers, write_layers
@@ -69,6 +69,20 @@ def test_equal_frames_give_equal_bytes(truth, tmp_path):
         write_layers(truth, tmp_path / name)
     assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.exr", "b.exr"]
+
+
+@pytest.mark.timeout(60)
+def test_a_single_thread_writes_them_too(truth, tmp_path):
+    """As on a machine with one core: without another thread Mitsuba's writer waits for ever."""
+    threads = dr.thread_count()
+    dr.set_thread_count(1)
+    try:
+        write_layers(truth, tmp_path / "one.exr")
+        assert dr.thread_count() == 1
+    finally:
+        dr.set_thread_count(threads)
+    write_layers(truth, tmp_path / "more.exr")
+    assert (tmp_path / "one.exr").read_bytes() == (tmp_path / "more.exr").read_bytes()
 
 
 def test_without_other_states_there_is_no_motion(truth, aqua2):
