@@ -14,6 +14,8 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -169,6 +171,23 @@ def activate() -> Backend:
     if wish:
         drjit.set_thread_count(int(wish))
     return backend
+
+
+@contextmanager
+def another_thread() -> Iterator[None]:
+    """Two threads at least, for reading and writing OpenEXR files.
+
+    Mitsuba's OpenEXR works in Dr.Jit's threads and waits in one of them: with one alone, as on a machine with one core,
+    it waits for ever.
+    """
+    activate()
+    drjit = _loaded("drjit")
+    threads = drjit.thread_count()
+    drjit.set_thread_count(max(threads, 2))
+    try:
+        yield
+    finally:
+        drjit.set_thread_count(threads)
 
 
 @cache

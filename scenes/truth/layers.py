@@ -7,15 +7,13 @@ single precision: half precision would hold distances beyond 2 m to 2 mm, and co
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.kernels.backend import dr, mi
+from optics.kernels.backend import another_thread, mi
 from optics.status import Region
 from rigs.atomic_files import atomic_file
 from scenes.stage.frame import FloatImage, Label
@@ -85,19 +83,8 @@ def write_layers(truth: GroundTruth, path: Path, *, light: str = "full") -> None
     header = bitmap.metadata()
     for name, value in (attributes(truth) | {"light": light}).items():
         header[name] = value
-    with atomic_file(path) as partial, _another_thread():
+    with atomic_file(path) as partial, another_thread():
         bitmap.write(str(partial))
-
-
-@contextmanager
-def _another_thread() -> Iterator[None]:
-    """Within it there are two threads at least: Mitsuba's OpenEXR waits for one beside its own, without it for ever."""
-    threads = dr.thread_count()
-    dr.set_thread_count(max(threads, 2))
-    try:
-        yield
-    finally:
-        dr.set_thread_count(threads)
 
 
 def _components(prefix: str, names: str, image: FloatImage) -> dict[str, NDArray[Any]]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.kernels.backend import Float32, UInt32, dr, mi
+from optics.kernels.backend import Float32, UInt32, another_thread, dr, mi
 from scenes.light.materials import Material
 from scenes.surfaces.surface import surface
 from scenes.worlds.mesh_file import Thing, check_is_file
@@ -29,7 +29,8 @@ def read_mitsuba(path: Path) -> tuple[list[Thing], tuple[str, ...]]:
     check_is_file(path)
     try:
         # Merged shapes would lose their names and materials.
-        scene = mi.load_file(str(path), optimize=False)
+        with another_thread():  # its textures may be OpenEXR's
+            scene = mi.load_file(str(path), optimize=False)
     except Exception as error:
         # Its parser raises what the plugin at hand raises.
         raise ValueError(f"{path.name}: expected a Mitsuba scene, got what cannot be loaded ({error})") from None

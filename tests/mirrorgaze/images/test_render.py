@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
-from optics.kernels.backend import mi
+from optics.kernels.backend import another_thread, mi
 from scenes.stage.frame import Label
 
 pytestmark = pytest.mark.usefixtures("rough_light")
@@ -72,7 +72,8 @@ MITSUBA_WORLD = """<scene version="3.0.0">
 
 
 def layers_of(path):
-    bitmap = mi.Bitmap(str(path))
+    with another_thread():
+        bitmap = mi.Bitmap(str(path))
     values = np.array(bitmap)
     return {field.name: values[..., place] for place, field in enumerate(bitmap.struct_())}
 

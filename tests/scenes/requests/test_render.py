@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optics.kernels.backend import mi
+from optics.kernels.backend import another_thread, mi
 from optics.layout import camera_pose
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
@@ -50,8 +50,13 @@ def open_water(aqua2):
     return make_scene(aqua2, world="blue", target_m=on_gaze(aqua2, **Q, distance_m=1.0), wind=Wind(speed_m_per_s=0.0))
 
 
+def bitmap_of(path):
+    with another_thread():
+        return mi.Bitmap(str(path))
+
+
 def layers_of(path):
-    bitmap = mi.Bitmap(str(path))
+    bitmap = bitmap_of(path)
     values = np.array(bitmap)
     return {field.name: values[..., place] for place, field in enumerate(bitmap.struct_())}
 
@@ -140,7 +145,7 @@ def test_a_draft_is_written_first_and_says_so_in_the_file(aqua2, open_water, tmp
     path, request, told = tmp_path / f"view{ending}", RenderRequest(**POSE_DEG, **SIZE), []
 
     def said():
-        return str(mi.Bitmap(str(path)).metadata()["light"]).strip('"')
+        return str(bitmap_of(path).metadata()["light"]).strip('"')
 
     output = Output(path=path)
     view = render(aqua2, open_water, request, output, on_draft=lambda draft: told.append((draft.light, said())))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from optics.kernels.backend import dr, mi
+from optics.kernels.backend import another_thread, dr, mi
 from optics.status import Region
 from scenes.truth import ground_truth
 from scenes.truth.layers import layers, write_layers
@@ -27,10 +27,15 @@ def truth(aqua2, plain, make_state):
     return ground_truth(frame, aqua2, state, next_state=after, previous_state=after)
 
 
+def bitmap_of(path):
+    with another_thread():
+        return mi.Bitmap(str(path))
+
+
 def test_every_layer_comes_back_bit_for_bit(truth, tmp_path):
     """Single precision in, single precision out, nan and inf included."""
     write_layers(truth, tmp_path / "view.exr")
-    bitmap = mi.Bitmap(str(tmp_path / "view.exr"))
+    bitmap = bitmap_of(tmp_path / "view.exr")
     read = {field.name: np.array(bitmap)[..., position] for position, field in enumerate(bitmap.struct_())}
     assert set(read) == NAMES
     for name, values in layers(truth).items():
@@ -43,7 +48,7 @@ def test_every_layer_comes_back_bit_for_bit(truth, tmp_path):
 def test_colour_is_found_by_a_reader_that_wants_a_image(truth, tmp_path):
     """Converted to RGB, as viewers do, the file is the radiance."""
     write_layers(truth, tmp_path / "view.exr")
-    bitmap = mi.Bitmap(str(tmp_path / "view.exr"))
+    bitmap = bitmap_of(tmp_path / "view.exr")
     split = dict(bitmap.split())
     assert split["<root>"].channel_count() >= 3
     assert {"distance", "position", "normal", "forward", "backward", "label", "region"} <= set(split)
@@ -51,7 +56,7 @@ def test_colour_is_found_by_a_reader_that_wants_a_image(truth, tmp_path):
 
 def test_header_says_what_the_layers_belong_to(truth, tmp_path):
     write_layers(truth, tmp_path / "view.exr")
-    header = mi.Bitmap(str(tmp_path / "view.exr")).metadata()
+    header = bitmap_of(tmp_path / "view.exr").metadata()
     assert header["rig"] == "aqua2"
     assert header["q1_deg"] == pytest.approx(30.0)
     assert "4 target" in header["labels"]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from optics.kernels.backend import another_thread, dr, mi
 from scenes.light.materials import Material
 from scenes.surfaces.surface import enclosed_volume_m3
 from scenes.worlds import world_named
@@ -134,6 +135,32 @@ def test_a_mitsuba_scene_gives_its_triangles_and_names_the_rest(tmp_path):
     (note,) = world.notes
     for name in ("shape buoy (no triangles)", "emitter sky", "sensor camera"):
         assert name in note
+
+
+TEXTURED = """<scene version="3.0.0">
+  <shape type="cube" id="crate">
+    <bsdf type="diffuse"><texture type="bitmap" name="reflectance">
+      <string name="filename" value="paint.exr"/><boolean name="raw" value="true"/>
+    </texture></bsdf>
+  </shape>
+</scene>
+"""
+
+
+@pytest.mark.timeout(60)
+def test_textures_of_a_mitsuba_scene_are_read_by_a_single_thread(tmp_path):
+    """As on a machine with one core: without another thread Mitsuba's reader of OpenEXR waits for ever."""
+    paint = mi.Bitmap(np.full((64, 64, 3), 0.25, dtype=np.float32))
+    with another_thread():
+        paint.write(str(tmp_path / "paint.exr"))
+    (tmp_path / "harbour.xml").write_text(TEXTURED)
+    threads = dr.thread_count()
+    dr.set_thread_count(1)
+    try:
+        world = world_named(tmp_path / "harbour.xml", DEPTH_M)
+    finally:
+        dr.set_thread_count(threads)
+    np.testing.assert_allclose(world.colour, 0.25, atol=1e-6)
 
 
 @pytest.mark.parametrize(
