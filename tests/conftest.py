@@ -19,6 +19,12 @@ RECORDED = Path(__file__).parent / "recorded_results.json"
 SHARING_FOLDERS = ("tests/cad/checks", "tests/cad/export")
 """Whose files share solids, checks and an export that take half a minute to make."""
 
+# Dr.Jit's threads look for work all the time: two processes with two each take a third of the machine from each other.
+# The processes that tests begin, and the notebooks', inherit the share.
+WORKERS = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+if WORKERS > 1:
+    os.environ.setdefault("MIRRORGAZE_THREADS", str(max(1, (os.cpu_count() or 1) // WORKERS)))
+
 # How long an example takes says how busy the machine is, and the first one of a test compiles a kernel. CI
 # draws the same examples every time, so that it fails for a change and not by chance; on a desk they are new each time.
 settings.register_profile(
