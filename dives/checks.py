@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from scipy.spatial.transform import RigidTransform
 
-from dives.motions import Legs
-from dives.paths import body_pose, target_places, target_pose
+from dives.path_files import path_files
+from dives.paths import begins_s, body_pose, decoy_pose, path_places, target_pose
 from dives.specification import DiveSpecification
+from dives.trajectories.motions import FromFile, Legs, TargetPath, TravelFromFile
+from dives.trajectories.timed_paths import TimedPathError, timed_path
 from optics.kernels.arrays import FloatArray
 from rigs import Rig
 from rigs.problems import Problem
+from rigs.section import Section
 from scenes.sensor import ImageSensor
 from scenes.stage.targets import Ball, TargetShape
 from scenes.worlds.catalogue import BUILT_IN
@@ -40,6 +43,10 @@ def dive_problems(dive: DiveSpecification) -> list[Problem]:
     shape: TargetShape | None = None
     with _collecting(problems, "target.shape", dive.target.shape):
         shape = dive.target.load_shape()
+    decoys: dict[int, TargetShape] = {}
+    for number, decoy in enumerate(dive.decoys):
+        with _collecting(problems, f"decoys[{number}].shape", decoy.shape):
+            decoys[number] = decoy.load_shape()
     with _collecting(problems, "world", dive.world):
         _check_world(dive.world)
     if rig is not None and dive.jerlov_type is not None:
@@ -56,29 +63,70 @@ def dive_problems(dive: DiveSpecification) -> list[Problem]:
     if isinstance(dive.robot, Legs) and any(dive.robot.points_m[0]):
         expected = "a path that begins at the robot's start, [0, 0, 0]"
         problems.append(Problem(place="robot.points_m[0]", value=list(dive.robot.points_m[0]), expected=expected))
-    problems += path_problems(dive, rig, 0.0 if shape is None else bounding_radius_m(shape))
+    unreadable = path_file_problems(dive)
+    if unreadable:
+        return problems + unreadable
+    radii: dict[int | None, float] = {None: 0.0 if shape is None else bounding_radius_m(shape)}
+    radii |= {number: bounding_radius_m(each) for number, each in decoys.items()}
+    return problems + path_problems(dive, rig, radii)
+
+
+def path_file_problems(dive: DiveSpecification) -> list[Problem]:
+    """What is wrong with the files of paths, by line, and with when and where they begin."""
+    problems = []
+    for whose, file in path_files(dive).items():
+        key = "robot.file" if whose == "robot" else f"{whose}.path.file"
+        try:
+            timed_path(file)
+        except TimedPathError as error:
+            problems += [
+                Problem(
+                    place=", ".join(part for part in (f"{key} {Path(file).name}", each.place) if part),
+                    value=each.value,
+                    expected=each.expected,
+                )
+                for each in error.problems
+            ]
+    if problems:
+        return problems
+    paths: dict[str, Section | None] = {"robot": dive.robot, "target.path": dive.target.path}
+    paths |= {f"decoys[{number}].path": decoy.path for number, decoy in enumerate(dive.decoys)}
+    for place, path in paths.items():
+        if not isinstance(path, FromFile | TravelFromFile):
+            continue
+        first, last = timed_path(path.file).times_s[[0, -1]].tolist()
+        if not first <= begins_s(path) < last:
+            expected = f"a time of the file, from {first:g} s on and before {last:g} s"
+            problems.append(Problem(place=f"{place}.start_s", value=path.start_s, expected=expected))
+        if isinstance(path, FromFile) and path.frame == "map" and not isinstance(dive.robot, TravelFromFile):
+            expected = '"start", since the map is the frame of the robot\'s own file, and [robot] has none'
+            problems.append(Problem(place=f"{place}.frame", value=path.frame, expected=expected))
     return problems
 
 
-def path_problems(dive: DiveSpecification, rig: Rig | None, radius_m: float) -> list[Problem]:
-    """Where target or robot leave the water, and where the target touches or enters the hull.
+def path_problems(dive: DiveSpecification, rig: Rig | None, radii_m: Mapping[int | None, float]) -> list[Problem]:
+    """Where target, decoys or robot leave the water, and where what swims touches or enters the hull.
 
     Parameters
     ----------
     dive : Dive
     rig : Rig, optional
         With the hull; None when it cannot be used, and the hull is not asked for.
-    radius_m : float
-        Of a ball around the target's origin that holds it.
+    radii_m : mapping of int or None to float
+        Of balls that hold the target (None) or a decoy, by its number, around its origin.
     """
     times = instants(dive)
     bodies = body_pose(dive, times)
-    target_m = target_pose(dive, times).translation
+    swimming = {
+        ("target.path", "target"): (target_pose(dive, times).translation, radii_m[None]),
+        **{
+            (f"decoys[{number}]", "decoy"): (decoy_pose(dive, decoy, times).translation, radii_m.get(number, 0.0))
+            for number, decoy in enumerate(dive.decoys)
+        },
+    }
     problems = []
-    for place, what, top in (
-        ("target.path", "target", target_m[:, 2] + radius_m),
-        ("robot", "robot", bodies.translation[:, 2]),
-    ):
+    tops = {whose: places[:, 2] + radius for whose, (places, radius) in swimming.items()}
+    for (place, what), top in (tops | {("robot", "robot"): bodies.translation[:, 2]}).items():
         above = np.flatnonzero(top >= 0)
         if len(above):
             expected = (
@@ -87,23 +135,30 @@ def path_problems(dive: DiveSpecification, rig: Rig | None, radius_m: float) -> 
             )
             problems.append(Problem(place=place, value=None, expected=expected))
     if rig is not None and rig.gaze is not None:
-        inside = np.flatnonzero(_touches_hull(rig, bodies, target_m, radius_m))
-        if len(inside):
-            expected = f"a target that keeps off the hull; it touches it or is inside {_while(times, inside)}"
-            problems.append(Problem(place="target.path", value=None, expected=expected))
+        for (place, what), (places, radius) in swimming.items():
+            inside = np.flatnonzero(_touches_hull(rig, bodies, places, radius))
+            if len(inside):
+                expected = f"a {what} that keeps off the hull; it touches it or is inside {_while(times, inside)}"
+                problems.append(Problem(place=place, value=None, expected=expected))
     return problems
 
 
 def instants(dive: DiveSpecification) -> FloatArray:
-    """Times at which paths are looked at, s: more often where the target is fast."""
+    """Times at which paths are looked at, s: more often where what swims is fast."""
     last = (dive.frames - 1) / dive.frame_rate_hz
-    coarse = np.linspace(0, last, 1000)
-    _, velocity = target_places(dive, coarse)
-    speed = float(np.linalg.norm(velocity, axis=1).max())
-    if isinstance(dive.target.path, Legs):
-        speed = dive.target.path.speed_m_per_s
+    paths = [dive.target.path, *(decoy.path for decoy in dive.decoys if decoy.path is not None)]
+    speed = max(_fastest_m_per_s(dive, path, last) for path in paths)
     step = min(LONGEST_STEP_S, STEP_M / max(speed, 1e-9))
     return np.linspace(0, last, int(np.clip(np.ceil(last / step) + 1, 2, MOST_STEPS)))
+
+
+def _fastest_m_per_s(dive: DiveSpecification, path: TargetPath, last_s: float) -> float:
+    if isinstance(path, Legs):
+        return path.speed_m_per_s
+    if isinstance(path, FromFile):
+        return timed_path(path.file).fastest_m_per_s
+    _, velocity = path_places(dive, path, np.linspace(0, last_s, 1000))
+    return float(np.linalg.norm(velocity, axis=1).max())
 
 
 def bounding_radius_m(shape: TargetShape) -> float:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+import tomlkit
 
 from dives.checks import dive_problems
+from dives.path_files import with_path_files
 from dives.specification import DiveSpecification
 from rigs.problems import Problem, SpecificationError
 from rigs.validation import validated
@@ -36,8 +42,16 @@ class Dive(DiveSpecification):
         FileNotFoundError
             When there is neither such a preset nor such a file.
         """
-        path = find_dive(name_or_path)
-        return parse_dive(_text_of(path, str(name_or_path)), source=str(name_or_path), folder=path.parent)
+        return loaded_with(name_or_path, {})
+
+
+def loaded_with(name_or_path: str | Path, settings: Mapping[str, Any]) -> Dive:
+    """As `Dive.load`, with other values of some keys (dotted, such as ``target.start.azimuth_deg``)."""
+    path = find_dive(name_or_path)
+    text = _text_of(path, str(name_or_path))
+    if settings:
+        text = tomlkit.dumps(with_settings(_document(text, str(name_or_path)), settings))
+    return parse_dive(text, source=str(name_or_path), folder=path.parent)
 
 
 def varied(
@@ -63,6 +77,26 @@ def varied(
     return dive.model_copy(update=changes)
 
 
+def with_settings(base: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Copy of a document with the values of dotted keys replaced or added.
+
+    Raises
+    ------
+    ValueError
+        When a key leads through something that is no table.
+    """
+    document = copy.deepcopy(dict(base))
+    for key, value in settings.items():
+        *tables, last = key.split(".")
+        place = document
+        for table in tables:
+            place = place.setdefault(table, {})
+            if not isinstance(place, dict):
+                raise ValueError(f"{key}: expected a table at {table!r}, got {place!r}")
+        place[last] = copy.deepcopy(value)
+    return document
+
+
 def preset_names() -> list[str]:
     """Names of the dives that come with the package, in alphabetical order."""
     return sorted(path.stem for path in PRESETS.glob("*.toml"))
@@ -83,11 +117,7 @@ def find_dive(name_or_path: str | Path) -> Path:
 
 def parse_dive(text: str, *, source: str, folder: Path) -> Dive:
     """Validate the text of a dive file; see `Dive.load`."""
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        message, _, place = str(error).removesuffix(")").rpartition(" (at ")
-        raise DiveError(source, [Problem(place=place, value=None, expected=f"valid TOML: {message}")]) from None
+    document = _document(text, source)
     dive, problems = validated(Dive, document)
     wrong = {_section(problem) for problem in problems}
     # Beside what is wrong with single values, a user is told what else is wrong: with harmless values in their place.
@@ -120,7 +150,17 @@ def _with_own_files(dive: Dive, folder: Path) -> Dive:
         return str(file.resolve()) if Path(name).suffix and file.is_file() else name
 
     target = dive.target.model_copy(update={"shape": located(dive.target.shape)})
-    return dive.model_copy(update={"rig": located(dive.rig), "world": located(dive.world), "target": target})
+    decoys = tuple(decoy.model_copy(update={"shape": located(decoy.shape)}) for decoy in dive.decoys)
+    own = {"rig": located(dive.rig), "world": located(dive.world), "target": target, "decoys": decoys}
+    return with_path_files(dive.model_copy(update=own), lambda _, file: located(file))
+
+
+def _document(text: str, source: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        message, _, place = str(error).removesuffix(")").rpartition(" (at ")
+        raise DiveError(source, [Problem(place=place, value=None, expected=f"valid TOML: {message}")]) from None
 
 
 def _text_of(path: Path, source: str) -> str:

@@ -15,6 +15,7 @@ from cad.hulls.files.triangles import hull_files
 from dives.dive import Dive
 from dives.journal import FOLDER, Journal
 from dives.metrics import dive_metrics
+from dives.path_files import copied_path_files
 from dives.recorder import OVERLAY, ROWS, VIDEO
 from rigs import Rig
 from rigs.atomic_files import atomic_file, write_text
@@ -53,7 +54,8 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
         # A robot's description finds the meshes that it names beside it.
         for part in hull_files(rig.file_hull.file):
             shutil.copyfile(part, folder / part.name)
-    write_text(folder / DIVE_FILE, dive.model_copy(update={"rig": RIG_FILE}).as_toml())
+    recorded = copied_path_files(dive, folder).model_copy(update={"rig": RIG_FILE})
+    write_text(folder / DIVE_FILE, recorded.as_toml())
     write_text(folder / METRICS_FILE, json_text(dive_metrics(table)))
     with atomic_file(folder / LOG) as partial:
         write_table(table, partial, about={"identity": identity})

@@ -29,6 +29,14 @@ from tracking.perception import Crop, DetectorSettings, ExactCorners
 from tracking.records import Mode, Step
 
 MOUNT_LABELS = (Label.MOUNT, Label.SERVO, Label.MIRROR_BACK)
+WORLD_LABELS = (Label.WORLD, Label.DECOY, Label.SNOW)
+
+THINGS = (
+    {Label.TARGET: "target", Label.DECOY: "decoy", Label.WORLD: "world", Label.SNOW: "world", Label.HULL: "robot"}
+    | dict.fromkeys(MOUNT_LABELS, "robot")
+    | {Label.MIRROR: "robot", Label.HOUSING: "robot"}
+)
+"""What a detector's mask can be on; all else is water or its surface."""
 
 OUTLINE_POINTS = 48
 """Points on a ball's outline: a polygon's area falls 0.3 per cent short of its circle's, which is made up for."""
@@ -103,6 +111,7 @@ class GroundTruthColumns:
         row["target_full_px"] = full_px
         seen = _in_crop(target, step)
         row |= _agreement(seen, step.detection.mask)
+        row["detected_thing"] = _thing_under(step, exposure.label)
         row["saturated_fraction"] = _clipped_share(step.crop)
         row["cause_of_loss"] = self._cause(
             exposure=exposure,
@@ -206,6 +215,7 @@ class GroundTruthColumns:
                 full_px=row["target_full_px"],
                 hull_px=int((there == Label.HULL).sum()),
                 mount_px=int(np.isin(there, MOUNT_LABELS).sum()),
+                world_px=int(np.isin(there, WORLD_LABELS).sum()),
                 visible_px=row["target_visible_px"],
                 smallest_px=smallest if np.isfinite(smallest) else 0.0,
                 at_speed_limit=step.mode in (Mode.TRACK, Mode.PREDICT) and bool(turning.any()),
@@ -267,6 +277,17 @@ def _in_crop(target: NDArray[np.uint8], step: Step) -> NDArray[np.bool_]:
         return np.zeros(step.crop.shape[:2], dtype=np.bool_)
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return np.asarray(cv2.warpPerspective(target, crop.image_from_crop, step.crop.shape[1::-1], flags=flags) > 127)
+
+
+def _thing_under(step: Step, label: NDArray[np.uint8]) -> str:
+    """What most of the detector's mask is on (`THINGS`, or "water"); empty without a mask."""
+    crop = Crop.of(step.corners_px, *step.crop.shape[1::-1])
+    if crop.empty or not step.detection.blobs:
+        return ""
+    flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+    labels = np.asarray(cv2.warpPerspective(label, crop.image_from_crop, step.crop.shape[1::-1], flags=flags))
+    counts = np.bincount(labels[step.detection.mask > 0], minlength=max(Label) + 1)
+    return THINGS.get(Label(int(counts.argmax())), "water") if counts.any() else ""
 
 
 def _clipped_share(image: NDArray[np.uint8]) -> float:

@@ -1,7 +1,8 @@
-"""Where target and robot are at a time of a dive, in closed form: the truth that no sea trial knows.
+"""Where robot, target and decoys are at a time of a dive, in closed form: the truth that no sea trial knows.
 
 Paths are told from the robot's start: where its body's origin is at rest, at the dive's depth, x ahead, y to the left,
-z up. The start lies on the world's z axis, its bow along the world's x.
+z up. The start lies on the world's z axis, its bow along the world's x. Only a path from a file may be told in another
+frame, its map's: that of the robot's own file, whose first pose is the start.
 """
 
 from __future__ import annotations
@@ -12,8 +13,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from dives.motions import Circle, Legs, Spiral, Straight, Sway, TargetPath, Travel
-from dives.specification import DiveSpecification
+from dives.specification import Decoy, DiveSpecification
+from dives.trajectories.motions import (
+    Circle,
+    FromFile,
+    Legs,
+    PathStart,
+    Spiral,
+    Straight,
+    Sway,
+    TargetPath,
+    Travel,
+    TravelFromFile,
+)
+from dives.trajectories.timed_paths import timed_path
 from optics.kernels.arrays import FloatArray
 
 SWAY_STREAM = 1
@@ -21,11 +34,31 @@ SWAY_STREAM = 1
 
 
 def target_pose(dive: DiveSpecification, time_s: ArrayLike) -> RigidTransform:
-    """Pose of the target in the world, x along its path (level), z up: one, or for times of shape (n,) as many."""
+    """Pose of the target in the world: one, or for times of shape (n,) as many.
+
+    Its attitude is its file's if there is one; else x is along its path (level), z up.
+    """
+    return _path_pose(dive, dive.target.path, dive.target.start, time_s)
+
+
+def decoy_pose(dive: DiveSpecification, decoy: Decoy, time_s: ArrayLike) -> RigidTransform:
+    """Pose of a decoy in the world, as the target's; one that stays where it is has the start's axes."""
+    if decoy.path is not None:
+        return _path_pose(dive, decoy.path, PathStart(), time_s)
+    assert decoy.position_m is not None  # it has one of them
     times = np.asarray(time_s, dtype=np.float64)
-    points, heading = (each.reshape(*times.shape, 3) for each in target_places(dive, np.atleast_1d(times)))
+    place = np.broadcast_to(np.subtract(decoy.position_m, [0.0, 0.0, dive.depth_m]), (*times.shape, 3))
+    return RigidTransform.from_components(place, _turned(np.zeros(times.shape)))
+
+
+def _path_pose(dive: DiveSpecification, path: TargetPath, start: PathStart, time_s: ArrayLike) -> RigidTransform:
+    times = np.asarray(time_s, dtype=np.float64)
+    turn, shift = _moved_to_start(dive, path, start)
+    points, heading = path_places(dive, path, np.atleast_1d(times))
     yaw = np.arctan2(heading[..., 1], heading[..., 0])
-    return RigidTransform.from_components(points - [0.0, 0.0, dive.depth_m], _turned(yaw))
+    attitude = _file_attitude(dive, path, np.atleast_1d(times)) or _turned(yaw)
+    poses = RigidTransform.from_components(turn.apply(points) + shift - [0.0, 0.0, dive.depth_m], turn * attitude)
+    return poses if times.ndim else poses[0]
 
 
 def body_pose(dive: DiveSpecification, time_s: ArrayLike) -> RigidTransform:
@@ -36,17 +69,31 @@ def body_pose(dive: DiveSpecification, time_s: ArrayLike) -> RigidTransform:
     if isinstance(motion, Travel):
         place = along_legs(motion, np.atleast_1d(times))[0].reshape(place.shape)
         yaw = np.interp(times, *_turns(motion))
-    sway_m, turn = swayed(motion.sway, dive.seed, times)
     heading = _turned(yaw)
+    if isinstance(motion, TravelFromFile):
+        path, turn_back, first_m = timed_path(motion.file), *_start_of(motion)
+        at = np.atleast_1d(times) + begins_s(motion)
+        place = turn_back.apply(path.places(at)[0] - first_m).reshape(place.shape)
+        attitude = path.attitudes(at)
+        if attitude is not None:
+            turned = turn_back * attitude
+            heading = turned if times.ndim else turned[0]
+    sway_m, turn = swayed(motion.sway, dive.seed, times)
     # Body x ahead, y left, z up: positive pitch of the sway's sine is bow up, a negative turn about y. The sign of a
     # sine with any phase does not matter.
     pose = heading * Rotation.from_euler("ZYX", turn[..., ::-1])
     return RigidTransform.from_components(place + heading.apply(sway_m) - [0.0, 0.0, dive.depth_m], pose)
 
 
-def target_places(dive: DiveSpecification, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Target's centre from the robot's start, metres, and the direction it moves in, both of shape (n, 3)."""
-    path: TargetPath = dive.target.path
+def path_places(dive: DiveSpecification, path: TargetPath, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Places on a path from the robot's start, metres, and the direction of motion, both of shape (n, 3).
+
+    As the path is told, wherever it is to begin (`PathStart`).
+    """
+    if isinstance(path, FromFile):
+        places, velocity = timed_path(path.file).places(times_s + begins_s(path))
+        turn, first_m = _map(dive, path)
+        return turn.apply(places - first_m), turn.apply(velocity)
     elapsed = np.maximum(times_s - path.wait_s, 0.0)
     if isinstance(path, Spiral):
         return _spiral(path, elapsed)
@@ -56,6 +103,48 @@ def target_places(dive: DiveSpecification, times_s: FloatArray) -> tuple[FloatAr
     if isinstance(path, Circle):
         return _circle(path, elapsed)
     return along_legs(path, times_s)
+
+
+def begins_s(motion: FromFile | TravelFromFile) -> float:
+    """Time of a file at which the dive begins."""
+    return float(timed_path(motion.file).times_s[0]) if motion.start_s is None else motion.start_s
+
+
+def _start_of(motion: TravelFromFile) -> tuple[Rotation, FloatArray]:
+    """Turn from the frame of the robot's file to the start's, and the start's place in it, metres."""
+    path, at = timed_path(motion.file), np.array([begins_s(motion)])
+    attitude = path.attitudes(at)
+    yaw = 0.0 if attitude is None else float(np.arctan2(*attitude.apply([1.0, 0.0, 0.0])[0, 1::-1]))
+    return _turned(np.array(-yaw)), path.places(at)[0][0]
+
+
+def _map(dive: DiveSpecification, path: FromFile) -> tuple[Rotation, FloatArray]:
+    """Turn from a file's frame to the start's, and the start's place in it, metres."""
+    if path.frame == "map" and isinstance(dive.robot, TravelFromFile):
+        return _start_of(dive.robot)
+    return Rotation.identity(), np.zeros(3)
+
+
+def _file_attitude(dive: DiveSpecification, path: TargetPath, times_s: FloatArray) -> Rotation | None:
+    if not isinstance(path, FromFile):
+        return None
+    attitude = timed_path(path.file).attitudes(times_s + begins_s(path))
+    return None if attitude is None else _map(dive, path)[0] * attitude
+
+
+def _moved_to_start(dive: DiveSpecification, path: TargetPath, start: PathStart) -> tuple[Rotation, FloatArray]:
+    """Turn about the vertical through the start, and shift thereafter, metres, that let a path begin there."""
+    if start == PathStart():
+        return Rotation.identity(), np.zeros(3)
+    first = path_places(dive, path, np.zeros(1))[0][0]
+    level = float(np.hypot(first[0], first[1]))
+    azimuth = float(np.arctan2(first[1], first[0]))
+    wanted = azimuth if start.azimuth_deg is None else np.radians(start.azimuth_deg)
+    up = float(np.arctan2(first[2], level)) if start.elevation_deg is None else np.radians(start.elevation_deg)
+    distance = float(np.linalg.norm(first)) if start.distance_m is None else start.distance_m
+    turn = _turned(np.array(wanted - azimuth))
+    begins = distance * np.array([np.cos(up) * np.cos(wanted), np.cos(up) * np.sin(wanted), np.sin(up)])
+    return turn, begins - turn.apply(first)
 
 
 def along_legs(path: Legs, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ frame.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from dives.dive import Dive
 from dives.looked_at import part_around, pixels_around
-from dives.paths import body_pose, target_places, target_pose
+from dives.paths import body_pose, decoy_pose, target_pose
 from dives.timed_mirrors import TimedMirrors
 from optics.gaze.kinematics import forward_gaze
 from optics.kernels.arrays import FloatArray
@@ -43,7 +43,7 @@ from scenes.sensor import (
 from scenes.sensor import start_settings as settings_at_start
 from scenes.sensor.automatic import metered_pixels
 from scenes.sensor.colour import WHOLE
-from scenes.stage.scene import Scene, make_scene
+from scenes.stage.scene import Scene, Target, make_scene
 from scenes.stage.state import State
 from tracking.protocols import CameraFrame
 
@@ -194,8 +194,16 @@ class RenderedCamera:
         """Where everything is at times, shape (n,)."""
         joints = self.mirrors.q(times_s).tolist()
         bodies, targets = body_pose(self.dive, times_s), target_pose(self.dive, times_s)
+        decoys = [decoy_pose(self.dive, decoy, times_s) for decoy in self.dive.decoys]
         return [
-            State(q1=q1, q2=q2, world_from_body=bodies[k], world_from_target=targets[k], time_s=time_s)
+            State(
+                q1=q1,
+                q2=q2,
+                world_from_body=bodies[k],
+                world_from_target=targets[k],
+                world_from_decoys=tuple(poses[k] for poses in decoys),
+                time_s=time_s,
+            )
             for k, ((q1, q2), time_s) in enumerate(zip(joints, times_s.tolist(), strict=True))
         ]
 
@@ -234,9 +242,9 @@ class RenderedCamera:
 
 
 def dive_scene(dive: Dive, rig: Rig) -> Scene:
-    """World, water, light and target of a dive; robot and target where they are at its beginning."""
-    start = target_places(dive, np.zeros(1))[0][0]
-    return make_scene(
+    """World, water, light, target and decoys of a dive; all where they are at its beginning."""
+    start = np.add(target_pose(dive, 0.0).translation, [0.0, 0.0, dive.depth_m])
+    scene = make_scene(
         rig,
         world=dive.world,
         depth_m=dive.depth_m,
@@ -249,6 +257,8 @@ def dive_scene(dive: Dive, rig: Rig) -> Scene:
         snow=dive.snow,
         seed=dive.world_seed,
     )
+    decoys = (Target(shape=decoy.load_shape(), world_from_target=decoy_pose(dive, decoy, 0.0)) for decoy in dive.decoys)
+    return replace(scene, decoys=tuple(decoys))
 
 
 def _matrix(pose: RigidTransform | None) -> FloatArray:

@@ -23,6 +23,7 @@ from dives.dive import Dive
 from dives.files import finish_dive, is_finished
 from dives.ground_truth_columns import GroundTruthColumns
 from dives.journal import Journal
+from dives.path_files import digests
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
 from dives.robot_view import robot_view
@@ -193,7 +194,8 @@ def run_dive(
 
 def identity_of(dive: Dive, rig: Rig) -> str:
     """Digest of everything a dive's bytes come from, but for the code."""
-    content = json.dumps([dive.model_dump(mode="json"), rig.model_dump(mode="json")], sort_keys=True)
+    numbers = [dive.model_dump(mode="json"), rig.model_dump(mode="json"), digests(dive)]
+    content = json.dumps(numbers, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import tomlkit
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from dives.motions import RobotMotion, TargetPath
+from dives.trajectories.motions import PathStart, RobotMotion, TargetPath
 from rigs import ImageSensorSpec, JerlovType, Rig
 from rigs.display import facts_table
-from rigs.section import NotNegative, Number, Positive, Section, Whole
+from rigs.section import NotNegative, Number, Positive, Section, Vector3, Whole
+from scenes.light.materials import Material
 from scenes.light.waves import STRONGEST_WIND_M_PER_S
 from scenes.stage.scene import DEPTHS_M, WIND_M_PER_S
 from scenes.stage.targets import Ball, TargetShape, target_named
@@ -20,28 +21,59 @@ from tracking.perception import RED_BALL, DetectorSettings
 
 LONGEST_DIVE_S = 3600.0
 
+BallColour = Literal["red", "orange", "yellow", "green", "blue", "white", "grey", "black"]
 
-class DiveTarget(Section):
-    """What is to be tracked (`scenes.stage.targets.target_named`), how large a ball is, and where it goes."""
+BALL_MATERIALS: dict[str, Material] = {
+    colour: Material.TARGET if colour == "red" else Material[f"PRINT_{colour.upper()}"]
+    for colour in get_args(BallColour)
+}
+"""Patches of the ColorChecker, whose reflectance spectra are known (`scenes.light.materials`)."""
+
+
+class DiveThing(Section):
+    """What it is (`scenes.stage.targets.target_named`), and of a ball how large and of which colour."""
 
     shape: str = "red ball"
     diameter_m: Positive | None = None
-    path: TargetPath
+    colour: BallColour | None = None
 
     def load_shape(self) -> TargetShape:
-        """Shape of the target, a ball in its size.
+        """Shape, a ball in its size and colour.
 
         Raises
         ------
         ValueError
-            For an unknown name, a file that cannot be used, or a diameter of what is no ball.
+            For an unknown name, a file that cannot be used, or size or colour of what is no ball.
         """
         shape = target_named(self.shape)
-        if self.diameter_m is None:
-            return shape
-        if not isinstance(shape, Ball):
-            raise ValueError(f"expected diameter_m for a ball only, got one for {self.shape!r}; leave it out")
-        return replace(shape, radius_m=self.diameter_m / 2)
+        if isinstance(shape, Ball):
+            radius_m = shape.radius_m if self.diameter_m is None else self.diameter_m / 2
+            return Ball(radius_m=radius_m, material=BALL_MATERIALS[self.colour or "red"])
+        if self.diameter_m is not None or self.colour is not None:
+            raise ValueError(
+                f"expected diameter_m and colour for a ball only, got one for {self.shape!r}; leave it out"
+            )
+        return shape
+
+
+class DiveTarget(DiveThing):
+    """What is to be tracked, where it goes, and where it begins."""
+
+    path: TargetPath
+    start: PathStart = PathStart()
+
+
+class Decoy(DiveThing):
+    """Something else than the target, which may look like it or hide it: at a place from the start, or on a path."""
+
+    position_m: Vector3 | None = None
+    path: TargetPath | None = None
+
+    @model_validator(mode="after")
+    def _is_somewhere(self) -> Decoy:
+        if (self.position_m is None) == (self.path is None):
+            raise ValueError(f"expected one of position_m and path, got {'none' if self.path is None else 'both'}")
+        return self
 
 
 class DiveSun(Section):
@@ -100,6 +132,7 @@ class DiveSpecification(Section):
     wind: DiveWind = DiveWind()
     snow: bool = False
     target: DiveTarget
+    decoys: tuple[Decoy, ...] = ()
     robot: RobotMotion
     variant: str = "default"
     functional_check: bool = True

@@ -8,8 +8,8 @@ import numpy as np
 
 from cad.assembly.meshes import rig_meshes
 from dives.dive import Dive
-from dives.motions import Spiral
 from dives.target_size import least_area_px
+from dives.trajectories.motions import Spiral
 from optics.mesh import Role, merge
 from rigs import Rig
 from scenes.stage.targets import Ball

@@ -100,6 +100,9 @@ COLUMNS = (
         detector_found_px="pixels of the detector's mask",
         detector_both_px="pixels of the crop that are in both",
     ),
+    Column(
+        "detected_thing", pa.string(), "", "what most of the detector's mask shows: target, decoy, world, robot, water"
+    ),
     *_numbers("1", saturated_fraction="share of the crop's pixels with a channel at 255"),
     Column("cause_of_loss", pa.string(), "", "why the target was not found; empty where it was"),
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
 import re
@@ -14,6 +13,8 @@ from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
+
+from dives.dive import with_settings
 
 SEED_KEY = "seed"
 """Of a dive's file."""
@@ -138,26 +139,6 @@ def parsed_variation(text: str) -> Choice | Range:
         return Choice(key=key, values=tuple(tomllib.loads(f"v = [{values}]")["v"]))
     except tomllib.TOMLDecodeError:
         return Choice(key=key, values=tuple(_value(part.strip()) for part in values.split(",")))
-
-
-def with_settings(base: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Copy of a document with the values of dotted keys replaced or added.
-
-    Raises
-    ------
-    ValueError
-        When a key leads through something that is no table.
-    """
-    document = copy.deepcopy(dict(base))
-    for key, value in settings.items():
-        *tables, last = key.split(".")
-        place = document
-        for table in tables:
-            place = place.setdefault(table, {})
-            if not isinstance(place, dict):
-                raise ValueError(f"{key}: expected a table at {table!r}, got {place!r}")
-        place[last] = copy.deepcopy(value)
-    return document
 
 
 def folder_name(settings: Mapping[str, Any]) -> str:

@@ -24,7 +24,7 @@ from dives.ground_truth_columns import GroundTruthColumns
 from dives.looked_at import pixels_around
 from dives.metrics import dive_metrics
 from dives.metrics.detector import DETECTOR_DEFINITIONS
-from dives.paths import body_pose, target_pose
+from dives.paths import body_pose, decoy_pose, target_pose
 from dives.recorder import FRAMES
 from dives.rendered_camera import Exposure, dive_scene
 from dives.robot_view import robot_view
@@ -65,6 +65,7 @@ DETECTION_COLUMNS = (
     "detector_true_px",
     "detector_found_px",
     "detector_both_px",
+    "detected_thing",
 )
 """Columns of a log that are replaced, and with them the cause."""
 
@@ -286,6 +287,7 @@ def _state(dive: Dive, q: FloatArray, time_s: float) -> State:
         q2=float(q[1]),
         world_from_body=body_pose(dive, time_s),
         world_from_target=target_pose(dive, time_s),
+        world_from_decoys=tuple(decoy_pose(dive, decoy, time_s) for decoy in dive.decoys),
         time_s=time_s,
     )
 

@@ -19,6 +19,7 @@ class Cause(StrEnum):
     SLEWING = "slewing"
     HIDDEN_BY_HULL = "hidden by hull"
     HIDDEN_BY_MOUNT = "hidden by mount"
+    HIDDEN_BY_WORLD = "hidden by world"
     TOO_SMALL = "too small"
     SATURATED = "saturated"
     TOO_DARK = "too dark"
@@ -31,6 +32,7 @@ def cause_of_loss(
     full_px: float,
     hull_px: float,
     mount_px: float,
+    world_px: float,
     visible_px: float,
     smallest_px: float,
     at_speed_limit: bool = False,
@@ -41,8 +43,9 @@ def cause_of_loss(
     """Why the target was not found, the first that applies in the order in which light meets things.
 
     A target of which less than `smallest_px` is seen was lost on the way to the camera, to whatever took most of it:
-    the edge of the gaze mirror, the hull or the mount. One that is seen was lost in the image: smeared, blown out,
-    dark, and when nothing of this holds for half of it, its colour lies outside the detector's window.
+    the world and what swims in it, the hull, the edge of the gaze mirror or the mount. One that is seen was lost in the
+    image: smeared, blown out, dark, and when nothing of this holds for half of it, its colour lies outside the
+    detector's window.
 
     Parameters
     ----------
@@ -51,8 +54,9 @@ def cause_of_loss(
     full_px : float
         Pixels that the target would have if nothing hid it and the mirror had no edge; nan where it has no image, as
         behind the camera. All counts are of pixels of the same image: camera or crop.
-    hull_px, mount_px : float
-        Pixels of it that hull or mount (servos and mirror backs included) hide.
+    hull_px, mount_px, world_px : float
+        Pixels of it that the hull, the mount (servos and mirror backs included), or the world with what else swims in
+        it hide.
     visible_px : float
         Pixels of it that are seen.
     smallest_px : float
@@ -80,8 +84,9 @@ def cause_of_loss(
         outside = Cause.SLEWING if at_speed_limit else Cause.NOT_IN_VIEW
         # Of equals the first on the light's way to the camera. One that is mostly seen nothing has taken.
         parts = (
+            (world_px, Cause.HIDDEN_BY_WORLD),
             (hull_px, Cause.HIDDEN_BY_HULL),
-            (full_px - hull_px - mount_px - visible_px, outside),
+            (full_px - hull_px - mount_px - world_px - visible_px, outside),
             (mount_px, Cause.HIDDEN_BY_MOUNT),
             (visible_px, Cause.TOO_SMALL),
         )

@@ -38,6 +38,7 @@ CAUSE_COLOURS = {
     Cause.SLEWING: "#2a9d8f",
     Cause.HIDDEN_BY_HULL: "#e9c46a",
     Cause.HIDDEN_BY_MOUNT: "#e76f51",
+    Cause.HIDDEN_BY_WORLD: "#8a5a44",
     Cause.TOO_SMALL: "#6d597a",
     Cause.SATURATED: "#f9a8d4",
     Cause.TOO_DARK: "#111827",

@@ -30,6 +30,7 @@ from scenes.kernels.tracing import Primitive
 from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS
 from scenes.light.lamps import LampUniforms
 from scenes.light.uniforms import LightTables, LightUniforms
+from scenes.stage.frame import Label
 from scenes.stage.group_mesh import (
     GroupMesh,
     mirror_plates,
@@ -38,10 +39,10 @@ from scenes.stage.group_mesh import (
     target_mesh,
     world_mesh,
 )
-from scenes.stage.records import SNOW, TARGET, WORLD, MirrorPlate
+from scenes.stage.records import SNOW, TARGET, WORLD, MirrorPlate, decoy_group
 from scenes.stage.scene import Scene
 from scenes.stage.state import State
-from scenes.stage.targets import MeshShape
+from scenes.stage.targets import MeshShape, meshed
 
 Lit = TypeVar("Lit")
 
@@ -55,7 +56,7 @@ class LitScene:
     rig : Rig
     scene : Scene
     instance_names : tuple of str
-        Names of the parts, of what is in the world, and of the target, by their number in `Frame.instance`.
+        Names of the parts, of what is in the world, of the target and of decoys, by their number in `Frame.instance`.
     records : StateRecords
     geometry : Geometry
         What rays hit, and what robot and world change of the light around them.
@@ -96,8 +97,9 @@ def prepare(
     if parts is None:
         parts = rig_meshes(rig) if rig.gaze is not None else []
     meshes, names = rig_meshes_by_group(parts)
-    instance_names = (*names, *scene.world.instance_names, TARGET)
-    records = StateRecords(rig, scene, target_instance=len(instance_names))
+    things = (*names, *scene.world.instance_names, TARGET)
+    decoys = tuple(decoy_group(number) for number in range(len(scene.decoys)))
+    records = StateRecords(rig, scene, target_instance=len(things))
     in_water = on_world = irradiance = source = None
     if meshes:
         parted = meshes
@@ -106,7 +108,7 @@ def prepare(
         world = world_mesh(scene.world, len(names))
         meshes[WORLD], source, irradiance = _best_kept(lambda q: lit_world(world, scene.light, q), quality)
     geometry = replace(
-        geometry_of(meshes | _unlit(scene, instance_names), scene.light.towards_sun),
+        geometry_of(meshes | _unlit(scene, len(things) - 1), scene.light.towards_sun),
         irradiance=irradiance,
         source=source,
         shadow_in_water=in_water,
@@ -116,7 +118,7 @@ def prepare(
     return LitScene(
         rig=rig,
         scene=scene,
-        instance_names=instance_names,
+        instance_names=things + decoys,
         records=records,
         geometry=geometry,
         tables=scene.sea.tables(),
@@ -162,11 +164,13 @@ def _robot(
     return meshes, in_water, shadow_on_world(around, placed)
 
 
-def _unlit(scene: Scene, instance_names: tuple[str, ...]) -> dict[str, GroupMesh]:
-    """What moves in the scene: it is lit in every frame."""
+def _unlit(scene: Scene, target_instance: int) -> dict[str, GroupMesh]:
+    """What moves in the scene: it is lit in every frame. The decoys' instances follow the target's."""
     meshes = {}
     if scene.target is not None and isinstance(scene.target.shape, MeshShape):
-        meshes[TARGET] = target_mesh(scene.target.shape, len(instance_names) - 1)
+        meshes[TARGET] = target_mesh(scene.target.shape, target_instance)
+    for number, decoy in enumerate(scene.decoys):
+        meshes[decoy_group(number)] = target_mesh(meshed(decoy.shape), target_instance + 1 + number, Label.DECOY)
     if scene.snow is not None:
         meshes[SNOW] = snow_mesh(scene.snow)
     return meshes

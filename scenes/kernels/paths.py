@@ -24,7 +24,7 @@ from scenes.kernels.tracing import BACKS, FRONTS, START_OFFSET_M, Hit, Known, Pr
 from scenes.kernels.veiling_light import ELEVATIONS, sampled_veiling_light, veiling_light
 from scenes.light.lamps import lamp_backscatter
 from scenes.light.waves import surface_normal
-from scenes.stage.records import SNOW, TARGET, WORLD
+from scenes.stage.records import SNOW, WORLD, is_target_or_decoy
 
 LARGEST_BOUNCE_COUNT = 6
 """Mirrors and total reflections a ray may pass: two for the gaze, two more when the camera sees itself, the rest for
@@ -227,15 +227,15 @@ def _sunlit_share(inputs: Inputs, origin: Any, direction: Any, length: Any, acti
 
 
 def _behind_what_is_seen(inputs: Inputs, direction: Any, hit: Hit, radius: Any) -> Any:
-    """Share of a segment that what it ends at shadows: the target anywhere, the robot close to the sun.
+    """Share of a segment that what it ends at shadows: target and decoys anywhere, the robot close to the sun.
 
     From its end up to ``r / tan(a)``: a is the angle between the segment and the sun's direction.
     """
     cosine = dr.dot(direction, Array3f32(*inputs.light.refracted_sun))
     on_target = hit.primitive == int(Primitive.BALL)
-    names = list(inputs.geometry.groups)
-    if TARGET in names:
-        on_target = on_target | (hit.primitive == Primitive.FIRST_GROUP + names.index(TARGET))
+    for position, name in enumerate(inputs.geometry.groups):
+        if is_target_or_decoy(name):
+            on_target = on_target | (hit.primitive == Primitive.FIRST_GROUP + position)
     slope = dr.safe_sqrt(1 - dr.square(cosine)) / dr.maximum(cosine, 1e-6)
     share = dr.minimum(radius / dr.maximum(slope * hit.distance, 1e-6), 1)
     return dr.select((cosine > 0) & (on_target | (cosine > BESIDE_SUN_COSINE)), share, 0)
@@ -257,7 +257,7 @@ def _end_radius(inputs: Inputs, hit: Hit) -> tuple[Any, Any]:
         if name not in (WORLD, SNOW):
             on_group = hit.primitive == Primitive.FIRST_GROUP + position
             radius = dr.select(on_group, PART_RADIUS_M, radius)
-            on_part = on_part if name == TARGET else on_part | on_group
+            on_part = on_part if is_target_or_decoy(name) else on_part | on_group
     return radius, on_part
 
 

@@ -19,7 +19,7 @@ from scenes.light.materials import Material
 from scenes.light.sea import SeaState
 from scenes.stage.clearance import Clearance
 from scenes.stage.frame import FARTHEST_M
-from scenes.stage.records import SNOW, TARGET, WORLD, BallRecord, MirrorPlate, Pose, StateRecord
+from scenes.stage.records import SNOW, TARGET, WORLD, BallRecord, MirrorPlate, Pose, StateRecord, decoy_group
 from scenes.stage.scene import Scene
 from scenes.stage.state import State
 from scenes.stage.targets import MeshShape
@@ -57,6 +57,7 @@ class StateRecords:
         ball, target = self._target(states, world_from_body, body_from_world)
         if target is not None:
             poses[TARGET] = target
+        poses |= self._decoys(states, world_from_body)
         if self._stage.snow is not None:
             shift = snow_offset_m(self._stage.snow, position, time_s)
             poses[SNOW] = replace(poses[WORLD], translation=position - shift)
@@ -130,7 +131,25 @@ class StateRecords:
         if isinstance(target.shape, MeshShape):
             return ball, Pose.of(_inverse(world_from_target) @ world_from_body)
         centre = (body_from_world @ world_from_target)[:, :3, 3]
-        return replace(ball, centre=centre, radius=np.full(len(states), target.shape.radius_m)), None
+        radius, material = target.shape.radius_m, float(target.shape.material)
+        return replace(
+            ball, centre=centre, radius=np.full(len(states), radius), material=np.full(len(states), material)
+        ), None
+
+    def _decoys(self, states: Sequence[State], world_from_body: FloatArray) -> dict[str, Pose]:
+        """Poses of the decoys by group; `ValueError` when a state has more or fewer than the scene."""
+        decoys = self._stage.decoys
+        own = tuple(decoy.world_from_target for decoy in decoys)
+        moved = [own if state.world_from_decoys is None else state.world_from_decoys for state in states]
+        counts = {len(poses) for poses in moved}
+        if counts != {len(decoys)}:
+            raise ValueError(f"expected poses of {len(decoys)} decoys in each state, got {sorted(counts)}")
+        return {
+            decoy_group(number): Pose.of(
+                _inverse(np.array([poses[number].as_matrix() for poses in moved])) @ world_from_body
+            )
+            for number in range(len(decoys))
+        }
 
 
 def _inverse(pose: FloatArray) -> FloatArray:

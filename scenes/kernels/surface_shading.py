@@ -20,7 +20,7 @@ from scenes.light.lamps import lamp_irradiance, towards_lamps
 from scenes.light.light import SPECTRUM_ROW
 from scenes.light.materials import Material
 from scenes.stage.frame import FrameArrays, Label, TruthArrays
-from scenes.stage.records import TARGET, WORLD, StateRecord
+from scenes.stage.records import WORLD, StateRecord, is_target_or_decoy
 
 SHADOW_OFFSET_M = 1e-4
 """How far a shadow ray starts off its surface: hits at tank scale are placed to about 1e-6 m in single precision."""
@@ -133,10 +133,10 @@ def _sunlit(inputs: Inputs, point: Any, normal: Any, active: Any) -> tuple[Any, 
 
 
 def _stands_around(primitive: Any, groups: dict[str, GroupScene]) -> Any:
-    """Whether primitives are the world's or the target: what the robot is not."""
+    """Whether primitives are the world's, the target or a decoy: what the robot is not."""
     around = primitive == int(Primitive.BALL)
     for position, name in enumerate(groups):
-        if name in (WORLD, TARGET):
+        if name == WORLD or is_target_or_decoy(name):
             around = around | (primitive == Primitive.FIRST_GROUP + position)
     return around
 

@@ -34,6 +34,7 @@ class Label(IntEnum):
     MIRROR = 9
     """A mirror at the end of a long chain of reflections, where the renderer stops."""
     SNOW = 10
+    DECOY = 11
 
 
 @dataclass(frozen=True, kw_only=True)

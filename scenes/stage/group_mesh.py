@@ -160,14 +160,14 @@ def world_mesh(world: World, first_instance: int) -> GroupMesh:
     )
 
 
-def target_mesh(shape: MeshShape, instance: int) -> GroupMesh:
-    """Mesh of a target, one instance."""
+def target_mesh(shape: MeshShape, instance: int, label: Label = Label.TARGET) -> GroupMesh:
+    """Mesh of a target, one instance; or of a decoy."""
     surface = shape.surface
     return GroupMesh(
         vertices_m=surface.vertices_m,
         faces=surface.faces,
         material=surface.material,
-        label=np.full(len(surface.faces), Label.TARGET, dtype=np.int32),
+        label=np.full(len(surface.faces), label, dtype=np.int32),
         instance=np.full(len(surface.faces), instance, dtype=np.int32),
         colour=surface.colour,
     )

@@ -19,6 +19,16 @@ WORLD, TARGET, SNOW = "world", "target", "snow"
 """Groups of triangles beside those of the rig (`optics.mesh.Group`)."""
 
 
+def decoy_group(number: int) -> str:
+    """Name of the group of a decoy."""
+    return f"decoy {number}"
+
+
+def is_target_or_decoy(group: str) -> bool:
+    """Whether a group is a thing that swims: none of the robot, of the world or of the snow."""
+    return group == TARGET or group.startswith("decoy ")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Pose:
     """Rotation, shape (..., 3, 3), and translation, shape (..., 3), into a frame."""

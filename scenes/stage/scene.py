@@ -43,13 +43,17 @@ def ball(centre_m: ArrayLike, radius_m: float) -> Target:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """World, light, sea surface, the robot's pose, target and snow; the robot's depth is the camera exposure's too."""
+    """World, light, sea surface, the robot's pose, target, other things that move, and snow.
+
+    The robot's depth is the camera exposure's too.
+    """
 
     world: World
     light: Light
     world_from_body: RigidTransform
     sea: Sea
     target: Target | None = None
+    decoys: tuple[Target, ...] = ()
     snow: MarineSnow | None = None
 
     @property

@@ -20,9 +20,10 @@ from scenes.worlds.mesh_file import MESH_SUFFIXES, read_things
 
 @dataclass(frozen=True, kw_only=True)
 class Ball:
-    """An exact sphere of the chart's red, as the paper's target is."""
+    """An exact sphere, of the chart's red as the paper's target is unless it is of something else."""
 
     radius_m: float = 0.1
+    material: Material = Material.TARGET
 
     def __post_init__(self) -> None:
         if not self.radius_m > 0:
@@ -45,6 +46,18 @@ class MeshShape:
 
 
 TargetShape = Ball | MeshShape
+
+BALL_SUBDIVISIONS = 4
+"""Of an icosahedron, 5120 faces: no point of them is more than 0.1 % of the radius inside the sphere."""
+
+
+def meshed(shape: TargetShape) -> MeshShape:
+    """A shape as triangles; a ball's corners are on its sphere."""
+    if isinstance(shape, MeshShape):
+        return shape
+    vertices, faces = unit_sphere(BALL_SUBDIVISIONS)
+    return MeshShape(name="ball", surface=surface(shape.radius_m * vertices, faces, shape.material))
+
 
 PLAUSIBLE_TARGET_M = (0.01, 50.0)
 """Extent of a user's target."""

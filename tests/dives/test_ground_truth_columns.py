@@ -20,7 +20,7 @@ from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings
 from scenes.stage.frame import Label
-from scenes.stage.scene import make_scene, on_gaze
+from scenes.stage.scene import Target, make_scene, on_gaze
 from scenes.stage.state import State
 from scenes.stage.targets import Ball, target_named
 from scenes.truth.silhouette import ball_silhouette
@@ -89,10 +89,10 @@ def exposure_of(frame, now):
     )
 
 
-def painted(frame, colour=(220, 30, 30)):
+def painted(frame, colour=(220, 30, 30), label=Label.TARGET):
     """An image in which nothing but the target has a colour."""
     image = np.zeros((*frame.label.shape, 3), dtype=np.uint8)
-    image[frame.label == Label.TARGET] = colour
+    image[frame.label == label] = colour
     return image
 
 
@@ -123,7 +123,57 @@ def test_a_target_on_the_axis_is_seen_whole_and_without_error(rig, renderer):
     assert row["true_azimuth_deg"] == pytest.approx(20.0, abs=0.1)
     assert row["target_visible_px"] == (frame.label == Label.TARGET)[frame.region == Region.GAZE].sum()
     assert row["cause_of_loss"] == ""
+    assert row["detected_thing"] == "target"
     assert row["detector_true_px"] == pytest.approx(row["detector_both_px"], rel=0.02)
+
+
+@pytest.fixture(scope="module")
+def with_decoy(rig):
+    """A ball of 0.3 m beside the target's, of which the scene does not say where it is in the end."""
+    scene = make_scene(rig, world="blue", depth_m=DEPTH_M)
+    decoy = Target(shape=Ball(radius_m=0.15), world_from_target=RigidTransform.identity())
+    return FastRenderer(prepare(replace(scene, decoys=(decoy,)), rig, quality=LightQuality.coarse()))
+
+
+def decoyed(rig, *, target_m, decoy_m):
+    """State on an axis with target and decoy at distances along it."""
+    q1, q2 = np.radians(ON_AXIS)
+    target, decoy = (on_gaze(rig, q1=q1, q2=q2, distance_m=metres) for metres in (target_m, decoy_m))
+    now = state(ON_AXIS, target)
+    return replace(now, world_from_decoys=(RigidTransform.from_translation(now.world_from_body.apply(decoy)),))
+
+
+def test_a_decoy_before_the_target_hides_it_and_is_no_target(rig, with_decoy):
+    now = decoyed(rig, target_m=3.0, decoy_m=1.5)
+    red = lambda frame: painted(frame, label=Label.DECOY)  # noqa: E731
+    frame, row = row_of(rig, with_decoy, now, image=red)
+    assert row["target_visible_px"] == 0
+    assert row["cause_of_loss"] == "hidden by world"
+    assert row["detected_thing"] == "decoy"
+    instances = np.unique(frame.instance[frame.label == Label.DECOY])
+    assert [with_decoy.instance_names[each] for each in instances] == ["decoy 0"]
+
+
+def test_a_ball_of_triangles_looks_like_a_ball(rig, renderer, with_decoy):
+    """The decoy in the target's place, 0.1 % of the radius inside it at most: of 33 px, 0.03.
+
+    Pixels at its rim may fall to either side. The others have its radiance but for the flat faces' own shadow, which is
+    ragged where the sun grazes the ball.
+    """
+    shape = Ball(radius_m=0.15)
+    scene = replace(renderer.scene, target=Target(shape=shape, world_from_target=RigidTransform.identity()))
+    exact = FastRenderer(prepare(scene, rig, quality=LightQuality.coarse()))
+    now = decoyed(rig, target_m=40.0, decoy_m=1.5)
+    found = with_decoy.render_states([now])[0]
+    (decoy,) = now.world_from_decoys
+    expected = exact.render_states([replace(now, world_from_target=decoy, world_from_decoys=None)])[0]
+    on_decoy, on_ball = found.label == Label.DECOY, expected.label == Label.TARGET
+    assert on_ball.sum() > 1000
+    assert (on_decoy != on_ball).sum() < 0.01 * on_ball.sum()
+    both = on_decoy & on_ball
+    relative = np.abs(found.radiance[both] / expected.radiance[both] - 1)
+    assert np.percentile(relative, 99) < 0.02
+    np.testing.assert_allclose(found.radiance[both].mean(axis=0), expected.radiance[both].mean(axis=0), rtol=0.002)
 
 
 @pytest.mark.parametrize("q_deg", [ON_AXIS, (-50.0, 15.0), (5.0, 30.0)])

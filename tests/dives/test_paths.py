@@ -6,21 +6,32 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dives.dive import Dive
-from dives.motions import Circle, Hover, Spiral, Straight, Sway, Travel, Waypoints
-from dives.paths import body_pose, target_places, target_pose
-from dives.specification import DiveTarget
+from dives.paths import body_pose, decoy_pose, path_places, target_pose
+from dives.specification import Decoy, DiveTarget
+from dives.trajectories.motions import (
+    Circle,
+    FromFile,
+    Hover,
+    PathStart,
+    Spiral,
+    Straight,
+    Sway,
+    Travel,
+    TravelFromFile,
+    Waypoints,
+)
 
 DEPTH = 6.0
 
 
-def dive(path=None, robot=None, **more):
+def dive(path=None, robot=None, start=None, **more):
     path = path or Straight(shape="straight", start_m=(2.0, 0.0, 0.0), velocity_m_per_s=(0.0, 0.0, 0.0))
     return Dive(
         name="trial",
         rig="aqua2",
         depth_m=DEPTH,
         duration_s=10.0,
-        target=DiveTarget(path=path),
+        target=DiveTarget(path=path, start=start or PathStart()),
         robot=robot or Hover(motion="hover"),
         **more,
     )
@@ -55,7 +66,7 @@ def test_circle_and_straight_line():
 def test_waypoints_are_met_at_their_distances_over_the_speed():
     """3 m and then 4 m at 0.5 m/s: corners at 6 s and 14 s, and no farther."""
     path = Waypoints(shape="waypoints", points_m=((0, 0, 0), (3, 0, 0), (3, 4, 0)), speed_m_per_s=0.5)
-    places, heading = target_places(dive(path), np.array([0.0, 3.0, 6.0, 10.0, 14.0, 20.0]))
+    places, heading = path_places(dive(path), path, np.array([0.0, 3.0, 6.0, 10.0, 14.0, 20.0]))
     expected = [(0, 0, 0), (1.5, 0, 0), (3, 0, 0), (3, 2, 0), (3, 4, 0), (3, 4, 0)]
     assert places == pytest.approx(np.array(expected))
     assert heading[1] == pytest.approx([1, 0, 0])
@@ -162,3 +173,64 @@ def test_sway_is_about_the_robots_own_axes():
     shift = body_pose(dive(robot=robot), 10.0).translation - body_pose(dive(robot=still), 10.0).translation
     assert shift[[0, 2]] == pytest.approx([0, 0], abs=1e-12)
     assert abs(shift[1]) > 1e-3
+
+
+def test_a_spiral_that_starts_elsewhere_is_the_spiral_of_that_bearing():
+    """Turned about the vertical: with azimuth alone, the same spiral with another start_bearing_deg."""
+    times = np.linspace(0.0, 9.0, 7)
+    turned = dive(SPIRAL, start=PathStart(azimuth_deg=52.0))
+    same = dive(SPIRAL.model_copy(update={"start_bearing_deg": 52.0}))
+    np.testing.assert_allclose(
+        target_pose(turned, times).as_matrix(), target_pose(same, times).as_matrix(), rtol=0, atol=1e-12
+    )
+
+
+def test_a_path_begins_where_it_is_told_and_keeps_its_form():
+    """3 m away, 30 degrees to the right and 40 up, by the definition of these angles."""
+    path = Waypoints(shape="waypoints", points_m=((1, 0, 0), (1, 2, 0)), speed_m_per_s=0.5)
+    start = PathStart(azimuth_deg=-30.0, elevation_deg=40.0, distance_m=3.0)
+    first, last = (target_pose(dive(path, start=start), time).translation for time in (0.0, 4.0))
+    level = 3 * np.cos(np.radians(40))
+    assert first == pytest.approx(
+        [level * np.cos(np.pi / 6), -level / 2, 3 * np.sin(np.radians(40)) - DEPTH], abs=1e-12
+    )
+    # From azimuth 0 it was turned by -30 degrees: the leg of 2 m along y with it.
+    assert last - first == pytest.approx([1.0, np.sqrt(3), 0.0], abs=1e-12)
+
+
+def write(folder, name, text):
+    (folder / name).write_text(text, encoding="utf-8")
+    return str(folder / name)
+
+
+def test_a_file_of_a_robot_begins_at_the_start_whatever_its_frame(tmp_path):
+    """In the map it goes north (y) from (10, 20, -3) at 1 m/s with its bow north: from the start, straight ahead.
+
+    The target of the same map stays 5 m north and 1 m east of where the robot began: 5 m ahead, 1 m to the right.
+    """
+    rows = "time_s,x_m,y_m,z_m,yaw_deg,pitch_deg,roll_deg\n7,10,20,-3,90,10,5\n9,10,22,-3,90,10,5\n"
+    robot = write(tmp_path, "r.csv", rows)
+    target = write(tmp_path, "t.csv", "time_s,x_m,y_m,z_m\n0,11,25,-3\n20,11,25,-3\n")
+    mapped = dive(FromFile(shape="file", file=target, frame="map"), TravelFromFile(motion="file", file=robot))
+    body = body_pose(mapped, np.array([0.0, 1.0, 5.0]))
+    np.testing.assert_allclose(body.translation, [[0, 0, -DEPTH], [1, 0, -DEPTH], [2, 0, -DEPTH]], atol=1e-12)
+    # Pitch up by 10 degrees is a turn about y by -10; yaw is counted from the start.
+    expected = [[0.0, -10.0, 5.0]] * 3
+    np.testing.assert_allclose(body.rotation.as_euler("ZYX", degrees=True), expected, atol=1e-9)
+    assert target_pose(mapped, 3.0).translation == pytest.approx([5.0, -1.0, -DEPTH])
+
+
+def test_attitudes_of_targets_and_clocks_of_files(tmp_path):
+    """The dive begins at 5 s of the file; half a turn about z in 10 s is 90 degrees after another 5 s."""
+    rows = "time_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,2,0,0,0,0,0,1\n10,2,0,0,0,0,1,0\n"
+    path = FromFile(shape="file", file=write(tmp_path, "t.csv", rows), start_s=5.0)
+    yaw = [target_pose(dive(path), time).rotation.as_euler("ZYX", degrees=True)[0] for time in (0.0, 2.0)]
+    assert yaw == pytest.approx([90.0, 126.0])
+
+
+def test_decoys_stay_or_go():
+    still = Decoy(position_m=(2.0, 1.0, 0.5))
+    moving = Decoy(path=Straight(shape="straight", start_m=(2.0, 0.0, 0.0), velocity_m_per_s=(0.0, 0.1, 0.0)))
+    at = np.array([0.0, 10.0])
+    np.testing.assert_allclose(decoy_pose(dive(), still, at).translation, [[2.0, 1.0, 0.5 - DEPTH]] * 2)
+    np.testing.assert_allclose(decoy_pose(dive(), moving, at).translation, [[2, 0, -DEPTH], [2, 1, -DEPTH]])

@@ -8,10 +8,10 @@ import pytest
 
 from cad.assembly.meshes import rig_meshes
 from dives import rendered_camera
-from dives.motions import Hover
 from dives.paths import body_pose, target_pose
 from dives.rendered_camera import MOST_SWEEPS, RenderedCamera, dive_scene
 from dives.timed_mirrors import STEP_S, TimedMirrors
+from dives.trajectories.motions import Hover
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_key, start_settings, sweep_times

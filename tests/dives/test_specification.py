@@ -100,8 +100,13 @@ def test_a_fast_path_through_the_hull_is_not_missed_between_two_frames(tmp_path)
     [
         ('rig = "aqua2"', 'rig = "bench"', "rig", "mirrors"),
         ('rig = "aqua2"', 'rig = "aqua3"', "rig", "aqua2"),
-        ('motion = "hover"', 'motion = "drift"', "robot.motion", "'hover', 'waypoints'"),
-        ('shape = "straight"', 'shape = "zigzag"', "target.path.shape", "'circle', 'spiral', 'straight', 'waypoints'"),
+        ('motion = "hover"', 'motion = "drift"', "robot.motion", "'file', 'hover', 'waypoints'"),
+        (
+            'shape = "straight"',
+            'shape = "zigzag"',
+            "target.path.shape",
+            "'circle', 'file', 'spiral', 'straight', 'waypoints'",
+        ),
         ("velocity_m_per_s", "speed", "target.path.velocity_m_per_s", "missing"),
         ("depth_m = 5.0", "depth_m = 0.1", "depth_m", "greater than or equal to 0.5"),
         ("depth_m = 5.0", "depth_m = nan", "depth_m", "finite"),
@@ -192,3 +197,76 @@ def test_defaults_are_written_out(tmp_path):
     document = tomllib.loads(parse_dive(GOOD, source="trial", folder=tmp_path).as_toml())
     assert document["video"] == "ffv1"
     assert document["robot"]["sway"]["period_s"] == [8.0, 8.0, 8.0]
+
+
+FILES = GOOD.replace(
+    """shape = "straight"
+start_m = [2.0, 0.5, 0.0]
+velocity_m_per_s = [0.0, 0.1, 0.0]
+""",
+    """shape = "file"
+file = "target.csv"
+""",
+)
+
+
+def test_a_path_file_is_found_beside_the_dive_and_is_part_of_it(tmp_path):
+    from dives.runner import identity_of
+
+    (tmp_path / "target.csv").write_text("time_s,x_m,y_m,z_m\n0,2,0,0\n5,2,1,0\n", encoding="utf-8")
+    dive = parse_dive(FILES, source="trial", folder=tmp_path)
+    assert dive.target.path.file == str(tmp_path / "target.csv")
+    before = identity_of(dive, dive.load_rig())
+    (tmp_path / "target.csv").write_text("time_s,x_m,y_m,z_m\n0,2,0,0\n5,2,2,0\n", encoding="utf-8")
+    assert identity_of(dive, dive.load_rig()) != before
+
+
+@pytest.mark.parametrize(
+    ("rows", "more", "place", "expected"),
+    [
+        ("0,2,0,0\n5,2,no,0\n", "", "target.path.file target.csv, line 3, y_m", "a finite number"),
+        ("0,2,0,0\n5,2,1,0\n", "start_s = 5.0", "target.path.start_s", "from 0 s on and before 5 s"),
+        ("0,2,0,0\n5,2,1,0\n", 'frame = "map"', "target.path.frame", "[robot] has none"),
+        ("0,2,0,0\n1,-2,0,0\n", "", "target.path", "keeps off the hull"),
+    ],
+)
+def test_what_is_wrong_with_a_path_file(rows, more, place, expected, tmp_path):
+    (tmp_path / "target.csv").write_text("time_s,x_m,y_m,z_m\n" + rows, encoding="utf-8")
+    (problem,) = problems(f"{FILES}{more}\n", tmp_path)
+    assert problem.place == place
+    assert expected in problem.expected
+
+
+DECOY = '\n[[decoys]]\ndiameter_m = 0.3\ncolour = "blue"\nposition_m = [1.5, 0.0, 0.0]\n'
+
+
+def test_decoys_have_size_colour_and_place(tmp_path):
+    dive = parse_dive(GOOD + DECOY, source="trial", folder=tmp_path)
+    (decoy,) = dive.decoys
+    ball = decoy.load_shape()
+    assert (ball.radius_m, ball.material.name) == (0.15, "PRINT_BLUE")
+    assert parse_dive(dive.as_toml(), source="trial", folder=tmp_path) == dive
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "place", "expected"),
+    [
+        ('"blue"', '"pink"', "decoys[0].colour", "'red'"),
+        ("position_m", "place_m", "decoys[0].place_m", "known key"),
+        ("[1.5, 0.0, 0.0]", "[1.5, 0.0, 4.9]", "decoys[0]", "below the surface"),
+        ("[1.5, 0.0, 0.0]", "[0.4, 0.0, 0.0]", "decoys[0]", "keeps off the hull"),
+        ('colour = "blue"', 'shape = "fish"', "decoys[0].shape", "for a ball only"),
+    ],
+)
+def test_what_is_wrong_with_a_decoy(before, after, place, expected, tmp_path):
+    found = {problem.place: problem for problem in problems(GOOD + DECOY.replace(before, after), tmp_path)}
+    assert expected in found[place].expected
+
+
+def test_keys_can_be_given_other_values():
+    from dives.dive import loaded_with
+
+    dive = loaded_with("spiral", {"world": "blue", "target.start.azimuth_deg": 52.0})
+    assert (dive.world, dive.target.start.azimuth_deg) == ("blue", 52.0)
+    with pytest.raises(DiveError, match=r"target\.start\.azimuth = 52.0: expected a known key"):
+        loaded_with("spiral", {"target.start.azimuth": 52.0})

@@ -64,6 +64,7 @@ def dive_log() -> pa.Table:
             "detector_true_px": np.where(time_s < 15, 0, 45).astype(np.int32),
             "detector_found_px": count,
             "detector_both_px": count,
+            "detected_thing": ["target"] * 600,
             "saturated_fraction": np.zeros(600),
             "cause_of_loss": cause.tolist(),
         }

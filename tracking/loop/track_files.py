@@ -46,6 +46,7 @@ NEEDS_TRUTH = frozenset(
         "target_full_px",
         "detector_true_px",
         "detector_both_px",
+        "detected_thing",
         "cause_of_loss",
     }
 )

@@ -35,6 +35,10 @@ def dive(
         str | None,
         typer.Option(help="Variant of the loop: default, paper, paper-literal.", show_default="the dive's"),
     ] = None,
+    changed: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Give a key of the dive file another value; repeat for more."),
+    ] = None,
     frames: Annotated[int | None, typer.Option(metavar="N", help="Stop after this number of frames.", min=1)] = None,
     no_video: Annotated[
         bool, typer.Option("--no-video", help="Write no video; render only what the loop looks at.")
@@ -57,12 +61,14 @@ def dive(
       mirrorgaze dive spiral -o out/spiral
       mirrorgaze dive my-dive.toml -o out/mine --variant paper --bag
       mirrorgaze dive spiral -o out/fast --no-video
+      mirrorgaze dive spiral -o out/right --set world=blue --set target.start.azimuth_deg=52
     """
-    from dives import Dive, run_dive
-    from dives.dive import varied
+    from dives import run_dive
+    from dives.dive import loaded_with, varied
     from mirrorgaze.loading import load_usable_rig
 
-    chosen = varied(Dive.load(dive_file), variant=variant, frames=frames, video=not no_video, functional_check=check)
+    loaded = loaded_with(dive_file, _settings(changed or []))
+    chosen = varied(loaded, variant=variant, frames=frames, video=not no_video, functional_check=check)
     if bag and chosen.video == "none":
         raise ValueError(
             "--bag: expected a dive with a video, since a bag holds the images; leave --no-video or --bag out"
@@ -88,6 +94,18 @@ def dive(
     files = sorted(path.name for path in folder.iterdir() if path.is_file()) + ["bag/"] * bag
     typer.echo(f"{folder}: {', '.join(files)}")
     print_table(_rows(metrics))
+
+
+def _settings(changed: list[str]) -> dict[str, Any]:
+    from dives.ensembles.members import Choice, parsed_variation
+
+    settings = {}
+    for text in changed:
+        variation = parsed_variation(text)
+        if not isinstance(variation, Choice) or len(variation.values) != 1:
+            raise ValueError(f"--set {text}: expected one value; `mirrorgaze ensemble --vary` takes more")
+        settings[variation.key] = variation.values[0]
+    return settings
 
 
 def _metrics(folder: Path) -> dict[str, Any]:

@@ -90,6 +90,7 @@ def a_table(rig, dive):
         "target_distance_m": np.sqrt(x * x + y * y + z * z),
         "estimated_azimuth_deg": np.where(found, 20.0, np.nan),
         "estimated_elevation_deg": np.where(found, -10.0, np.nan),
+        "detected_thing": [""] * FRAMES,
         "cause_of_loss": [""] * FRAMES,
     }
     for column in COLUMNS:

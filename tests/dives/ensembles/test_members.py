@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dives.ensembles.members import Choice, Member, Range, folder_name, members, parsed_variation, with_settings
+from dives.dive import with_settings
+from dives.ensembles.members import Choice, Member, Range, folder_name, members, parsed_variation
 
 
 def test_every_choice_meets_every_other_and_every_seed():

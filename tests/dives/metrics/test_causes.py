@@ -9,7 +9,15 @@ from hypothesis import strategies as st
 
 from dives.metrics.causes import Cause, blown_and_dark, cause_of_loss
 
-SEEN = {"found": False, "full_px": 100.0, "hull_px": 0, "mount_px": 0, "visible_px": 100, "smallest_px": 10.0}
+SEEN = {
+    "found": False,
+    "full_px": 100.0,
+    "hull_px": 0,
+    "mount_px": 0,
+    "world_px": 0,
+    "visible_px": 100,
+    "smallest_px": 10.0,
+}
 
 
 @pytest.mark.parametrize(
@@ -21,6 +29,7 @@ SEEN = {"found": False, "full_px": 100.0, "hull_px": 0, "mount_px": 0, "visible_
         ({"visible_px": 0, "at_speed_limit": True}, Cause.SLEWING),
         ({"visible_px": 0, "hull_px": 60, "at_speed_limit": True}, Cause.HIDDEN_BY_HULL),
         ({"visible_px": 9, "hull_px": 20, "mount_px": 60}, Cause.HIDDEN_BY_MOUNT),
+        ({"visible_px": 5, "hull_px": 20, "world_px": 60}, Cause.HIDDEN_BY_WORLD),
         # 9 seen, 20 behind the hull, 30 behind the mount: 41 are outside.
         ({"visible_px": 9, "hull_px": 20, "mount_px": 30}, Cause.NOT_IN_VIEW),
         ({"full_px": 9.9, "visible_px": 9}, Cause.TOO_SMALL),
@@ -41,19 +50,20 @@ def test_each_cause(case, cause):
 
 @given(
     full_px=st.floats(0, 1e4),
-    shares=st.tuples(*[st.floats(0, 1)] * 3),
+    shares=st.tuples(*[st.floats(0, 1)] * 4),
     smear_px=st.floats(0, 100),
     image=st.tuples(st.floats(0, 1), st.floats(0, 1)),
     at_speed_limit=st.booleans(),
 )
 def test_what_is_not_found_has_a_cause(full_px, shares, smear_px, image, at_speed_limit):
     whole = max(sum(shares), 1.0)
-    hull_px, mount_px, visible_px = (full_px * share / whole for share in shares)
+    hull_px, mount_px, world_px, visible_px = (full_px * share / whole for share in shares)
     cause = cause_of_loss(
         found=False,
         full_px=full_px,
         hull_px=hull_px,
         mount_px=mount_px,
+        world_px=world_px,
         visible_px=visible_px,
         smallest_px=10.0,
         at_speed_limit=at_speed_limit,
@@ -62,7 +72,13 @@ def test_what_is_not_found_has_a_cause(full_px, shares, smear_px, image, at_spee
         dark_share=image[1],
     )
     assert cause is not Cause.NONE
-    lost_on_the_way = cause in {Cause.NOT_IN_VIEW, Cause.HIDDEN_BY_HULL, Cause.HIDDEN_BY_MOUNT, Cause.TOO_SMALL}
+    lost_on_the_way = cause in {
+        Cause.NOT_IN_VIEW,
+        Cause.HIDDEN_BY_WORLD,
+        Cause.HIDDEN_BY_HULL,
+        Cause.HIDDEN_BY_MOUNT,
+        Cause.TOO_SMALL,
+    }
     assert lost_on_the_way or cause is Cause.SLEWING or visible_px >= 10.0
     assert not lost_on_the_way or visible_px < 10.0
 
@@ -73,6 +89,7 @@ def test_the_names_are_those_of_the_log():
         "not in view",
         "hidden by hull",
         "hidden by mount",
+        "hidden by world",
         "too dark",
         "saturated",
         "colour",

@@ -72,7 +72,31 @@ class Waypoints(Legs):
     shape: Literal["waypoints"]
 
 
-TargetPath = Annotated[Spiral | Straight | Circle | Waypoints, Field(discriminator="shape")]
+class FromFile(Section):
+    """A path from a CSV file (`dives.trajectories.timed_paths`), from a time of the file on or its first row's.
+
+    Places are told from the robot's start as all others, or, with ``frame = "map"``, in the frame of the robot's own
+    file.
+    """
+
+    shape: Literal["file"]
+    file: str
+    start_s: Number | None = None
+    frame: Literal["start", "map"] = "start"
+
+
+TargetPath = Annotated[Spiral | Straight | Circle | Waypoints | FromFile, Field(discriminator="shape")]
+
+
+class PathStart(Section):
+    """Where a path begins, seen from the robot's start; what is left out is the path's own.
+
+    The path is turned about the vertical through the start, then moved as a whole, until it begins there.
+    """
+
+    azimuth_deg: Number | None = None
+    elevation_deg: Annotated[Number, Field(gt=-90, lt=90)] | None = None
+    distance_m: Positive | None = None
 
 
 class Sway(Section):
@@ -102,4 +126,17 @@ class Travel(Legs):
     sway: Sway = Sway()
 
 
-RobotMotion = Annotated[Hover | Travel, Field(discriminator="motion")]
+class TravelFromFile(Section):
+    """The robot goes along a path from a CSV file, in any level frame (z up); its sway comes on top.
+
+    Where it is at the dive's beginning, and where its bow points there, is the start that all else is told from. A file
+    without attitudes leaves it level, its bow along the file's x.
+    """
+
+    motion: Literal["file"]
+    file: str
+    start_s: Number | None = None
+    sway: Sway = Sway()
+
+
+RobotMotion = Annotated[Hover | Travel | TravelFromFile, Field(discriminator="motion")]
