@@ -15,6 +15,8 @@ from cad.hulls.files.triangles import hull_files
 from dives.dive import Dive
 from dives.journal import FOLDER, Journal
 from dives.metrics import dive_metrics
+from dives.metrics.frames import Frames
+from dives.metrics.search_time import search_time_metrics
 from dives.path_files import copied_path_files
 from dives.recorder import OVERLAY, ROWS, VIDEO
 from rigs import Rig
@@ -56,7 +58,8 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
             shutil.copyfile(part, folder / part.name)
     recorded = copied_path_files(dive, folder).model_copy(update={"rig": RIG_FILE})
     write_text(folder / DIVE_FILE, recorded.as_toml())
-    write_text(folder / METRICS_FILE, json_text(dive_metrics(table)))
+    searched = search_time_metrics(rig, dive.loop_variant(), Frames.of(table))
+    write_text(folder / METRICS_FILE, json_text(dive_metrics(table) | searched))
     with atomic_file(folder / LOG) as partial:
         write_table(table, partial, about={"identity": identity})
     journal.remove()

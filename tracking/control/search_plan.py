@@ -107,9 +107,14 @@ def first_seen_s(
     times_s = np.arange(0.0, path.duration_s + every_s, every_s)
     first = np.full(len(there.probability), np.inf)
     for time_s in times_s[::-1].tolist():
-        pan, tilt = gimbal.angles(path.at(time_s))
-        first[_seen(there.direction, np.array([pan]), np.array([tilt]), view)[0, 0]] = time_s
+        first[in_view(gimbal, path.at(time_s), there.direction, view)] = time_s
     return first
+
+
+def in_view(gimbal: Gimbal, q: FloatArray, direction: FloatArray, view: FloatArray) -> NDArray[np.bool_]:
+    """Which unit vectors, gimbal's frame, shape (n, 3), lie in the view at joint values, shape (n,)."""
+    pan, tilt = gimbal.angles(q)
+    return np.asarray(_seen(direction, np.array([pan]), np.array([tilt]), view)[0, 0])
 
 
 def _angles(gimbal: Gimbal, q: FloatArray) -> FloatArray:

@@ -13,6 +13,9 @@ from mirrorgaze.output import print_json, print_progress, print_step, print_tabl
 
 HEADLINES = {
     "acquisition_time_s": ("acquired after", "s"),
+    "search_time_s": ("of it looked for", "s"),
+    "planned_first_look_s": ("first look as planned", "s"),
+    "expected_first_look_s": ("expected for any target", "s"),
     "time_on_target_fraction": ("time on target", ""),
     "visible_fraction": ("target visible", ""),
     "gaze_error_rms_deg": ("gaze error, RMS", "deg"),

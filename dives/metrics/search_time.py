@@ -1,0 +1,98 @@
+"""How long a search should take beside how long it took: expected from the plan, planned for this target, measured.
+
+All times count from the first image that is no functional check, at which the search begins with the joints in the
+middle of their ranges. The planned search runs at the servos' speeds and is broken off by nothing; a target is looked
+at when its direction lies in the crop's field of view, whatever hides it there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dives.metrics.frames import Frames, unit_vectors
+from optics.gaze.motion import JointSpeeds
+from optics.kernels.arrays import FloatArray
+from optics.layout import Layout
+from rigs import Rig
+from tracking.control.crop_scale import crop_scale, level_pose
+from tracking.control.search import OVERLAP, Search
+from tracking.control.search_plan import in_view, likely_directions
+from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.lines_of_sight import LinesOfSight
+from tracking.loop.variants import Variant
+from tracking.perception import Crop, ExactCorners
+
+SEARCH_DEFINITIONS = {
+    "expected_first_look_s": "mean time until the search has a target in its view that stands still anywhere within"
+    " reach, more often level than high (`tracking.control.search_plan.likely_directions`)",
+    "planned_first_look_s": "when the search, broken off by nothing, first has this target's true direction in its"
+    " view; None when not within the dive",
+    "first_visible_s": "until the first frame in which a pixel of the target is seen over the gaze mirror",
+}
+
+STEP_S = 0.05
+"""Between looks at the planned search: the gaze turns by 3 degrees, a seventh of the view."""
+
+LONGEST_SEARCH_S = 120.0
+"""A direction that is not seen by then is counted with this time; searches of the presets see all in 60 s."""
+
+
+def search_time_metrics(rig: Rig, variant: Variant, frames: Frames) -> dict[str, object]:
+    """Everything of `SEARCH_DEFINITIONS`.
+
+    Parameters
+    ----------
+    rig : Rig
+        With mirrors and servos.
+    variant : Variant
+        Whose search it is.
+    frames : Frames
+    """
+    gimbal, view = Gimbal(Layout.from_rig(rig)), level_view(rig, variant)
+    looking = np.flatnonzero(frames.looking)
+    if len(looking) == 0:
+        return dict.fromkeys(SEARCH_DEFINITIONS)
+    times_s = frames.time_s[looking] - frames.time_s[looking[0]]
+    azimuth, elevation = (frames.numbers[f"true_{angle}_deg"][looking] for angle in ("azimuth", "elevation"))
+    true = gimbal.in_gimbal(unit_vectors(azimuth, elevation))
+    planned = _gazes(rig, variant, view, times_s)
+    seen = [in_view(gimbal, q, direction[np.newaxis], view)[0] for q, direction in zip(planned, true, strict=True)]
+    return {
+        "expected_first_look_s": expected_first_look_s(rig, variant),
+        "planned_first_look_s": _first(times_s, np.array(seen)),
+        "first_visible_s": _first(times_s, frames.visible[looking]),
+    }
+
+
+def expected_first_look_s(rig: Rig, variant: Variant) -> float:
+    """Mean over where a target may be of the time until the search first has it in view, seconds."""
+    gimbal, view = Gimbal(Layout.from_rig(rig)), level_view(rig, variant)
+    there = likely_directions(gimbal, (1 - OVERLAP) * view)
+    times_s = np.arange(0.0, LONGEST_SEARCH_S, STEP_S)
+    first = np.full(len(there.probability), LONGEST_SEARCH_S)
+    for time_s, q in zip(times_s[::-1].tolist(), _gazes(rig, variant, view, times_s)[::-1], strict=True):
+        first[in_view(gimbal, q, there.direction, view)] = time_s
+    return float(first @ there.probability)
+
+
+def level_view(rig: Rig, variant: Variant) -> FloatArray:
+    """Field of view of the crop at a level gaze, across and upwards, radians, shape (2,)."""
+    corners, level = ExactCorners(rig), level_pose(Gimbal(Layout.from_rig(rig)))
+    crop = Crop.of(corners.corners(level))
+    lines_of_sight = LinesOfSight(rig, variant.target_distance_m)
+    return np.asarray(
+        crop_scale(lines_of_sight, lambda q: Crop.of(corners.corners(q)), level) * [crop.width_px, crop.height_px]
+    )
+
+
+def _gazes(rig: Rig, variant: Variant, view: FloatArray, times_s: FloatArray) -> FloatArray:
+    """Joint values of the search at times from 0 on, shape (n, 2)."""
+    gimbal = Gimbal(Layout.from_rig(rig))
+    search = Search(gimbal, JointSpeeds.from_rig(rig), view, likely_first=variant.likely_first)
+    search.begin(gimbal.middle)
+    return np.array([search.advance(seconds) for seconds in np.diff(times_s, prepend=0.0).tolist()])
+
+
+def _first(times_s: FloatArray, flags: np.typing.NDArray[np.bool_]) -> float | None:
+    found = np.flatnonzero(flags)
+    return float(times_s[found[0]]) if len(found) else None
