@@ -1,8 +1,8 @@
 """Points per second: projection through port and two mirrors, beside the same Newton written in plain NumPy.
 
 The rig is the aqua2, with a flat port and with a decentred dome; the points lie 0.2 to 10 m behind the gaze mirror.
-Both codes unfold the mirrors, solve for the ray in the plane of refraction and give pixels. Ours takes twelve Newton
-steps, says whether they converged, and traces every point's ray forward for its status. `run` fails where the pixels
+Both codes unfold the mirrors, solve for the ray in the plane of refraction and give pixels. Ours takes Newton
+steps until they have converged, and traces every point's ray forward for its status. `run` fails where the pixels
 differ by more than 1e-6 px.
 """
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from optics.kernels.arrays import check_vector, opaque, opaque_vector
 from optics.kernels.backend import Array3f64, dr
 from optics.kernels.refraction import refract, window_transmittance
-from optics.ports.interface import NEWTON_STEPS, NEWTON_TOLERANCE, Exit, Window, check_positive
+from optics.ports.interface import NEWTON_TOLERANCE, Exit, Window, check_positive, newton
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,10 +107,9 @@ class DomePort(Window):
         scale = dr.rcp(dr.prod([reach for reach, _ in passages]) * distance)
         target = (along * scale, across * scale)
         lever = parameters["n_inside"] * offset
-        # The angle is kept as its cosine and sine; straight to the point is where a centred dome would have it.
-        cosine, sine = _unit(along - offset, across)
-        step = real = dr.zeros(type(distance), 1)
-        for _ in range(NEWTON_STEPS):
+
+        # The angle is kept as its cosine and sine.
+        def improved(cosine: Any, sine: Any) -> tuple[tuple[Any, Any], Any]:
             invariant, rate_of_invariant = lever * sine, lever * cosine
             real, imaginary = cosine * target[0] + sine * target[1], sine * target[0] - cosine * target[1]
             # d asin(b / n r) / db = 1 / sqrt((n r)^2 - b^2): the sum of these is `fractions / product`.
@@ -121,9 +120,12 @@ class DomePort(Window):
                 real, imaginary = real * root - imaginary * turn, imaginary * root + real * turn
                 fractions, product = fractions * root + sign * product, product * root
             step = -imaginary * product / (product + rate_of_invariant * fractions)
-            cosine, sine = _unit(cosine - sine * step, dr.maximum(sine + cosine * step, 0))
-        # The sine vanishes opposite to the point as well.
-        converged = (dr.abs(step) <= NEWTON_TOLERANCE) & (real > 0)
+            better = _unit(cosine - sine * step, dr.maximum(sine + cosine * step, 0))
+            # The sine of the difference vanishes opposite to the point as well.
+            return better, (dr.abs(step) <= NEWTON_TOLERANCE) & (real > 0)
+
+        # Straight to the point is where a centred dome would have it.
+        (cosine, sine), converged = newton(_unit(along - offset, across), improved)
         outwards = dr.select(across > 0, sideways / across, 0)
         return dr.normalize(axis * cosine + outwards * sine), converged, distance > parameters["outer"]
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from optics.kernels.arrays import opaque, opaque_vector, unit
 from optics.kernels.backend import dr
 from optics.kernels.refraction import window_transmittance
-from optics.ports.interface import NEWTON_STEPS, NEWTON_TOLERANCE, Exit, Window, check_positive
+from optics.ports.interface import NEWTON_TOLERANCE, Exit, Window, check_positive, newton
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,9 +99,8 @@ class FlatPort(Window):
             (parameters["thickness"], lowest / n_port),
             (depth, lowest / n_water),
         )
-        slope = _least_slope(radius, layers)
-        step = dr.zeros(type(radius), 1)
-        for _ in range(NEWTON_STEPS):
+
+        def improved(slope: Any) -> tuple[tuple[Any], Any]:
             reached, rate = 0.0, 0.0
             # Sums are written out: += would change Dr.Jit's arrays in place.
             for length, ratio in layers:
@@ -110,7 +109,9 @@ class FlatPort(Window):
                 rate = rate + length * tangent_rate
             step = (radius - reached) / rate
             slope = dr.maximum(slope + step, 0)
-        converged = dr.abs(step) <= NEWTON_TOLERANCE * (1 + slope)
+            return (slope,), dr.abs(step) <= NEWTON_TOLERANCE * (1 + slope)
+
+        (slope,), converged = newton((_least_slope(radius, layers),), improved)
         outwards = dr.select(radius > 0, sideways / radius, 0)
         slope_inside, _ = _refracted_slope(slope, lowest / n_inside)
         return dr.normalize(normal + outwards * slope_inside), converged, depth > 0

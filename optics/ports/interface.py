@@ -7,16 +7,18 @@ refracted ray passes through a given point in the water.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from optics.kernels.arrays import opaque
-
-NEWTON_STEPS = 12
-"""Newton steps of `project`; four to six converge anywhere inside the field of view of a real port."""
+from optics.kernels.backend import Bool, UInt32, dr
 
 NEWTON_TOLERANCE = 1e-13
-"""Relative step of the last iteration under which the root counts as found."""
+"""Relative step under which the root counts as found."""
+
+NEWTON_STEPS = 12
+"""Newton steps of `project` at most; four to six converge anywhere inside the field of view of a real port."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +35,39 @@ class Exit:
     inside: Any
     transmitted: Any
     transmittance: Any
+
+
+def newton(start: tuple[Any, ...], improved: Callable[..., tuple[tuple[Any, ...], Any]]) -> tuple[tuple[Any, ...], Any]:
+    """Kernel: steps of Newton's method until each lane has its root.
+
+    Parameters
+    ----------
+    start : tuple of arrays
+        First guess.
+    improved : callable
+        From a guess to the next one, and whether its step was too small to matter.
+
+    Returns
+    -------
+    root : tuple of arrays
+    converged : bool array
+        False where `NEWTON_STEPS` were not enough.
+    """
+
+    def step(steps: Any, converged: Any, *guess: Any) -> tuple[Any, ...]:
+        better, converged = improved(*guess)
+        return steps + 1, converged, *better
+
+    # The loop is left by the lanes of a vector together, most often after four steps.
+    width = dr.width(start)
+    _, converged, *root = dr.while_loop(
+        (dr.zeros(UInt32, width), dr.zeros(Bool, width), *start),
+        lambda steps, converged, *_: ~converged & (steps < NEWTON_STEPS),
+        step,
+        # Differentiated backwards, a loop keeps what each turn began with.
+        max_iterations=NEWTON_STEPS,
+    )
+    return tuple(root), converged
 
 
 class Port(ABC):
