@@ -17,6 +17,7 @@ from mirrorgaze.commands.calibration import calibrate, calibrate_study
 from mirrorgaze.commands.design import compare_designs, coverage, design, search, size, tolerance
 from mirrorgaze.commands.dives import (
     angular_speed,
+    arena,
     bag,
     corners,
     dive,
@@ -51,6 +52,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
     "Dives and tracking": (
         dive.dive,
         ensemble.ensemble,
+        arena.arena,
         track.track,
         redetect.redetect,
         evaluate_detector.evaluate_detector,

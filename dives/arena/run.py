@@ -1,0 +1,157 @@
+"""Dive the arena: seeds and loops, each in its own folder and process; what is finished stays finished."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cad.assembly.meshes import rig_meshes
+from dives.arena.distribution import ArenaDive, arena_dive, arena_rig
+from dives.arena.judged import judged
+from dives.dive import Dive, varied
+from dives.ensembles.processes import Failure, run_in_processes
+from dives.files import json_text
+from dives.runner import run_dive
+from optics.kernels.backend import dr
+from optics.kernels.clock import Pace
+from rigs.atomic_files import write_text
+from tracking.log import read_log
+from tracking.loop.variants import VARIANTS
+
+NUMBERS_FILE = "arena.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArenaOutcome:
+    """What became of a dive.
+
+    Attributes
+    ----------
+    seed : int
+    variant : str
+        The loop.
+    factors : mapping of str to str
+        As `ArenaDive` has them.
+    folder : Path
+    numbers : dict, optional
+        As `dives.arena.judged.judged` names them; None for a dive that failed.
+    failure : Failure, optional
+    """
+
+    seed: int
+    variant: str
+    factors: Mapping[str, str]
+    folder: Path
+    numbers: dict[str, Any] | None
+    failure: Failure | None
+
+
+def run_arena(
+    seeds: Sequence[int],
+    variants: Sequence[str],
+    folder: Path,
+    *,
+    workers: int,
+    log: Callable[[str], None],
+    work: Callable[[int, str, str, int], None] | None = None,
+) -> list[ArenaOutcome]:
+    """Dive every seed with every loop, without video; those that fail do not keep the others.
+
+    Parameters
+    ----------
+    seeds : sequence of int
+    variants : sequence of str
+        Names of loops, of `tracking.loop.variants.VARIANTS`.
+    folder : Path
+        Each dive is written to a folder in it. More seeds and loops may join those of an earlier run.
+    workers : int
+        Dives at a time.
+    log : callable
+        Takes a line for each dive that ends.
+    work : callable, optional
+        Dives and judges; `dive_and_judge` when none is given. Of a module's top level: other processes import it.
+
+    Raises
+    ------
+    ValueError
+        Before anything is dived: for no worker, an unknown loop, a negative seed, or a folder that holds another dive.
+    """
+    unknown = [variant for variant in variants if variant not in VARIANTS]
+    if unknown:
+        raise ValueError(f"loop {', '.join(unknown)}: expected one of {', '.join(sorted(VARIANTS))}")
+    if workers < 1:
+        raise ValueError(f"expected one worker or more, got {workers}")
+    drawn = {seed: arena_dive(seed) for seed in seeds}
+    folders = {(seed, variant): folder / f"{seed:04d}-{variant}" for seed in seeds for variant in variants}
+    waiting = {
+        _name(*key): (*key, str(path), max(1, (os.cpu_count() or 1) // workers))
+        for key, path in folders.items()
+        if not _is_judged(drawn[key[0]], path)
+    }
+    done, whole = len(folders) - len(waiting), len(folders)
+    if done:
+        log(f"{done} of {whole} dives: done before")
+    pace = Pace()
+    pace.to_go(done, whole)
+
+    def ended(name: str, failure: Failure | None) -> None:
+        nonlocal done
+        done = done + 1
+        said = "" if failure is None else f", failed: {failure.sentence}"
+        log(f"{done} of {whole} dives{pace.to_go(done, whole)}: {name}{said}")
+
+    failures = run_in_processes(work or dive_and_judge, waiting, workers=workers, finished=ended)
+    return [
+        ArenaOutcome(
+            seed=seed,
+            variant=variant,
+            factors=drawn[seed].factors,
+            folder=path,
+            numbers=None if _name(seed, variant) in failures else _numbers(path),
+            failure=failures.get(_name(seed, variant)),
+        )
+        for (seed, variant), path in folders.items()
+    ]
+
+
+def with_loop(drawn: ArenaDive, variant: str) -> Dive:
+    """The dive of a seed with a loop."""
+    return varied(drawn.dive, variant=variant)
+
+
+def dive_and_judge(seed: int, variant: str, folder: str, threads: int) -> None:
+    """Dive a seed with a loop into a folder, with a number of threads, and write its numbers."""
+    dr.set_thread_count(threads)
+    dive = with_loop(arena_dive(seed), variant)
+    rig = dive.at_frame_rate(arena_rig(dive.rig))
+    path = run_dive(dive, folder, rig=rig)
+    found = {"drawn": drawn_digest(dive), "numbers": judged(dive, rig, rig_meshes(rig), read_log(path))}
+    write_text(path / NUMBERS_FILE, json_text(found))
+
+
+def drawn_digest(dive: Dive) -> str:
+    """What tells whether a folder's dive is the one that is drawn today, whatever the loop."""
+    return hashlib.sha256(dive.model_dump_json(exclude={"variant"}).encode()).hexdigest()
+
+
+def _is_judged(drawn: ArenaDive, folder: Path) -> bool:
+    file = folder / NUMBERS_FILE
+    if not file.is_file():
+        return False
+    if json.loads(file.read_text(encoding="utf-8"))["drawn"] != drawn_digest(drawn.dive):
+        raise ValueError(f"{folder}: expected the dive that is drawn for this seed, got another; take a new folder")
+    return True
+
+
+def _name(seed: int, variant: str) -> str:
+    return f"seed {seed}, {variant}"
+
+
+def _numbers(folder: Path) -> dict[str, Any]:
+    numbers: dict[str, Any] = json.loads((folder / NUMBERS_FILE).read_text(encoding="utf-8"))["numbers"]
+    return numbers

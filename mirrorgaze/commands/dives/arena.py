@@ -1,0 +1,90 @@
+"""The arena: dives that nobody wrote."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mirrorgaze.commands.dives.ensemble import INTERRUPTED
+from mirrorgaze.errors import FAILED
+from mirrorgaze.options import JsonOption
+from mirrorgaze.output import print_json, print_step, print_table
+
+
+def arena(
+    seeds: Annotated[
+        int, typer.Option(metavar="N", help="Number of dives of each loop, one for each seed.", min=1, max=1000)
+    ] = 100,
+    first_seed: Annotated[
+        int, typer.Option(metavar="N", help="First seed; those from 1000 on are held out for final tables.", min=0)
+    ] = 0,
+    variant: Annotated[
+        str, typer.Option(metavar="NAMES", help="Variants of the loop, with commas between them.")
+    ] = "default",
+    worst: Annotated[
+        int, typer.Option(metavar="N", help="Number of worst dives of each loop to draw images of.", min=0)
+    ] = 10,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Number of dives at a time.", show_default="number of cores", min=1),
+    ] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.")] = Path(
+        "out/arena"
+    ),
+    json: JsonOption = False,
+) -> None:
+    """Judge a loop on dives that are drawn at random.
+
+    Draws a dive for each seed (world, water, rig, path, speed, sway, target's size, start bearing, decoys, a ball in
+    the way), dives it without video, and says how often and when the target was acquired, which share of the time in
+    which it could be seen it was held, and what else was followed, with 95 % confidence intervals and by factor. Writes
+    dives.csv, summary.csv, arena.json and report.html with images of the worst dives. Finished dives are kept: the same
+    command continues, and more seeds or loops may be added.
+
+    \b
+    Example:
+      mirrorgaze arena -o out/arena
+      mirrorgaze arena --seeds 20 --variant default,paper -o out/loops
+    """
+    from dives.arena.run import run_arena
+    from reports.studies.arena_report import write_arena_report
+
+    variants = [name.strip() for name in variant.split(",")]
+    at_a_time = workers or os.cpu_count() or 1
+    try:
+        print_step("dives ...")
+        outcomes = run_arena(range(first_seed, first_seed + seeds), variants, output, workers=at_a_time, log=print_step)
+        print_step("report ...")
+        found = write_arena_report(outcomes, output, worst=worst, workers=at_a_time, log=print_step)
+    except KeyboardInterrupt:
+        typer.echo(f"mirrorgaze: {output}: stopped; the same command continues from there", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    if json:
+        print_json(found)
+    else:
+        print_table(_table(found, variants))
+        typer.echo(f"{output}: report.html, arena.json, dives.csv, summary.csv, a folder for each dive")
+    failed = [outcome for outcome in outcomes if outcome.failure is not None]
+    for outcome in failed:
+        assert outcome.failure is not None
+        typer.echo(f"mirrorgaze: {outcome.folder}: {outcome.failure.sentence}", err=True)
+    if failed:
+        raise typer.Exit(FAILED)
+
+
+def _table(found: dict[str, Any], variants: list[str]) -> list[list[str]]:
+    from dives.arena.tables import ALL
+    from dives.ensembles.tables import interval_text
+    from dives.metrics.intervals import Interval
+
+    cells = {
+        (row["variant"], row["metric"]): interval_text(Interval(**row["interval"]))
+        for row in found["summary"]
+        if row["factor"] == ALL
+    }
+    return [["metric", *variants]] + [
+        [metric, *(cells.get((variant, metric), "-") for variant in variants)] for metric in found["meanings"]
+    ]

@@ -1,0 +1,130 @@
+"""The page of the arena: each loop's numbers, the same by factor, and the dives that went worst."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from dives.arena.judged import SHORTEST_AVAILABLE_S
+from dives.arena.run import ArenaOutcome
+from dives.arena.tables import ALL, MEANINGS, ArenaRow, is_available
+from dives.ensembles.tables import interval_text
+from dives.metrics.intervals import Interval
+from reports.pages import page
+
+BY_FACTOR = ("acquired_fraction", "held_of_all_fraction", "identity_error_fraction", "gaze_error_held_rms_deg")
+"""Numbers that are told by factor."""
+
+INTERVALS = (
+    "In brackets intervals of 95 %: Wilson's for shares of dives and losses, Student's for means, order statistics for "
+    "medians."
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorstDive:
+    """A dive with its story and images."""
+
+    outcome: ArenaOutcome
+    story: str
+    images: Sequence[tuple[Path, str]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArenaResults:
+    """What the page reports.
+
+    Attributes
+    ----------
+    outcomes : sequence of ArenaOutcome
+    rows : sequence of ArenaRow
+    differences : sequence of tuple
+        Loop, metric, mean difference to the first loop over the same seeds.
+    worst : sequence of WorstDive
+    """
+
+    outcomes: Sequence[ArenaOutcome]
+    rows: Sequence[ArenaRow]
+    differences: Sequence[tuple[str, str, Interval]]
+    worst: Sequence[WorstDive]
+
+
+def arena_page(results: ArenaResults) -> str:
+    """Page of the arena as HTML."""
+    sections = [f"<h1>{page.text('Arena')}</h1>", _numbers(results)]
+    if results.differences:
+        sections.append(_differences(results.differences))
+    sections += [_by_factor(results.rows, variant) for variant in _variants(results)]
+    sections += [_worst(each) for each in results.worst]
+    return page.page("Arena", sections)
+
+
+def _numbers(results: ArenaResults) -> str:
+    variants = _variants(results)
+    cells = {(row.variant, row.metric): interval_text(row.interval) for row in results.rows if row.factor == ALL}
+    return page.section(
+        "Numbers",
+        f"<p>{page.text(_counts(results))}</p>",
+        page.table(
+            ["", *variants],
+            [
+                [meaning, *(cells.get((variant, metric), "-") for variant in variants)]
+                for metric, meaning in MEANINGS.items()
+            ],
+        ),
+        f"<p>{page.text(INTERVALS)}</p>",
+    )
+
+
+def _counts(results: ArenaResults) -> str:
+    seeds = len({outcome.seed for outcome in results.outcomes})
+    usable = len({outcome.seed for outcome in results.outcomes if is_available(outcome)})
+    return (
+        f"{seeds} seeds. In {usable} of them the target could be seen for {SHORTEST_AVAILABLE_S:g} s or more in the "
+        "dives of one loop at least; those count."
+    )
+
+
+def _differences(differences: Sequence[tuple[str, str, Interval]]) -> str:
+    return page.section(
+        "Difference to the first loop, seed by seed",
+        page.table(
+            ["Loop", "Number", "Mean difference"],
+            [[variant, MEANINGS[metric], interval_text(interval)] for variant, metric, interval in differences],
+        ),
+    )
+
+
+def _by_factor(rows: Sequence[ArenaRow], variant: str) -> str:
+    found: dict[tuple[str, str], dict[str, ArenaRow]] = {}
+    for row in rows:
+        if row.variant == variant and row.factor != ALL and row.metric in BY_FACTOR:
+            found.setdefault((row.factor, row.level), {})[row.metric] = row
+    return page.section(
+        f"By factor, loop {variant}",
+        page.table(
+            ["Factor", "", "Dives", *(MEANINGS[metric] for metric in BY_FACTOR)],
+            [
+                [factor, level, str(by["acquired_fraction"].interval.count)]
+                + [interval_text(by[metric].interval) for metric in BY_FACTOR]
+                for (factor, level), by in found.items()
+            ],
+            numbers=[2],
+        ),
+    )
+
+
+def _worst(dive: WorstDive) -> str:
+    outcome = dive.outcome
+    factors = ", ".join(f"{factor}: {level}" for factor, level in outcome.factors.items())
+    return page.section(
+        f"Seed {outcome.seed}, loop {outcome.variant}",
+        f"<p>{page.text(dive.story)}</p>",
+        f"<p>{page.text(factors)}</p>",
+        page.gallery(page.image(path, caption) for path, caption in dive.images),
+    )
+
+
+def _variants(results: ArenaResults) -> list[str]:
+    return list(dict.fromkeys(outcome.variant for outcome in results.outcomes))

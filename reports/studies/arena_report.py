@@ -1,0 +1,143 @@
+"""The arena's report: tables, the worst dives with images of what went wrong, and all of it on a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dives.arena.judged import followed_thing
+from dives.arena.replay import write_frames
+from dives.arena.run import ArenaOutcome
+from dives.arena.tables import MEANINGS, arena_rows, dives_csv, is_available, pair_differences, story, summary_csv
+from dives.arena.tables import worst_dives as worst_of
+from dives.ensembles.processes import run_in_processes
+from dives.files import json_text
+from dives.metrics.frames import Frames
+from dives.metrics.holding import runs
+from reports.pages.arena import ArenaResults, WorstDive, arena_page
+from reports.studies.key_frames import KeyFrame, key_frames
+from rigs.atomic_files import write_text
+from tracking.log import read_log
+
+PAIRED = ("held_of_all_fraction", "identity_error_fraction", "gaze_error_held_rms_deg")
+"""Numbers of which loops are compared seed by seed."""
+
+FRAMES_FOLDER = "key_frames"
+
+LEAST_RUN_S = 0.5
+"""On something else, that is worth an image."""
+
+
+def write_arena_report(
+    outcomes: Sequence[ArenaOutcome], folder: Path, *, worst: int, workers: int, log: Callable[[str], None]
+) -> dict[str, Any]:
+    """Write dives.csv, summary.csv, arena.json and report.html, and images of the worst dives of each loop.
+
+    Parameters
+    ----------
+    outcomes : sequence of ArenaOutcome
+    folder : Path
+    worst : int
+        Dives of each loop that are looked at; their images take as long as the dives.
+    workers : int
+        Dives at a time.
+    log : callable
+        Takes sentences about what is going on.
+
+    Returns
+    -------
+    dict
+        What arena.json holds.
+    """
+    rows, differences = arena_rows(outcomes), pair_differences(outcomes, PAIRED)
+    variants = list(dict.fromkeys(outcome.variant for outcome in outcomes))
+    chosen = [outcome for variant in variants for outcome in worst_of(outcomes, variant, worst)]
+    pictured = _pictured(chosen, workers=workers, log=log)
+    found = {
+        "meanings": MEANINGS,
+        "available": {variant: sum(is_available(o) for o in outcomes if o.variant == variant) for variant in variants},
+        "summary": [asdict(row) for row in rows],
+        "differences": [
+            {"loop": variant, "metric": metric, "interval": asdict(interval)}
+            for variant, metric, interval in differences
+        ],
+        "worst": [_about(outcome) | {"story": story(outcome.numbers or {})} for outcome in chosen],
+        "dives": [
+            _about(outcome)
+            | {"failure": outcome.failure.sentence if outcome.failure else None, "numbers": outcome.numbers}
+            for outcome in outcomes
+        ],
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / "dives.csv", dives_csv(outcomes))
+    write_text(folder / "summary.csv", summary_csv(rows))
+    write_text(folder / "arena.json", json_text(found))
+    results = ArenaResults(
+        outcomes=outcomes,
+        rows=rows,
+        differences=differences,
+        worst=[
+            WorstDive(outcome=outcome, story=story(outcome.numbers or {}), images=pictured[outcome.folder])
+            for outcome in chosen
+        ],
+    )
+    write_text(folder / "report.html", arena_page(results))
+    return found
+
+
+def arena_key_frames(frames: Frames, detected: np.typing.NDArray[np.str_]) -> list[KeyFrame]:
+    """Key frames of a dive, and the middle of the longest time on something else.
+
+    Parameters
+    ----------
+    frames : Frames
+    detected : array of str, shape (n,)
+        The log's `detected_thing`.
+    """
+    keys = key_frames(frames)
+    on = followed_thing(frames, detected)
+    away = max(runs(frames.false_tracking), key=lambda run: run[1] - run[0], default=(0, 0))
+    lasting = float(frames.lasts_s[away[0] : away[1]].sum())
+    if lasting >= LEAST_RUN_S:
+        middle = sum(away) // 2
+        said = f"{frames.time_s[middle]:.1f} s: on the {on[middle]} for {lasting:.1f} s"
+        keys.append(KeyFrame(name="on_something_else", frame=middle, caption=said))
+    return keys
+
+
+def _pictured(
+    chosen: Sequence[ArenaOutcome], *, workers: int, log: Callable[[str], None]
+) -> dict[Path, list[tuple[Path, str]]]:
+    """Images of dives with their captions, by the dive's folder; those that are there are kept."""
+    pictures: dict[Path, list[tuple[Path, str]]] = {}
+    jobs: dict[str, tuple[Any, ...]] = {}
+    for outcome in chosen:
+        table = read_log(outcome.folder)
+        keys = arena_key_frames(Frames.of(table), np.array(table["detected_thing"].to_pylist(), dtype=np.str_))
+        paths = {key: outcome.folder / FRAMES_FOLDER / f"{key.name}.png" for key in keys}
+        pictures[outcome.folder] = [(path, key.caption) for key, path in paths.items()]
+        # Two may be of one frame.
+        missing = {key.frame: str(path) for key, path in paths.items() if not path.is_file()}
+        if missing:
+            jobs[outcome.folder.name] = (outcome.seed, outcome.variant, missing, 1)
+    done = 0
+
+    def ended(name: str, failure: object) -> None:
+        nonlocal done
+        done += 1
+        log(f"{done} of {len(jobs)} dives drawn: {name}")
+
+    failures = run_in_processes(write_frames, jobs, workers=workers, finished=ended)
+    for name, failure in failures.items():
+        log(f"{name}: no images: {failure.sentence}")
+    return {
+        folder: [(path, caption) for path, caption in images if path.is_file()] for folder, images in pictures.items()
+    }
+
+
+def _about(outcome: ArenaOutcome) -> dict[str, Any]:
+    return {"seed": outcome.seed, "loop": outcome.variant, "factors": dict(outcome.factors)}
