@@ -17,6 +17,7 @@ from dives.ensembles.processes import Failure, run_in_processes
 from dives.files import is_finished
 from dives.metrics import dive_metrics
 from dives.runner import identity_of, run_dive
+from dives.target_size import sized
 from optics.kernels.backend import dr
 from optics.kernels.clock import Pace
 from tracking.log import read_log
@@ -151,7 +152,8 @@ def unfinished(dives: dict[str, Dive], folders: dict[str, Path]) -> dict[str, Pa
     problems = []
     for name, dive in dives.items():
         try:
-            if not is_finished(folders[name], identity_of(dive, dive.load_rig())):
+            rig = dive.load_rig()
+            if not is_finished(folders[name], identity_of(sized(dive, rig), rig)):
                 left[name] = folders[name]
         except ValueError as error:
             problems.append(str(error))

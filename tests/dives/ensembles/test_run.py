@@ -17,6 +17,8 @@ from dives.ensembles.members import Choice, members
 from dives.ensembles.run import planned, run_ensemble
 from dives.metrics.frames import FLAGS, NUMBERS, TEXT
 from dives.runner import identity_of
+from dives.target_size import sized
+from rigs import Rig
 from tracking.log import LOG
 
 DIVE = """
@@ -84,7 +86,12 @@ def run(work, short, tmp_path):
 
     def running(chosen, failing=""):
         dives = planned(short, chosen)
-        identities = {name: identity_of(dive, dive.load_rig()) for name, dive in dives.items()}
+        # As `run_dive` has it: a dive that names no least area of a blob is sized by its ball.
+        rig = Rig.load("aqua2")
+        identities = {
+            name: identity_of(sized(dive, dive.at_frame_rate(rig)), dive.at_frame_rate(rig))
+            for name, dive in dives.items()
+        }
         (tmp_path / "stand_in/identities.json").write_text(json.dumps(identities))
         (tmp_path / "stand_in/failing").write_text(failing)
         said: list[str] = []
