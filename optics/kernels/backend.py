@@ -35,6 +35,9 @@ THREADS_VARIABLE = "MIRRORGAZE_THREADS"
 """A user may set it to how many threads compute: where several processes share the processors, their share. Dr.Jit's
 threads look for work all the time, and in each process take what the others could use."""
 
+MOST_THREADS = 1024
+"""More than any machine has processors; beyond what a system has room for, Dr.Jit ends without a sentence."""
+
 PATIENCE_S = 60.0
 """How long a child process may take to load one library; a cold disk needs a few seconds."""
 
@@ -134,12 +137,12 @@ def find_backend() -> Backend:
 
     Raises
     ------
+    ValueError
+        When ``MIRRORGAZE_BACKEND`` or ``MIRRORGAZE_THREADS`` holds what it cannot mean.
     BackendError
         When nothing usable is found.
     """
-    wish = os.environ.get(BACKEND_VARIABLE, "")
-    if wish not in ("", "llvm", "cuda"):
-        raise BackendError(f"{BACKEND_VARIABLE} = {wish!r}: expected llvm or cuda")
+    wish, _ = _wishes()
     device = _cuda_device() if wish != "llvm" else None
     if device is not None:
         return Backend(kind="cuda", device=device)
@@ -157,20 +160,32 @@ def activate() -> Backend:
 
     Raises
     ------
+    ValueError
+        As `find_backend`.
     BackendError
-        When there is no backend, or a system library that drjit needs is missing; when the number of threads that is
-        asked for is none.
+        When there is no backend, or a system library that drjit needs is missing.
     """
-    wish = os.environ.get(THREADS_VARIABLE, "")
-    if wish and not (wish.isdecimal() and int(wish) > 0):
-        raise BackendError(f"{THREADS_VARIABLE} = {wish!r}: expected a number of threads, at least 1")
     backend = find_backend()
     if backend.llvm_path is not None:
         os.environ[LLVM_VARIABLE] = str(backend.llvm_path)
     drjit = _loaded("drjit")
-    if wish:
-        drjit.set_thread_count(int(wish))
+    _, threads = _wishes()
+    if threads:
+        drjit.set_thread_count(int(threads))
     return backend
+
+
+def _wishes() -> tuple[str, str]:
+    """What the user wants to compute with, and in how many threads; empty where it is left to us."""
+    backend, threads = os.environ.get(BACKEND_VARIABLE, ""), os.environ.get(THREADS_VARIABLE, "")
+    problems = []
+    if backend not in ("", "llvm", "cuda"):
+        problems.append(f"{BACKEND_VARIABLE} = {backend!r}: expected llvm or cuda")
+    if threads and not (threads.isdecimal() and 1 <= int(threads) <= MOST_THREADS):
+        problems.append(f"{THREADS_VARIABLE} = {threads!r}: expected a number of threads, 1 to {MOST_THREADS}")
+    if problems:
+        raise ValueError("; ".join(problems))
+    return backend, threads
 
 
 @contextmanager

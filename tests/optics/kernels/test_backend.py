@@ -74,10 +74,10 @@ def test_a_number_of_threads_can_be_asked_for():
     assert run(THREADS, MIRRORGAZE_THREADS="3").stdout.split() == ["3"]
 
 
-@pytest.mark.parametrize("wish", ["0", "-1", "all"])
+@pytest.mark.parametrize("wish", ["0", "-1", "all", "100000"])
 def test_no_number_of_threads_is_refused(wish):
     child = run("from optics.kernels.backend import dr", MIRRORGAZE_THREADS=wish)
-    assert f"MIRRORGAZE_THREADS = {wish!r}: expected a number of threads, at least 1" in child.stderr
+    assert f"ValueError: MIRRORGAZE_THREADS = {wish!r}: expected a number of threads, 1 to 1024" in child.stderr
 
 
 def test_float64_kernels_compute_in_double_precision():
@@ -128,7 +128,23 @@ def test_looking_loads_nothing():
 
 
 def test_an_unknown_backend_is_refused():
-    assert "MIRRORGAZE_BACKEND = 'metal': expected llvm or cuda" in run(LOOK, MIRRORGAZE_BACKEND="metal").stdout
+    stderr = run(LOOK, MIRRORGAZE_BACKEND="metal").stderr
+    assert "ValueError: MIRRORGAZE_BACKEND = 'metal': expected llvm or cuda" in stderr
+
+
+def test_all_that_is_wrong_is_said_at_once():
+    stderr = run(LOOK, MIRRORGAZE_BACKEND="metal", MIRRORGAZE_THREADS="all").stderr
+    assert "'metal': expected llvm or cuda; MIRRORGAZE_THREADS = 'all': expected" in stderr
+
+
+@pytest.mark.parametrize("wish", [{"MIRRORGAZE_BACKEND": "metal"}, {"MIRRORGAZE_THREADS": "all"}])
+def test_a_wish_that_means_nothing_is_bad_input(wish):
+    """Exit status 2 and one line, as for any other bad input."""
+    command = "import sys; from mirrorgaze.cli import main; sys.argv[1:] = ['gaze', 'aqua2', '--q1-deg', '10']; main()"
+    child = run(command, **wish)
+    assert (child.returncode, child.stdout) == (2, "")
+    assert child.stderr.startswith("mirrorgaze: MIRRORGAZE_")
+    assert len(child.stderr.splitlines()) == 1
 
 
 def test_cuda_without_a_graphics_card_is_refused():
