@@ -6,6 +6,7 @@ looks at them before.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -31,8 +32,11 @@ MOST_ATTEMPTS = 200
 DURATION_S = 24.0
 """Twice the expected search of the slowest preset."""
 
-RIGS = {"aqua2": 1, "bluerov2": 3, "torpedo": 2}
-"""Presets, and of how many pixels along each axis their cameras read one: 640 x 480, 640 x 360, 640 x 480 are left."""
+RIGS = {"aqua2": 1, "bluerov2": 2, "torpedo": 3}
+"""Presets, and of how many pixels along each axis their cameras read one: 640 x 480, 960 x 540, 426 x 320 are left.
+
+Their gaze mirrors have about the same number of pixels then: 55,000, 50,000 and 41,000 at a level gaze.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +60,7 @@ PLACES = (
     Place(name="open water, turbid", world="blue", depth_m=3.0, jerlov_type="III", sun_elevation_deg=70.0, cloud=0.8),
 )
 
-FAMILIES = ("still", "straight", "circle", "spiral", "waypoints")
+FAMILIES = ("still", "to and fro", "circle", "spiral", "waypoints")
 
 SPEED_M_PER_S = (0.05, 0.9)
 DISTANCE_M = (1.2, 2.6)
@@ -65,6 +69,10 @@ ELEVATION_DEG = (15.0, 40.0)
 
 DIAMETER_M = (0.12, 0.3)
 WAYPOINTS = 6
+TURN_DEG = 40.0
+"""Standard deviation of the azimuth from one of them to the next."""
+
+SHORTEST_LEG_M = 0.2
 
 DECOYS = (0.5, 0.3, 0.2)
 """Probabilities of none, one and two things beside the target."""
@@ -197,8 +205,12 @@ def _path(rng: np.random.Generator, family: str, start: tuple[float, float, floa
     turning = float(rng.choice([-1, 1]) * np.degrees(speed / level))
     if family == "still":
         return {"shape": "straight", "start_m": _place(start), "velocity_m_per_s": (0.0, 0.0, 0.0)}
-    if family == "straight":
-        return {"shape": "straight", "start_m": _place(start), "velocity_m_per_s": _velocity(rng, speed)}
+    if family == "to and fro":
+        ends = _place(start), _place((azimuth + float(rng.normal(0, 2 * TURN_DEG)), *_direction(rng)[1:]))
+        apart = max(float(np.linalg.norm(np.subtract(*ends))), SHORTEST_LEG_M)
+        legs = math.ceil(DURATION_S * speed / apart) + 1
+        there_and_back = tuple(ends[number % 2] for number in range(legs + 1))
+        return {"shape": "waypoints", "points_m": there_and_back, "speed_m_per_s": round(speed, 4)}
     if family == "circle":
         return {
             "shape": "circle",
@@ -219,7 +231,7 @@ def _path(rng: np.random.Generator, family: str, start: tuple[float, float, floa
         }
     points = [_place(start)]
     for _ in range(WAYPOINTS - 1):
-        azimuth += float(rng.normal(0, 40))
+        azimuth += float(rng.normal(0, TURN_DEG))
         _, elevation, distance = _direction(rng)
         points.append(_place((azimuth, elevation, distance)))
     return {"shape": "waypoints", "points_m": tuple(points), "speed_m_per_s": round(speed, 4)}

@@ -87,7 +87,8 @@ def run_arena(
     if workers < 1:
         raise ValueError(f"expected one worker or more, got {workers}")
     drawn = {seed: arena_dive(seed) for seed in seeds}
-    folders = {(seed, variant): folder / f"{seed:04d}-{variant}" for seed in seeds for variant in variants}
+    # Neighbours are of different seeds, so that no two find the same light at a time.
+    folders = {(seed, variant): folder / f"{seed:04d}-{variant}" for variant in variants for seed in seeds}
     waiting = {
         _name(*key): (*key, str(path), max(1, (os.cpu_count() or 1) // workers))
         for key, path in folders.items()
