@@ -1,3 +1,5 @@
+from .arena.distribution import arena_dive as arena_dive
+from .arena.run import run_arena as run_arena
 from .bags import write_bag as write_bag
 from .calibration.simulation import remaining as remaining
 from .calibration.simulation import simulated_edges as simulated_edges
