@@ -12,6 +12,8 @@ from .dive import preset_names as preset_names
 from .dive import varied as varied
 from .ensembles.run import run_ensemble as run_ensemble
 from .metrics import dive_metrics as dive_metrics
+from .metrics.verdict import Verdict as Verdict
+from .metrics.verdict import dive_verdict as dive_verdict
 from .runner import ClosedLoop as ClosedLoop
 from .runner import DiveStoppedError as DiveStoppedError
 from .runner import run_dive as run_dive

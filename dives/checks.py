@@ -18,7 +18,7 @@ from dives.trajectories.motions import FromFile, Legs, TargetPath, TravelFromFil
 from dives.trajectories.timed_paths import TimedPathError, timed_path
 from optics.kernels.arrays import FloatArray
 from rigs import Rig
-from rigs.problems import Problem
+from rigs.documents.problems import Problem
 from rigs.section import Section
 from scenes.sensor import ImageSensor
 from scenes.stage.targets import Ball, TargetShape

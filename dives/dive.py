@@ -14,8 +14,8 @@ import tomlkit
 from dives.checks import dive_problems
 from dives.path_files import with_path_files
 from dives.specification import DiveSpecification
-from rigs.problems import Problem, SpecificationError
-from rigs.validation import validated
+from rigs.documents.problems import Problem, SpecificationError
+from rigs.documents.validation import validated
 from tracking.loop.variants import VARIANTS
 
 PRESETS = Path(__file__).parent / "presets"

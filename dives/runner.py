@@ -194,7 +194,9 @@ def run_dive(
 
 def identity_of(dive: Dive, rig: Rig) -> str:
     """Digest of everything a dive's bytes come from, but for the code."""
-    numbers = [dive.model_dump(mode="json"), rig.model_dump(mode="json"), digests(dive)]
+    # What is asked of dive and rig changes no frame.
+    asked = dive.model_dump(mode="json", exclude={"limits"}), rig.model_dump(mode="json", exclude={"requirements"})
+    numbers = [*asked, digests(dive)]
     content = json.dumps(numbers, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()
 

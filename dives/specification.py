@@ -111,6 +111,19 @@ class DetectorOverrides(Section):
     aspect_max: Annotated[Number, Field(ge=1)] | None = None
 
 
+class DiveLimits(Section):
+    """What a dive must reach to pass (`dives.metrics.verdict`).
+
+    The acquisition counts from the first image, the functional check included; time on target and gaze error (RMS)
+    count from the acquisition on. A rig that requires a gaze error of its own is judged by that.
+    """
+
+    acquisition_time_s: Positive = 20.0
+    time_on_target_percent: Annotated[Number, Field(gt=0, le=100)] = 95.0
+    gaze_error_deg: Positive = 1.0
+    false_tracking_percent: Annotated[Number, Field(ge=0, le=100)] = 5.0
+
+
 class DiveSpecification(Section):
     """What a dive file says.
 
@@ -145,6 +158,7 @@ class DiveSpecification(Section):
     world_seed: Annotated[Whole, Field(ge=0)] = 0
     video: Literal["ffv1", "h264", "frames", "none"] = "ffv1"
     overlay: bool = True
+    limits: DiveLimits = DiveLimits()
 
     @property
     def frames(self) -> int:

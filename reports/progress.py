@@ -114,7 +114,9 @@ def work_key(rig: Rig, settings: str = "") -> str:
 
     versions = version("mirrorgaze"), *physics_versions()
     files = None if rig.file_hull is None else hull_files(rig.file_hull.file)
-    return result_key("stages", STAGES_VERSION, versions, rig.model_dump(mode="json"), files, settings)
+    # What is asked for changes no result.
+    numbers = rig.model_dump(mode="json", exclude={"requirements"})
+    return result_key("stages", STAGES_VERSION, versions, numbers, files, settings)
 
 
 def physics_versions() -> tuple[int, ...]:

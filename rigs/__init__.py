@@ -1,6 +1,7 @@
 """The rig specification: what a mirror gaze is made of, typed, validated, with the units in the names."""
 
 from rigs.camera import Camera, FisheyeSpec, PinholeSpec
+from rigs.documents.problems import Problem, RigError
 from rigs.files import load_document, preset_names, preset_path, preset_with_hull, save_document
 from rigs.gaze import FlatMirror, FoldMirror, Gaze, GazeMirror
 from rigs.image_sensor import ImageSensorSpec
@@ -22,7 +23,7 @@ from rigs.mounting import (
     Vehicle,
 )
 from rigs.port import DomePortSpec, FlatPortSpec, NoPortSpec, Port
-from rigs.problems import Problem, RigError
+from rigs.requirements import Requirements
 from rigs.rig import Rig
 from rigs.water import JerlovType, Water, WaterSource
 
@@ -51,6 +52,7 @@ __all__ = [
     "PinholeSpec",
     "Port",
     "Problem",
+    "Requirements",
     "Rig",
     "RigError",
     "Servo",

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigs.atomic_files import write_text
-from rigs.problems import Problem, RigError
+from rigs.documents.problems import Problem, RigError
 
 if TYPE_CHECKING:
     import tomlkit

@@ -24,15 +24,16 @@ from pydantic_core.core_schema import CoreSchema
 
 from rigs.camera import Camera
 from rigs.display import Facts, facts_table
+from rigs.documents.problems import RigError
+from rigs.documents.validation import validated
 from rigs.files import find_rig, missing_files, parse_toml, read_toml, with_absolute_files
 from rigs.gaze import Gaze
 from rigs.image_sensor import ImageSensorSpec
 from rigs.lamps import Lamp
 from rigs.mounting import FileHull, Vehicle
 from rigs.port import Port
-from rigs.problems import RigError
+from rigs.requirements import Requirements
 from rigs.section import Section
-from rigs.validation import validated
 from rigs.water import Water
 
 GAZE_TABLES = tuple(Gaze.model_fields)
@@ -57,6 +58,7 @@ class Rig(Section):
     gaze: Gaze | None = None
     vehicle: Vehicle | None = None
     lamps: tuple[Lamp, ...] = ()
+    requirements: Requirements | None = None
 
     def require_gaze(self) -> Gaze:
         """Mirrors and what goes with them; raises `ValueError` for a bare camera behind a port."""

@@ -38,6 +38,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "description": True,
     "water": True,
     "vehicle": True,
+    "requirements": True,
     "gaze": {
         "servos": dict.fromkeys(("pan", "tilt", "stow"), SERVO_WITHOUT_SHAPE),
         "hull": {"file"},

@@ -38,7 +38,7 @@ def kept_checks(assembly: Assembly, *, log: Log = lambda line: None, until_probl
         return checks
 
     rig = assembly.rig
-    numbers = rig.model_dump(mode="json", exclude={"name": True, "gaze": {"hull": {"file"}}})
+    numbers = rig.model_dump(mode="json", exclude={"name": True, "requirements": True, "gaze": {"hull": {"file"}}})
     key = result_key(KIND, CHECKS_VERSION, mesh_key(rig), numbers)
     try:
         return load_or_make(KIND, key, make, pack=_packed, unpack=_unpacked)

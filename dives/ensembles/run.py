@@ -16,6 +16,7 @@ from dives.ensembles.members import Member
 from dives.ensembles.processes import Failure, run_in_processes
 from dives.files import is_finished
 from dives.metrics import dive_metrics
+from dives.metrics.verdict import dive_verdict
 from dives.runner import identity_of, run_dive
 from dives.target_size import sized
 from optics.kernels.backend import dr
@@ -37,7 +38,8 @@ class Outcome:
     folder : Path
         Of its dive.
     metrics : dict, optional
-        As `dives.metrics.dive_metrics` names them; None for a dive that failed.
+        As `dives.metrics.dive_metrics` names them, after `passed` and `verdict` (`dives.metrics.verdict`); None for a
+        dive that could not be made.
     failure : Failure, optional
     """
 
@@ -109,11 +111,18 @@ def run_ensemble(
         Outcome(
             member=member,
             folder=folders[member.name],
-            metrics=None if member.name in failures else dive_metrics(read_log(folders[member.name])),
+            metrics=None if member.name in failures else _judged(dives[member.name], folders[member.name]),
             failure=failures.get(member.name),
         )
         for member in members
     ]
+
+
+def _judged(dive: Dive, folder: Path) -> dict[str, Any]:
+    """Metrics of a finished dive, after what it is judged to be."""
+    metrics = dive_metrics(read_log(folder))
+    verdict = dive_verdict(metrics, dive.limits, dive.load_rig())
+    return {"passed": verdict.passed, "verdict": verdict.line, **metrics}
 
 
 def planned(dive: str | Path, members: Sequence[Member]) -> dict[str, Dive]:

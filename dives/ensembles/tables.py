@@ -32,7 +32,11 @@ HEADLINE = (
 )
 """Metrics that are averaged over dives: each dive is one number, whose spread over seeds is told."""
 
-POOLED = {"acquired_fraction": ("acquired", None), "recovered_fraction": ("losses_reacquired", "losses")}
+POOLED = {
+    "passed_fraction": ("passed", None),
+    "acquired_fraction": ("acquired", None),
+    "recovered_fraction": ("losses_reacquired", "losses"),
+}
 """Fractions that are counted over all dives together: what counts, and of what; None for the dives themselves."""
 
 AS_IT_IS = "as it is"

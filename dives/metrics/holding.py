@@ -19,6 +19,7 @@ UNNAMED = "unnamed"
 HOLDING_DEFINITIONS = {
     "duration_s": "from the first frame to the end of the last",
     "frames": "rows of the log",
+    "functional_check_frames": "of them the functional check",
     "acquired": "whether the loop ever tracked the target: mode `track` with the target found",
     "acquisition_time_s": "from the dive's first frame to the acquisition, the functional check included",
     "search_time_s": "from the first frame that is no functional check to the acquisition",
@@ -106,6 +107,7 @@ def holding_metrics(frames: Frames) -> dict[str, object]:
     return {
         "duration_s": float(frames.lasts_s.sum()),
         "frames": len(frames.time_s),
+        "functional_check_frames": int((~frames.looking).sum()),
         "acquired": acquired,
         "acquisition_time_s": _acquisition_time_s(frames, since=0),
         "search_time_s": _acquisition_time_s(frames, since=_first_after_check(frames)),

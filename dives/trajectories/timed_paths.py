@@ -13,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
 from optics.kernels.arrays import FloatArray
-from rigs.problems import Problem
+from rigs.documents.problems import Problem
 
 TIME, PLACE = "time_s", ("x_m", "y_m", "z_m")
 QUATERNION, ANGLES = ("qx", "qy", "qz", "qw"), ("yaw_deg", "pitch_deg", "roll_deg")

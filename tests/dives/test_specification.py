@@ -6,7 +6,7 @@ import pytest
 
 from dives.dive import Dive, DiveError, parse_dive, preset_names, varied
 from dives.specification import overridden
-from rigs.problems import Problem
+from rigs.documents.problems import Problem
 from tracking.perception import RED_BALL
 
 GOOD = """

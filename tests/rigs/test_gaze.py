@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from rigs import BoxHull, Rig, preset_names
-from rigs.validation import validated
+from rigs.documents.validation import validated
 
 AQUA2 = Rig.load("aqua2")
 TABLES = ["fold_mirror", "gaze_mirror", "joints", "servos", "hull", "mount"]

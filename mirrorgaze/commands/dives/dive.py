@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from mirrorgaze.errors import FAILED
 from mirrorgaze.options import DiveArgument, JsonOption
 from mirrorgaze.output import print_json, print_progress, print_step, print_table
 
@@ -49,6 +50,7 @@ def dive(
     check: Annotated[
         bool, typer.Option("--check/--no-check", help="Move the servos for 3 s before looking, so that they are known.")
     ] = True,
+    require: Annotated[bool, typer.Option("--require", help="Exit with 1 when the dive fails.")] = False,
     bag: Annotated[bool, typer.Option("--bag", help="Write a ROS 2 bag (MCAP) as well.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -59,6 +61,8 @@ def dive(
     (errors.png, commands.png, gaze_error.png), metrics.json and dive.toml. The same command continues a dive that was
     stopped. Presets: dark, prediction, spiral, sunlit, wide-hue.
 
+    Ends with PASS or FAIL against the [limits] of the dive file, and says what a dive that fails was due to.
+
     \b
     Example:
       mirrorgaze dive spiral -o out/spiral
@@ -68,6 +72,7 @@ def dive(
     """
     from dives import run_dive
     from dives.dive import loaded_with, varied
+    from dives.metrics.verdict import dive_verdict
     from mirrorgaze.loading import load_usable_rig
 
     loaded = loaded_with(dive_file, _settings(changed or []))
@@ -91,12 +96,17 @@ def dive(
 
         write_bag(folder, chosen.load_rig(), folder / "bag")
     metrics = _metrics(folder)
+    verdict = dive_verdict(metrics, chosen.limits, chosen.load_rig())
+    failed = require and not verdict.passed
     if json:
-        print_json(metrics | {"folder": str(folder)})
-        return
+        print_json({"passed": verdict.passed, "verdict": verdict.line, **metrics, "folder": str(folder)})
+        raise typer.Exit(FAILED if failed else 0)
     files = sorted(path.name for path in folder.iterdir() if path.is_file()) + ["bag/"] * bag
     typer.echo(f"{folder}: {', '.join(files)}")
     print_table(_rows(metrics))
+    typer.echo(verdict.line)
+    if failed:
+        raise typer.Exit(FAILED)
 
 
 def _settings(changed: list[str]) -> dict[str, Any]:

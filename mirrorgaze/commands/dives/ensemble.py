@@ -48,6 +48,7 @@ def ensemble(
     no_video: Annotated[
         bool, typer.Option("--no-video", help="Write no videos; render only what the loop looks at.")
     ] = False,
+    require: Annotated[bool, typer.Option("--require", help="Exit with 1 when a dive fails.")] = False,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.", show_default="out/DIVE-ensemble"),
@@ -98,11 +99,14 @@ def ensemble(
     else:
         _print(results)
         typer.echo(f"{folder}: {', '.join(files)}, a folder for each dive")
+        for outcome in outcomes:
+            if outcome.metrics and not outcome.metrics["passed"]:
+                typer.echo(f"{outcome.member.name}: {outcome.metrics['verdict']}")
     failed = [outcome for outcome in outcomes if outcome.failure is not None]
     for outcome in failed:
         assert outcome.failure is not None
         typer.echo(f"mirrorgaze: {outcome.folder}: {outcome.failure.sentence}", err=True)
-    if failed:
+    if failed or (require and not all(outcome.metrics and outcome.metrics["passed"] for outcome in outcomes)):
         raise typer.Exit(FAILED)
 
 

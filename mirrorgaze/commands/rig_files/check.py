@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mirrorgaze.errors import BAD_INPUT
+from mirrorgaze.errors import BAD_INPUT, FAILED
 from mirrorgaze.options import JsonOption, RigArgument
 from mirrorgaze.output import print_json, print_note, print_step, print_table
 
 if TYPE_CHECKING:
+    from cad.assembly.assembly import Assembly
+    from reports.studies.requirements import Judged
     from rigs import Problem, Rig
 
 
@@ -24,17 +27,22 @@ def check(
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="With --cad, write every result as CSV and PNG here."),
     ] = None,
+    require: Annotated[
+        bool, typer.Option("--require", help="Judge the rig's [requirements] too; exit with 1 when one fails.")
+    ] = False,
     json: JsonOption = False,
 ) -> None:
     """Check a rig file, and with --cad its mount.
 
     Prints the rig's key numbers, or everything that is wrong with it, each with its key, its value and what was
     expected; also what had to be done to a hull from a file. With --cad this takes half a minute, and longer the first
-    time when there is a slicer.
+    time when there is a slicer. With --require every requirement that the file states passes, fails, or is not judged
+    here: the gaze error is a dive's, the print time a slicer's (--cad).
 
     \b
     Example:
       mirrorgaze check aqua2 --cad -o out/checks
+      mirrorgaze check my-auv.toml --require
     """
     from cad.checks.rig_problems import rig_problems
     from mirrorgaze.loading import print_hull_notes
@@ -46,31 +54,59 @@ def check(
         problems = rig_problems(loaded)
         if problems:
             raise RigError(rig, problems)
-        checks = _check_mount(loaded, rig, output, json=json) if cad else {}
+        if require and loaded.requirements is None:
+            raise ValueError(f"{rig}: expected a table [requirements] for --require; mirrorgaze schema has its keys")
+        assembly = _build(loaded) if cad else None
+        checks = {} if assembly is None else _check_mount(assembly, rig, output, json=json)
     except RigError as error:
         if not json:
             raise
         print_json({"source": rig, "good": False, "problems": [_as_json(problem) for problem in error.problems]})
         raise typer.Exit(BAD_INPUT) from None
+    judged = _judge(loaded, assembly) if require else []
     if json:
         rest = {"hull_notes": notes, **checks, "rig": loaded.model_dump(mode="json")}
-        print_json({"source": rig, "good": True, "problems": [], **rest})
+        requirements = [asdict(each) for each in judged]
+        print_json({"source": rig, "good": True, "problems": [], "requirements": requirements, **rest})
     else:
         typer.echo(f"{rig}: good")
         print_table(_key_facts(loaded))
+        if judged:
+            typer.echo("requirements")
+            print_table((f"  {each.name}", each.required, each.achieved, each.outcome) for each in judged)
+    if any(each.outcome == "fail" for each in judged):
+        raise typer.Exit(FAILED)
 
 
-def _check_mount(rig: Rig, source: str, output: Path | None, *, json: bool) -> dict[str, object]:
-    """Make all checks of a mount and print them; `RigError` with every problem when something is wrong."""
+def _judge(rig: Rig, assembly: Assembly | None) -> list[Judged]:
+    """Requirements of a rig; the print time's only of a mount that was built."""
+    from cad.assembly.meshes import rig_meshes
+    from cad.export.printing.plate_slices import print_time_s
+    from reports.studies.requirements import achieved_by, judged
+
+    print_step("requirements ...")
+    achieved = achieved_by(rig, rig_meshes(rig))
+    if assembly is not None:
+        achieved = replace(achieved, print_time_s=print_time_s(rig, assembly.printed))
+    return judged(rig.requirements, achieved)
+
+
+def _build(rig: Rig) -> Assembly:
     from cad.assembly.assembly import build_assembly
+
+    print_step("mount ...")
+    return build_assembly(rig)
+
+
+def _check_mount(assembly: Assembly, source: str, output: Path | None, *, json: bool) -> dict[str, object]:
+    """Make all checks of a mount and print them; `RigError` with every problem when something is wrong."""
     from reports.figures.check import findings_as_dicts, summary_rows, write_checks
     from reports.studies.mount_export import mount_checks
     from rigs import RigError
 
-    print_step("mount ...")
-    checks = mount_checks(build_assembly(rig), log=print_step)
+    checks = mount_checks(assembly, log=print_step)
     if output is not None:
-        for file in write_checks(checks, rig, output):
+        for file in write_checks(checks, assembly.rig, output):
             print_note(str(file))
     if not json:
         print_table(summary_rows(checks))

@@ -28,7 +28,13 @@ from dives.metrics.intervals import Interval
 
 
 def outcome(member, **metrics):
-    nothing = dict.fromkeys(DEFINITIONS) | {"losses": 0, "losses_reacquired": 0, "acquired": True, "loss_causes": {}}
+    nothing = dict.fromkeys(DEFINITIONS) | {
+        "passed": True,
+        "losses": 0,
+        "losses_reacquired": 0,
+        "acquired": True,
+        "loss_causes": {},
+    }
     return Outcome(member=member, folder=Path(member.name), metrics=nothing | metrics, failure=None)
 
 

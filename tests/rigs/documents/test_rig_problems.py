@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigs import Problem, Rig, RigError, preset_path
-from rigs.validation import validated
+from rigs.documents.validation import validated
 
 AQUA2 = tomllib.loads(preset_path("aqua2").read_text(encoding="utf-8"))
 GONE = object()

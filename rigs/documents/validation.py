@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from rigs.problems import Problem
+from rigs.documents.problems import Problem
 from rigs.section import Section
 
 Key = str | int
