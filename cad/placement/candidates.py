@@ -241,8 +241,11 @@ def _fold_seat(
     x, y, _ = site.pinhole_mm
     cell = site.pinhole_mm + shape.cell_mm
     front, head = float(cell[:, 0].max()), float(cell[:, 2].max())
+    places = finder.places(y, 1, x + shape.design[0] - FOLD_REACH_MM, front - BEHIND_FLANGE_MM)
+    if not places:
+        short.note(f"a seat for the bracket within {FOLD_REACH_MM:g} mm of M1")
     options: list[tuple[float, FloatArray]] = []
-    for place in finder.places(y, 1, x + shape.design[0] - FOLD_REACH_MM, front - BEHIND_FLANGE_MM):
+    for place in places:
         rise = float(head - place[2])
         if rise > LARGEST_RISE_MM:
             short.note("a seat for the bracket not far below M1's cell", rise - LARGEST_RISE_MM)
@@ -277,20 +280,23 @@ def _base_seat(
     centre = site.pinhole_mm + shape.gimbal_mm
     bed = shape.dimensions.mount.printer_bed_mm
     furthest = min(BASE_REACH_MM, float(np.hypot(*bed[:2])) - FLANGE_WIDTH_MM - BASE_ENDS_MM)
+    rows = [site.pinhole_mm[1] + row for row in BASE_ROWS_MM]
+    places = [place for y in rows for place in finder.places(y, -1, centre[0] - BASE_REACH_MM, centre[0])]
+    if not places:
+        short.note(f"a seat for the base within {BASE_REACH_MM:g} mm of the pan axis")
     options: list[tuple[float, FloatArray]] = []
-    for row in BASE_ROWS_MM:
-        for place in finder.places(site.pinhole_mm[1] + row, -1, centre[0] - BASE_REACH_MM, centre[0]):
-            away = place - centre
-            reach, height = float(np.hypot(*away[:2])), float(away[2])
-            needed, lowest = base_room_mm(shape.dimensions, height)
-            if reach < needed + SPARE_MM:
-                short.note("a seat for the base beside the yoke", needed + SPARE_MM - reach)
-            elif reach > furthest:
-                short.note("a seat for the base so near that the printer's bed takes it", reach - furthest)
-            elif height < lowest + SPARE_MM:
-                short.note("a seat for the base above the gimbal's foot", lowest + SPARE_MM - height)
-            else:
-                options.append((reach + height, place))
+    for place in places:
+        away = place - centre
+        reach, height = float(np.hypot(*away[:2])), float(away[2])
+        needed, lowest = base_room_mm(shape.dimensions, height)
+        if reach < needed + SPARE_MM:
+            short.note("a seat for the base beside the yoke", needed + SPARE_MM - reach)
+        elif reach > furthest:
+            short.note("a seat for the base so near that the printer's bed takes it", reach - furthest)
+        elif height < lowest + SPARE_MM:
+            short.note("a seat for the base above the gimbal's foot", lowest + SPARE_MM - height)
+        else:
+            options.append((reach + height, place))
     for arm, place in sorted(options, key=_arm):
         seat = finder.seat(place, -1, BASE_STEEPEST_DEG)
         if isinstance(seat, str):

@@ -46,3 +46,10 @@ def test_where_nothing_fits_what_binds_is_named(rig: Rig, capsule: trimesh.Trime
     camera = rig.camera.model_copy(update={"position_mm": (200.0, 0.0, 0.0)})
     with pytest.raises(ValueError, match=rf"M1's cell clear of the hull.*there is room without {CAMERA} pinned"):
         place(rig.model_copy(update={"camera": camera}), capsule, pinned={CAMERA, DIRECTION})
+
+
+def test_a_camera_far_from_the_hull_has_no_seat_within_reach(rig: Rig, capsule: trimesh.Trimesh) -> None:
+    camera = rig.camera.model_copy(update={"position_mm": (60_000.0, 0.0, 0.0)})
+    within = f"a seat for the bracket within 520 mm of M1.*there is room without {CAMERA} pinned"
+    with pytest.raises(ValueError, match=within):
+        place(rig.model_copy(update={"camera": camera}), capsule, pinned={CAMERA, DIRECTION})
