@@ -63,12 +63,17 @@ def _stand_in_for_clustering() -> Iterator[None]:
 
 @contextmanager
 def _no_garbage() -> Iterator[None]:
-    """Within it no garbage is collected; what is there at its end is not looked through again."""
+    """Within it no garbage is collected, at its end once; what is left then is not looked through again.
+
+    Among the garbage are frames of the import, which would keep what those who asked for build123d had at hand as long
+    as the program lives, and manifold3d complains at length about each of its bodies that it finds at the end.
+    """
     collects = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
+        gc.collect()
         gc.freeze()
         if collects:
             gc.enable()

@@ -1,4 +1,4 @@
-"""build123d loads without scikit-learn, and clusters with it when it is asked to."""
+"""build123d loads without scikit-learn, clusters with it when it is asked to, and keeps nothing of who asked for it."""
 
 import subprocess
 import sys
@@ -21,3 +21,25 @@ def test_clustering_is_loaded_when_it_is_called():
     assert loaded == "False False"
     assert labels == "0 0 0 1 1 1"
     assert found_in.startswith("sklearn.cluster.")
+
+
+KEPT = """
+import weakref
+import cad
+
+class Held:
+    pass
+
+def asks():
+    held = Held()
+    import build123d
+    return weakref.ref(held)
+
+print(asks()() is None)
+"""
+
+
+def test_what_the_caller_had_at_hand_is_let_go():
+    """Frames of the import would keep it for good, and manifold3d complains of each body that is kept."""
+    child = subprocess.run([sys.executable, "-c", KEPT], capture_output=True, text=True, check=True)
+    assert child.stdout.split() == ["True"]
