@@ -12,8 +12,9 @@ import pytest
 from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
-from optics.kernels.backend import another_thread, mi
+from optics.kernels.backend import mi
 from scenes.stage.frame import Label
+from tests.exr_files import layers_of
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 
@@ -69,13 +70,6 @@ MITSUBA_WORLD = """<scene version="3.0.0">
   <emitter type="constant" id="lamp"/>
 </scene>
 """
-
-
-def layers_of(path):
-    with another_thread():
-        bitmap = mi.Bitmap(str(path))
-    values = np.array(bitmap)
-    return {field.name: values[..., place] for place, field in enumerate(bitmap.struct_())}
 
 
 def test_exr_holds_radiance_and_ground_truth(here):

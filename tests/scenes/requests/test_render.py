@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optics.kernels.backend import another_thread, mi
 from optics.layout import camera_pose
 from optics.status import Region
 from optics.train import OpticalTrain, pixel_grid
@@ -25,6 +24,7 @@ from scenes.requests.request import Output, RenderRequest
 from scenes.stage.frame import Label
 from scenes.stage.scene import make_scene, on_gaze
 from scenes.stage.state import State
+from tests.exr_files import bitmap_of, layers_of
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 
@@ -48,17 +48,6 @@ def bench():
 def open_water(aqua2):
     """Nothing but water and the ball: the quickest scene."""
     return make_scene(aqua2, world="blue", target_m=on_gaze(aqua2, **Q, distance_m=1.0), wind=Wind(speed_m_per_s=0.0))
-
-
-def bitmap_of(path):
-    with another_thread():
-        return mi.Bitmap(str(path))
-
-
-def layers_of(path):
-    bitmap = bitmap_of(path)
-    values = np.array(bitmap)
-    return {field.name: values[..., place] for place, field in enumerate(bitmap.struct_())}
 
 
 @pytest.mark.parametrize("preset", ["aqua2", "bluerov2", "bench"])

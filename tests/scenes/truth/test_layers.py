@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from optics.kernels.backend import another_thread, dr, mi
+from optics.kernels.backend import dr
 from optics.status import Region
 from scenes.truth import ground_truth
 from scenes.truth.layers import layers, write_layers
+from tests.exr_files import bitmap_of
 
 SHAPE = (24, 32)
 
@@ -25,11 +26,6 @@ def truth(aqua2, plain, make_state):
     # A corner of open water, which has no place and lies at no distance.
     frame.distance_m[:3, :3], frame.point_m[:3, :3] = np.inf, np.nan
     return ground_truth(frame, aqua2, state, next_state=after, previous_state=after)
-
-
-def bitmap_of(path):
-    with another_thread():
-        return mi.Bitmap(str(path))
 
 
 def test_every_layer_comes_back_bit_for_bit(truth, tmp_path):
