@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -24,12 +25,15 @@ class Blob:
         x, y, width, height.
     circularity : float
         4 pi area / perimeter^2; 1 for a disc.
+    log_odds : float
+        Natural logarithm of the odds that it is the target; infinite from a detector that does not weigh.
     """
 
     area_px: float
     centroid_px: tuple[float, float]
     box_px: tuple[int, int, int, int]
     circularity: float
+    log_odds: float = math.inf
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,15 +19,18 @@ from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_key, settled_settings
 from scenes.stage.frame import Label
 from scenes.stage.scene import on_gaze
-from tracking.perception.clusters import detect
-from tracking.perception.colour import DEG_PER_STEP, DetectorSettings
+from tracking.perception.clusters import detect, taken
+from tracking.perception.colour import DEG_PER_STEP, DETECTORS, DetectorSettings
+from tracking.perception.contrast import ACQUIRED_LOG_ODDS, detect_by_contrast
 from tracking.perception.crop import Crop
 from tracking.perception.exact_corners import ExactCorners
+from tracking.perception.robot_view import RobotView
+from tracking.records import Detection
 
 BoolImage = NDArray[np.bool_]
 
-DISTANCES_M = (2.0, 5.0)
-RANGES_M = ((2.0, 3.0), (3.0, 4.0), (4.0, 5.0), DISTANCES_M)
+DISTANCES_M = (1.0, 5.0)
+RANGES_M = ((1.0, 2.0), (2.0, 3.0), (3.0, 4.0), (4.0, 5.0), DISTANCES_M)
 """Distances in which images are counted together."""
 
 PAN_DEG, TILT_DEG = (-70.0, 70.0), (-25.0, 30.0)
@@ -68,6 +71,8 @@ class EvaluationImage:
         uint8 sRGB.
     target : array, shape (crop height, crop width)
         Which pixels of the crop show the target, by ground truth.
+    robot : array, shape (crop height, crop width), optional
+        uint8: 255 in the pixels in which the robot may show; None when it was not asked for.
     corners_px : array, shape (4, 2)
     distance_m, elevation_deg : float
         Of the target, and of the gaze.
@@ -78,15 +83,41 @@ class EvaluationImage:
     image: NDArray[np.uint8]
     crop: NDArray[np.uint8]
     target: BoolImage
+    robot: NDArray[np.uint8] | None
     corners_px: NDArray[np.float64]
     distance_m: float
     elevation_deg: float
     empty: bool
 
     @property
+    def clear(self) -> BoolImage:
+        """Pixels of the crop that show the target where the robot does not show."""
+        return self.target if self.robot is None else self.target & (self.robot == 0)
+
+    @property
     def seen(self) -> bool:
         """Whether enough of the target is in the crop."""
-        return int(self.target.sum()) >= LEAST_PX
+        return int(self.clear.sum()) >= LEAST_PX
+
+
+Detector = Callable[[EvaluationImage], Detection]
+"""What finds the target in an image."""
+
+
+def by_window(settings: DetectorSettings) -> Detector:
+    """The detector of a colour window, which takes all blobs for the target."""
+    return lambda each: detect(each.crop, settings, each.robot)
+
+
+def by_contrast(each: EvaluationImage) -> Detection:
+    """The default loop's detector, as long as nothing is followed: the likeliest blob, if it is likely enough."""
+    detection = detect_by_contrast(each.crop, ignored=each.robot)
+    return taken(detection, tuple(blob for blob in detection.blobs[:1] if blob.log_odds >= ACQUIRED_LOG_ODDS))
+
+
+DETECTORS_BY_NAME: dict[str, Detector] = {"contrast": by_contrast} | {
+    name: by_window(settings) for name, settings in DETECTORS.items()
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +145,12 @@ class Score:
 
 
 def evaluation_images(
-    renderer: FastRenderer, count: int, seed: int, progress: Callable[[int, int], None] = lambda done, total: None
+    renderer: FastRenderer,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    *,
+    view: RobotView | None = None,
 ) -> list[EvaluationImage]:
     """Images with heading, gaze, and the target's place drawn at random; the same for the same seed.
 
@@ -125,6 +161,8 @@ def evaluation_images(
     count, seed : int
     progress : callable
         Told how many images are made, and of how many.
+    view : RobotView, optional
+        Where the crop shows the robot (`dives.robot_view`): what is there is not looked at.
     """
     rng = np.random.default_rng(seed)
     sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)
@@ -153,6 +191,7 @@ def evaluation_images(
                 image=image,
                 crop=crop.take(image),
                 target=shown[..., 0] > HALF,
+                robot=None if view is None else view.mask(drawn.q, crop.width_px, crop.height_px),
                 corners_px=corners,
                 distance_m=drawn.distance_m,
                 elevation_deg=float(np.degrees(forward_gaze(layout, q1, q2).elevation)),
@@ -194,10 +233,10 @@ def _drawn(renderer: FastRenderer, rng: np.random.Generator, *, empty: bool) -> 
     )
 
 
-def score(images: Sequence[EvaluationImage], settings: DetectorSettings) -> Score:
-    """Score detector settings on images."""
-    detections = [detect(each.crop, settings) for each in images]
-    shown = [(each.target, found) for each, found in zip(images, detections, strict=True) if each.seen]
+def score(images: Sequence[EvaluationImage], detector: Detector) -> Score:
+    """Score a detector on images."""
+    detections = [detector(each) for each in images]
+    shown = [(each.clear, found) for each, found in zip(images, detections, strict=True) if each.seen]
     alarms = [found.centroid_px is not None for each, found in zip(images, detections, strict=True) if each.empty]
     hits = [_is_hit(target, found.centroid_px) for target, found in shown if found.centroid_px is not None]
     both, marked, true = (
@@ -246,7 +285,7 @@ def target_colours(images: Sequence[EvaluationImage]) -> Colours | None:
     medians = []
     for each in images:
         if each.seen:
-            pixels = cv2.cvtColor(each.crop, cv2.COLOR_RGB2HSV)[each.target].astype(np.float64)
+            pixels = cv2.cvtColor(each.crop, cv2.COLOR_RGB2HSV)[each.clear].astype(np.float64)
             hues = _unwrapped(DEG_PER_STEP * pixels[:, 0])
             medians.append([np.median(hues), *np.median(pixels[:, 1:], axis=0) / 255])
     if not medians:
@@ -274,13 +313,13 @@ class DetectorResults(Score):
 
 def results_by_distance(
     images: Sequence[EvaluationImage],
-    settings: DetectorSettings,
+    detector: Detector,
     ranges_m: Sequence[tuple[float, float]] = RANGES_M,
 ) -> list[DetectorResults]:
     """Results of a detector for each range of distances."""
     results = []
     for low, high in ranges_m:
         within = [each for each in images if low <= each.distance_m < high]
-        counted = vars(score(within, settings))
+        counted = vars(score(within, detector))
         results.append(DetectorResults(from_m=low, to_m=high, colours=target_colours(within), **counted))
     return results

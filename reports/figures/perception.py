@@ -12,12 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reports.figures.plotting import COLOUR_MAP, INK, STYLE, save_figure
-from tracking.perception import DetectorSettings, detect
 from tracking.perception.corner_error import CornerError
 
 if TYPE_CHECKING:
     # It renders; what draws the maps of corners need not load the renderer.
-    from dives.evaluation.detector_evaluation import EvaluationImage
+    from dives.evaluation.detector_evaluation import Detector, EvaluationImage
 
 OUTLINE, FOUND, TRUE = "#2a9d8f", "#e76f51", "#00e5ff"
 
@@ -77,13 +76,13 @@ def _map(axes: Axes, error: CornerError, largest_px: float) -> mpl.image.AxesIma
     return image
 
 
-def draw_detection(pictures: Sequence[EvaluationImage], settings: DetectorSettings, path: Path) -> None:
+def draw_detection(pictures: Sequence[EvaluationImage], detector: Detector, path: Path) -> None:
     """Figure: for each image the mirror's outline in it, the crop with what was found, and the mask (figure 8)."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3.2 * len(pictures), 7.0), layout="constrained")
         rows = figure.subplots(3, len(pictures), squeeze=False)
         for (whole, crop, mask), each in zip(rows.T, pictures, strict=True):
-            detection = detect(each.crop, settings)
+            detection = detector(each)
             whole.imshow(each.image)
             outline = np.vstack([each.corners_px, each.corners_px[:1]])
             whole.plot(*outline.T, color=OUTLINE, linewidth=1.5)

@@ -8,11 +8,12 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from tracking.control.crop_scale import centroid_motion
-from tracking.control.follower import Observation, TrackUpdate
+from tracking.control.follower import Observation
 from tracking.control.paper_law import GAIN, NO_ERRORS, CropErrors, error, meant_turn, printed_turn
 from tracking.estimation.centroid_filter import CentroidFilter, CentroidNoise
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import weighted_centroid
+from tracking.records import Blob
 
 
 class CropFollower:
@@ -41,15 +42,23 @@ class CropFollower:
     beyond_reach = False
     """Nor does it know of a target that is out of the crop."""
 
+    doubted = False
+    """Nor does it weigh what it follows."""
+
     @property
     def known(self) -> bool:
         """Whether there is an estimate."""
         return self._filter.centroid_px is not None
 
-    def update(self, observation: Observation) -> TrackUpdate:
-        """Predict the centroid, and correct it by that of all blobs (eq. 7)."""
+    def expect(self, observation: Observation) -> tuple[float, float] | None:
+        """Predict the centroid."""
         self._filter.predict(self._moved_px(observation.q))
         self._q_before = observation.q
+        expected = self._filter.centroid_px
+        return None if expected is None else (float(expected[0]), float(expected[1]))
+
+    def update(self, observation: Observation) -> tuple[Blob, ...]:
+        """Correct the centroid by that of all blobs (eq. 7)."""
         expected, found = self._filter.centroid_px, weighted_centroid(observation.blobs)
         size = (observation.crop.width_px, observation.crop.height_px)
         self._before = self._now
@@ -60,8 +69,7 @@ class CropFollower:
         )
         if found is not None:
             self._filter.update(found)
-        expected_px = None if expected is None else (float(expected[0]), float(expected[1]))
-        return TrackUpdate(expected_px=expected_px, blobs=observation.blobs)
+        return observation.blobs
 
     def follow(self, observation: Observation) -> FloatArray:
         """Last joint values commanded, and the law's turn."""

@@ -26,7 +26,7 @@ class Observation:
         Last ones commanded.
     crop : Crop
     blobs : tuple of Blob
-        Clusters of the target's colour in the crop.
+        What may be the target in the crop.
     """
 
     time_s: float
@@ -37,27 +37,14 @@ class Observation:
     blobs: tuple[Blob, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class TrackUpdate:
-    """What a pursuit made of one image.
-
-    Attributes
-    ----------
-    expected_px : tuple of float, optional
-        Where the estimate expected the target in the crop; None without one.
-    blobs : tuple of Blob
-        Those of the image's that were taken for the target.
-    """
-
-    expected_px: tuple[float, float] | None
-    blobs: tuple[Blob, ...]
-
-
 class Follower(Protocol):
     """Estimates where the target is, and says how to follow it."""
 
-    def update(self, observation: Observation) -> TrackUpdate:
-        """Take in an image."""
+    def expect(self, observation: Observation) -> tuple[float, float] | None:
+        """Where the estimate expects the target in the crop, before its blobs are known; None without an estimate."""
+
+    def update(self, observation: Observation) -> tuple[Blob, ...]:
+        """Take in an image's blobs, after `expect`; those of them that are taken for the target."""
 
     def follow(self, observation: Observation) -> FloatArray:
         """Joint values to ask for after `update`, radians, shape (2,); limits are not asked."""
@@ -69,6 +56,10 @@ class Follower(Protocol):
     @property
     def beyond_reach(self) -> bool:
         """Whether the target is estimated to be where no gaze within the joint limits shows it."""
+
+    @property
+    def doubted(self) -> bool:
+        """Whether what is followed is likelier not to be the target."""
 
     @property
     def known(self) -> bool:

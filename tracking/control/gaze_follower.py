@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
-from tracking.control.follower import Observation, TrackUpdate
+from tracking.control.follower import Observation
 from tracking.control.pointing import Pointing
 from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.perception import weighted_centroid
+from tracking.estimation.track_evidence import TrackEvidence
+from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
 from tracking.records import Blob
 
 GATE = 3.0
@@ -54,7 +55,13 @@ class GazeFollower:
         self._before: tuple[float, FloatArray] | None = None
         self._rad_per_px = math.sqrt(scale.prod())
         self._filter = DirectionFilter(noise)
+        self._evidence = TrackEvidence()
         self._seen = False
+
+    @property
+    def doubted(self) -> bool:
+        """Whether what is followed is likelier not to be the target."""
+        return self._evidence.doubted
 
     @property
     def direction(self) -> FloatArray | None:
@@ -72,19 +79,23 @@ class GazeFollower:
         """Whether there is an estimate."""
         return self._filter.bearing is not None
 
-    def update(self, observation: Observation) -> TrackUpdate:
-        """Predict the direction, and correct it by the ray of the centroid of the blobs that are the target's."""
+    def expect(self, observation: Observation) -> tuple[float, float] | None:
+        """Predict the direction."""
         self._note_rates(observation)
         self._filter.predict(observation.time_s)
-        expected_px = self._expected_px(observation)
-        blobs = tuple(blob for blob in observation.blobs if self._may_be_target(blob, observation))
+        return self._expected_px(observation)
+
+    def update(self, observation: Observation) -> tuple[Blob, ...]:
+        """Correct the direction by the ray of the centroid of the blobs that are the target's."""
+        blobs = self._likeliest(tuple(blob for blob in observation.blobs if self._may_be_target(blob, observation)))
         centroid_px = weighted_centroid(blobs)
         if centroid_px is not None:
             direction = self._direction(centroid_px, observation)
             if direction is not None:
                 self._filter.update(direction)
+                self._evidence.update(blobs[0].log_odds, observation.interval_s)
         self._seen = bool(blobs)
-        return TrackUpdate(expected_px=expected_px, blobs=blobs)
+        return blobs
 
     def follow(self, observation: Observation) -> FloatArray:
         """Joint values whose gaze is on the target at the first image that they can be seen in; after `update`."""
@@ -95,17 +106,21 @@ class GazeFollower:
         return self._pointing.command(bearing, images * observation.interval_s, observation.q, seen=self._seen)
 
     def forget(self) -> None:
-        """Drop the estimate."""
+        """Drop the estimate; of what was doubted, remember where it was."""
+        if self.doubted and self.direction is not None and self._before is not None:
+            self._evidence.drop(self.direction, self._before[0])
+        self._evidence.forget()
         self._filter.forget()
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         before = None if self._before is None else [self._before[0], self._before[1].tolist()]
-        return {"filter": self._filter.snapshot(), "before": before}
+        return {"filter": self._filter.snapshot(), "before": before, "evidence": self._evidence.snapshot()}
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
         self._filter.restore(snapshot["filter"])
+        self._evidence.restore(snapshot["evidence"])
         before = snapshot["before"]
         self._before = None if before is None else (before[0], np.array(before[1]))
 
@@ -121,14 +136,20 @@ class GazeFollower:
         later_s = (pixel[1] - self._lines_of_sight.middle_row_px) * self._row_time_s
         return self._lines_of_sight.direction(pixel, observation.q + self._rates * later_s)
 
+    def _likeliest(self, blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
+        """The likeliest, and all of a detector that does not weigh: it may have found one target in pieces."""
+        most = max((blob.log_odds for blob in blobs), default=math.inf)
+        return tuple(blob for blob in blobs if blob.log_odds == most)
+
     def _may_be_target(self, blob: Blob, observation: Observation) -> bool:
         """Whether the blob, as a disc of its area, comes near enough to the expected direction."""
         expected = self.direction
-        if expected is None:
-            return True
         direction = self._direction(blob.centroid_px, observation)
         if direction is None:
             return False
+        if expected is None:
+            likely = blob.log_odds >= ACQUIRED_LOG_ODDS
+            return likely and not self._evidence.is_clutter(direction, observation.time_s)
         apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
         radius = math.sqrt(blob.area_px / math.pi) * self._rad_per_px
         return apart <= GATE * self._filter.expected_spread + radius

@@ -5,6 +5,7 @@
     TRACK    --- not seen ------------------------------------> PREDICT
     PREDICT  --- seen ----------------------------------------> TRACK
     PREDICT  --- not seen for more than `predict_frames` -----> SCAN
+    any      --- what is followed is likely not the target ---> SCAN
 
 What was seen in few images is not waited for longer than it was seen, if `earned` says so: a speck that looked like the
 target for a tenth of a second would stop a search for four.
@@ -99,6 +100,7 @@ def next_state(
     found: bool,
     expected: bool,
     beyond_reach: bool = False,
+    doubted: bool = False,
 ) -> BehaviourState:
     """State in which the command after one more image is decided.
 
@@ -115,11 +117,15 @@ def next_state(
         Whether the place where it is predicted lies in the crop.
     beyond_reach : bool
         Whether it is predicted where the joints do not reach.
+    doubted : bool
+        Whether what is followed is likelier not to be the target.
     """
     if state.mode is Mode.CHECK:
         if elapsed_s < settings.check_s:
             return state
         state = BehaviourState(mode=Mode.SCAN)
+    if doubted:
+        return BehaviourState(mode=Mode.SCAN)
     if state.mode is Mode.SCAN:
         hits = state.hits + 1 if found else max(state.hits - 1, 0)
         confirmed = hits >= settings.confirm_frames

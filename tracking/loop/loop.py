@@ -28,6 +28,7 @@ from tracking.loop.behaviour import BehaviourState, next_state
 from tracking.loop.variants import Variant
 from tracking.perception import (
     RED_BALL,
+    RED_IN_WATER,
     CornerModel,
     CornerSamples,
     Crop,
@@ -35,7 +36,8 @@ from tracking.perception import (
     ExactCorners,
     InverseDistanceCorners,
     detect,
-    weighted_centroid,
+    detect_by_contrast,
+    taken,
 )
 from tracking.perception.robot_view import RobotView
 from tracking.protocols import CameraFrame, MirrorReport
@@ -85,6 +87,7 @@ class TrackingLoop:
         speeds = JointSpeeds.from_rig(rig)
         self._variant = variant
         self._detector = RED_BALL if detector is None else detector
+        self._by_contrast = variant.contrast and self._detector.window == RED_IN_WATER
         self._robot_view = robot_view
         self._gimbal = Gimbal(Layout.from_rig(rig))
         self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
@@ -147,30 +150,35 @@ class TrackingLoop:
         # Nothing is refused from here on: an image that is leaves no trace.
         elapsed_s = self._note_time(camera_frame.time_s)
         robot = None if self._robot_view is None else self._robot_view.mask(q, crop.width_px, crop.height_px)
-        detection = detect(image, self._detector, robot)
-        looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
         observation = Observation(
             time_s=camera_frame.time_s,
             interval_s=self._interval_s,
             q=q,
             q_command=self._q_command,
             crop=crop,
-            blobs=detection.blobs if looking else (),
+            blobs=(),
         )
-        update = self._follower.update(observation)
-        expected = update.expected_px
-        if update.blobs:
+        expected = self._follower.expect(observation)
+        if self._by_contrast:
+            detection = detect_by_contrast(image, self._detector.area_min_px, robot, expected)
+        else:
+            detection = detect(image, self._detector, robot)
+        looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
+        observation = replace(observation, blobs=detection.blobs if looking else ())
+        blobs = self._follower.update(observation)
+        if blobs:
             self._q_seen = q
         if looking:
-            detection = replace(detection, blobs=update.blobs, centroid_px=weighted_centroid(update.blobs))
+            detection = taken(detection, blobs)
         before = self._state
         self._state = next_state(
             before,
             self._variant.behaviour,
             elapsed_s=elapsed_s,
-            found=bool(update.blobs),
+            found=bool(blobs),
             expected=expected is not None and _within(expected, crop),
             beyond_reach=self._follower.beyond_reach,
+            doubted=self._follower.doubted,
         )
         self._q_command = np.clip(
             self._decide(before, observation, elapsed_s), self._gimbal.lowest, self._gimbal.highest
@@ -263,11 +271,11 @@ class TrackingLoop:
         outwards = self._variant.rescan == "outwards"
         if before.mode is Mode.CHECK or not outwards:
             self._search.begin(observation.q)
-        elif before.seen > self._variant.behaviour.predict_frames:
+        elif before.seen > self._variant.behaviour.predict_frames and not self._follower.doubted:
             # Around where it was last seen: predictions of a target that turns or stops lead away from it.
             self._search.begin(observation.q, self._q_seen)
         else:
-            # Seen in fewer images than it has been missed in since.
+            # It was something else, or seen in fewer images than it has been missed in since.
             self._search.resume(observation.q)
 
 

@@ -28,6 +28,9 @@ class Variant:
         Whether the search of everything begins where a target is likely to be; else it is a raster.
     ignores_robot : bool
         Whether what the crop shows of the robot itself is ignored, where the loop is told what that is.
+    contrast : bool
+        Whether the target is found by its contrast with what is around it (`tracking.perception.contrast`), unless the
+        detector's colour window is another than `RED_IN_WATER`; else by that window.
     behaviour : BehaviourSettings
     centroid_noise : CentroidNoise
         Of the paper's filter.
@@ -45,6 +48,7 @@ class Variant:
     rescan: Literal["raster", "outwards"]
     likely_first: bool
     ignores_robot: bool
+    contrast: bool
     behaviour: BehaviourSettings
     centroid_noise: CentroidNoise = field(default_factory=CentroidNoise)
     direction_noise: DirectionNoise = field(default_factory=DirectionNoise)
@@ -77,6 +81,7 @@ VARIANTS = {
             rescan="raster",
             likely_first=False,
             ignores_robot=False,
+            contrast=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
         Variant(
@@ -86,6 +91,7 @@ VARIANTS = {
             rescan="raster",
             likely_first=False,
             ignores_robot=False,
+            contrast=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
         Variant(
@@ -95,6 +101,7 @@ VARIANTS = {
             rescan="outwards",
             likely_first=True,
             ignores_robot=True,
+            contrast=True,
             # Wherever the paper's servos stand, they have met the check within 2 s: from then on the driver knows them.
             behaviour=BehaviourSettings(
                 check_s=3.0, confirm_frames=3, predict_frames=30, unseen_frames=90, wait_frames=300, earned=True

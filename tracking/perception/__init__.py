@@ -3,16 +3,18 @@
 Section 3 of Cortes-Perez & Torres-Mendez 2021, one module a step.
 """
 
-from tracking.perception.clusters import detect, find_blobs, weighted_centroid
+from tracking.perception.clusters import detect, find_blobs, taken, weighted_centroid
 from tracking.perception.colour import (
     DETECTORS,
     NARROW_HUE,
     RED_BALL,
+    RED_IN_WATER,
     WIDE_HUE,
     ColourWindow,
     DetectorSettings,
     colour_mask,
 )
+from tracking.perception.contrast import ACQUIRED_LOG_ODDS, detect_by_contrast
 from tracking.perception.corner_error import corner_error, exact_samples, pose_grid
 from tracking.perception.corner_samples import CornerSamples
 from tracking.perception.corners import CornerModel, InverseDistanceCorners
@@ -20,9 +22,11 @@ from tracking.perception.crop import Crop
 from tracking.perception.exact_corners import ExactCorners
 
 __all__ = [
+    "ACQUIRED_LOG_ODDS",
     "DETECTORS",
     "NARROW_HUE",
     "RED_BALL",
+    "RED_IN_WATER",
     "WIDE_HUE",
     "ColourWindow",
     "CornerModel",
@@ -34,8 +38,10 @@ __all__ = [
     "colour_mask",
     "corner_error",
     "detect",
+    "detect_by_contrast",
     "exact_samples",
     "find_blobs",
     "pose_grid",
+    "taken",
     "weighted_centroid",
 ]

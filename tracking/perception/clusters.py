@@ -42,6 +42,17 @@ def detect(crop: NDArray[np.uint8], settings: DetectorSettings = RED_BALL, ignor
     return Detection(mask=mask, blobs=blobs, centroid_px=weighted_centroid(blobs))
 
 
+def taken(detection: Detection, blobs: tuple[Blob, ...]) -> Detection:
+    """The part of a detection that is some of its blobs."""
+    if blobs == detection.blobs:
+        return detection
+    mask = np.zeros_like(detection.mask)
+    for x, y, width, height in (blob.box_px for blob in blobs):
+        box = slice(y, y + height), slice(x, x + width)
+        mask[box] = detection.mask[box]
+    return Detection(mask=mask, blobs=blobs, centroid_px=weighted_centroid(blobs))
+
+
 def weighted_centroid(blobs: Sequence[Blob]) -> tuple[float, float] | None:
     """Eq. 7: mean of the blobs' centroids weighted by their areas; None without blobs."""
     total = sum(blob.area_px for blob in blobs)

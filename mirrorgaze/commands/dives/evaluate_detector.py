@@ -25,7 +25,7 @@ REEF = SceneOptions(world="reef")
 def evaluate_detector(
     rig: RigArgument,
     scene: SceneOptions = REEF,
-    detector: Annotated[str, typer.Option(help="Detector settings: red-ball, narrow-hue, wide-hue.")] = "red-ball",
+    detector: Annotated[str, typer.Option(help="Detector: contrast, red-ball, narrow-hue, wide-hue.")] = "contrast",
     images: Annotated[
         int, typer.Option(metavar="N", help="Number of images; every sixth is without the target.", min=1)
     ] = 60,
@@ -37,7 +37,7 @@ def evaluate_detector(
 ) -> None:
     """Evaluate a detector on images with ground truth.
 
-    Renders the target at random places, 2 to 5 m away, and counts detections by distance: found is a centroid within
+    Renders the target at random places, 1 to 5 m away, and counts detections by distance: found is a centroid within
     the target's radius of the true one, wrong is one elsewhere. Hue, saturation and value are medians of the target's
     pixels, from 5 to 95 % of the images: what a colour window has to let through.
 
@@ -45,32 +45,34 @@ def evaluate_detector(
     Example:
       mirrorgaze evaluate-detector aqua2 --world reef --detector wide-hue -o evaluation.png
     """
-    from dives.evaluation.detector_evaluation import evaluation_images, results_by_distance
+    from cad.assembly.meshes import rig_meshes
+    from dives.evaluation.detector_evaluation import DETECTORS_BY_NAME, evaluation_images, results_by_distance
+    from dives.robot_view import robot_view
     from mirrorgaze.loading import load_usable_rig
     from scenes.baking.lit_scene import prepare
     from scenes.image import check_image_path
     from scenes.renderer import FastRenderer
-    from tracking.perception import DETECTORS
 
-    if detector not in DETECTORS:
-        raise ValueError(f"expected --detector to be one of {', '.join(DETECTORS)}, got {detector!r}")
+    if detector not in DETECTORS_BY_NAME:
+        raise ValueError(f"expected --detector to be one of {', '.join(DETECTORS_BY_NAME)}, got {detector!r}")
     loaded = load_usable_rig(rig)
     loaded.require_gaze()
     if output is not None:
         check_image_path(output, ".png")
     print_step("light ...")
-    renderer = FastRenderer(prepare(scene.scene(loaded), loaded))
+    parts = rig_meshes(loaded)
+    renderer = FastRenderer(prepare(scene.scene(loaded), loaded, parts))
     print_step("images ...")
-    taken = evaluation_images(renderer, images, scene.seed, partial(print_progress, "evaluate-detector: image"))
-    settings = DETECTORS[detector]
+    progress = partial(print_progress, "evaluate-detector: image")
+    taken = evaluation_images(renderer, images, scene.seed, progress, view=robot_view(loaded, parts))
     if output is not None:
         from reports.figures.perception import draw_detection
 
         shown = [each for each in taken if each.seen][:DRAWN]
         if not shown:
             raise ValueError(f"expected an image that shows the target to draw {output}, got none of {images}")
-        draw_detection(shown, settings, output)
-    results = results_by_distance(taken, settings)
+        draw_detection(shown, DETECTORS_BY_NAME[detector], output)
+    results = results_by_distance(taken, DETECTORS_BY_NAME[detector])
     if json:
         print_json(
             {

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from dives.evaluation.detector_evaluation import EvaluationImage, evaluation_images, score, target_colours
+from dives.evaluation.detector_evaluation import EvaluationImage, by_window, evaluation_images, score, target_colours
 from rigs import Rig
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
@@ -37,6 +37,7 @@ def image(*, shown_at=None, painted_at=None, colour=(200, 20, 30), empty=False):
         image=crop,
         crop=crop,
         target=target,
+        robot=None,
         corners_px=np.zeros((4, 2)),
         distance_m=3.0,
         elevation_deg=0.0,
@@ -54,7 +55,7 @@ def test_scores_are_those_counted_by_hand():
             image(painted_at=(5, 5), empty=True),
             image(empty=True),
         ],
-        RED,
+        by_window(RED),
     )
     assert (found.seen, found.found, found.wrong, found.empty, found.false_alarms) == (3, 1, 1, 2, 1)
     # Of 2 x 400 marked pixels 15 x 20 are the target's, of which there are 3 x 400.
@@ -63,7 +64,7 @@ def test_scores_are_those_counted_by_hand():
 
 
 def test_target_that_is_hardly_seen_counts_neither_way():
-    found = score([image(painted_at=(5, 5))], RED)
+    found = score([image(painted_at=(5, 5))], by_window(RED))
     assert (found.seen, found.found, found.wrong, found.empty) == (0, 0, 0, 0)
     assert math.isnan(found.precision) and math.isnan(found.recall)
     assert target_colours([image()]) is None

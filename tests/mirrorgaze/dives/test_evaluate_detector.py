@@ -21,8 +21,8 @@ def test_results_by_distance_and_in_all(here):
     assert result.exit_code == 0, result.stderr
     found = json.loads(result.stdout)
     ranges = found["ranges"]
-    assert [(row["from_m"], row["to_m"]) for row in ranges] == [(2, 3), (3, 4), (4, 5), (2, 5)]
-    assert sum(row["seen"] for row in ranges[:3]) == ranges[3]["seen"] > 0
+    assert [(row["from_m"], row["to_m"]) for row in ranges] == [(1, 2), (2, 3), (3, 4), (4, 5), (1, 5)]
+    assert sum(row["seen"] for row in ranges[:4]) == ranges[4]["seen"] > 0
     assert (here / found["file"]).read_bytes().startswith(b"\x89PNG")
     assert "3 of 3" in result.stderr
 
@@ -31,7 +31,10 @@ def test_results_by_distance_and_in_all(here):
     ("arguments", "sentence"),
     [
         (["bench"], "expected a rig with mirrors, got 'bench'"),
-        (["aqua2", "--detector", "blue-ball"], "expected --detector to be one of red-ball, narrow-hue, wide-hue"),
+        (
+            ["aqua2", "--detector", "blue-ball"],
+            "expected --detector to be one of contrast, red-ball, narrow-hue, wide-hue",
+        ),
         (["aqua2", "--world", "moon"], "moon"),
         (["aqua2", "-o", "evaluation.jpg"], "evaluation.jpg"),
         (["aqua2", "--target", "missing.ply"], "missing.ply"),

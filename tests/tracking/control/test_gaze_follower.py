@@ -1,6 +1,7 @@
 """The default's pursuit in images whose rows are not open at once."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from tracking.control.pointing import Pointing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
-from tracking.perception import Crop, ExactCorners
+from tracking.perception import ACQUIRED_LOG_ODDS, Crop, ExactCorners
 from tracking.records import Blob
 
 RIG = Rig.load("aqua2")
@@ -55,6 +56,7 @@ def off_deg(row_time_s, *, corrected):
     following = follower(row_time_s if corrected else 0.0)
     for image in range(IMAGES):
         seen, later_s = observation(image, target, row_time_s)
+        following.expect(seen)
         following.update(seen)
         assert (abs(later_s) > 1e-3) == (row_time_s > 0)
     return math.degrees(math.atan2(np.linalg.norm(np.cross(following.direction, target)), following.direction @ target))
@@ -72,3 +74,47 @@ def test_a_direction_is_measured_with_the_joints_of_its_row():
 
 def test_a_shutter_that_opens_all_rows_at_once_needs_no_correction():
     assert off_deg(0.0, corrected=True) == pytest.approx(off_deg(0.0, corrected=False), abs=1e-12)
+
+
+def weighed(seen, *log_odds):
+    """The observation's blob once for each log odds."""
+    return replace(seen, blobs=tuple(replace(seen.blobs[0], log_odds=each) for each in log_odds))
+
+
+def test_of_blobs_that_are_weighed_the_likeliest_is_followed():
+    seen, _ = observation(0, np.array([1.0, 0.0, 0.0]), 0.0)
+    following = follower(0.0)
+    following.expect(seen)
+    assert [blob.log_odds for blob in following.update(weighed(seen, 1.5, 3.0, 2.0))] == [3.0]
+    # Those of a detector that does not weigh are pieces of one target.
+    assert len(follower(0.0).update(weighed(seen, math.inf, math.inf))) == 2
+
+
+def test_a_target_of_which_nothing_is_known_must_be_likely():
+    seen, _ = observation(0, np.array([1.0, 0.0, 0.0]), 0.0)
+    following = follower(0.0)
+    assert following.update(weighed(seen, ACQUIRED_LOG_ODDS - 0.1)) == ()
+    assert not following.known
+    assert following.update(weighed(seen, ACQUIRED_LOG_ODDS + 0.1))
+    # In its place, less is enough.
+    assert following.update(weighed(seen, ACQUIRED_LOG_ODDS - 1.0))
+
+
+def test_what_was_doubted_is_not_acquired_again():
+    target = np.array([1.0, 0.0, 0.0])
+    following = follower(0.0)
+    for image in range(IMAGES):
+        seen, _ = observation(image, target, 0.0)
+        following.expect(seen)
+        following.update(weighed(seen, 1.5 if image < 3 else -3.0))
+    assert following.doubted
+    following.forget()
+    seen, _ = observation(IMAGES, target, 0.0)
+    following.expect(seen)
+    assert following.update(weighed(seen, 3.0)) == ()
+    again = follower(0.0)
+    again.restore(following.snapshot())
+    assert again.update(weighed(seen, 3.0)) == ()
+    # Elsewhere it may be the target.
+    elsewhere, _ = observation(IMAGES, np.array([math.cos(0.1), math.sin(0.1), 0.0]), 0.0)
+    assert following.update(weighed(elsewhere, 3.0))

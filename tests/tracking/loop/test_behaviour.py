@@ -100,3 +100,12 @@ def test_settings_that_cannot_be_are_refused_all_at_once():
     ) as said:
         BehaviourSettings(check_s=-1.0, confirm_frames=0, predict_frames=-1, unseen_frames=-2)
     assert str(said.value).count(";") == 3
+
+
+@pytest.mark.parametrize("mode", [Mode.TRACK, Mode.PREDICT, Mode.SCAN])
+def test_what_is_doubted_is_let_go_of(mode):
+    state = BehaviourState(mode=mode, hits=2, seen=50)
+    settings = BehaviourSettings(check_s=0.0)
+    assert next_state(state, settings, elapsed_s=9.0, found=True, expected=True, doubted=True) == BehaviourState(
+        mode=Mode.SCAN
+    )

@@ -374,6 +374,7 @@ def test_samples_of_ones_own_are_what_eq_6_interpolates():
 def test_variants_differ_as_they_say():
     literal, paper, default = VARIANTS["paper-literal"], VARIANTS["paper"], VARIANTS["default"]
     assert [variant.law for variant in (literal, paper, default)] == ["paper-literal", "paper", "gaze"]
+    assert [variant.contrast for variant in (literal, paper, default)] == [False, False, True]
     assert literal.behaviour == paper.behaviour
     assert (paper.behaviour.check_s, paper.behaviour.confirm_frames, paper.behaviour.predict_frames) == (30.0, 1, 30)
     with pytest.raises(ValueError, match=r"target_distance_m above 0, got 0.*control_latency_s"):

@@ -17,7 +17,16 @@ from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_key, settled_settings
 from scenes.stage.frame import Label
 from scenes.stage.scene import make_scene, on_gaze
-from tracking.perception import RED_BALL, Crop, DetectorSettings, ExactCorners, detect, find_blobs, weighted_centroid
+from tracking.perception import (
+    RED_BALL,
+    Crop,
+    DetectorSettings,
+    ExactCorners,
+    detect,
+    find_blobs,
+    taken,
+    weighted_centroid,
+)
 from tracking.records import Blob
 
 ROUNDING_PX = 1e-9
@@ -70,6 +79,17 @@ def test_nothing_has_no_centroid():
     found = detect(np.zeros((240, 320, 3), dtype=np.uint8))
     assert found.blobs == () and found.centroid_px is None and not found.mask.any()
     assert detect(np.zeros((1, 1, 3), dtype=np.uint8)).blobs == ()
+
+
+def test_what_is_taken_of_a_detection_is_blobs_with_their_part_of_the_mask():
+    boxes = (100, 20, 12, 13), (200, 100, 16, 16)
+    crop = np.full((240, 320, 3), BLUE, dtype=np.uint8)
+    crop[mask_of(*boxes) > 0] = RED
+    found = detect(crop, PLAIN)
+    one = taken(found, found.blobs[1:])
+    assert one.blobs == found.blobs[1:] and one.centroid_px == found.blobs[1].centroid_px
+    np.testing.assert_array_equal(one.mask, mask_of(boxes[0]))
+    assert taken(found, found.blobs) is found
 
 
 def test_pixels_that_touch_at_a_corner_are_one_cluster():

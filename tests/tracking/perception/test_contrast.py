@@ -1,0 +1,161 @@
+"""Detection by contrast: what no camera setting may change, what is told from red, and the balls of a rendered sea."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tracking.perception import ACQUIRED_LOG_ODDS, detect_by_contrast
+from tracking.perception.contrast import LEAST_LOG_ODDS, Contrast, cut_out
+from tracking.perception.contrast_pyramid import ContrastPyramid, median_of, spread_of
+
+WATER = np.array([0.02, 0.10, 0.16])
+"""Linear light of open water, red to blue: a hue of 208 degrees."""
+BALL = np.array([0.015, 0.02, 0.03])
+"""Linear light of a ball in it: darker in every channel, and least in red."""
+CELL_PX = 4
+"""Of the level on which the largest balls are cut out; a centroid of hundreds of cells is known much better."""
+CENTROID_PX = 1.0
+NOISE = 0.03
+"""Standard deviation of the drawn noise, of the light."""
+
+
+def srgb(linear):
+    light = np.clip(linear, 0, 1)
+    curve = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.round(255 * curve).astype(np.uint8)
+
+
+def scene(ball=BALL, *, at=(150, 110), radius=30, gains=(1.0, 1.0, 1.0), seed=0):
+    """Ball in water that brightens upwards, with noise; gains are those of white balance, gain and exposure."""
+    rng = np.random.default_rng(seed)
+    light = WATER * np.linspace(1.3, 0.8, 240)[:, np.newaxis, np.newaxis] * np.ones((1, 320, 1))
+    disc = cv2.circle(np.zeros((240, 320), dtype=np.uint8), at, radius, 1, cv2.FILLED) > 0
+    light[disc] = ball
+    light *= 1 + NOISE * rng.standard_normal(light.shape)
+    return srgb(light * gains), disc
+
+
+@pytest.mark.parametrize("radius", [14, 20, 30, 45, 70])
+def test_a_ball_is_found_in_any_size(radius):
+    """From 5 m to 1 m of aqua2's crop."""
+    crop, disc = scene(radius=radius)
+    found = detect_by_contrast(crop)
+    assert found.blobs[0].log_odds > ACQUIRED_LOG_ODDS
+    np.testing.assert_allclose(found.blobs[0].centroid_px, (150, 110), atol=CENTROID_PX)
+    # Smoothing and opening move the rim by a cell at most.
+    assert found.blobs[0].area_px == pytest.approx(disc.sum(), rel=2 * CELL_PX / radius)
+    assert (found.mask[disc] > 0).mean() > 0.9
+
+
+@given(gains=st.tuples(*(st.floats(0.8, 4.0) for _ in range(3))))
+def test_white_balance_and_exposure_change_nothing(gains):
+    """A factor a channel is a constant in the logarithm; what is left is rounding to 8 bits."""
+    plain, balanced = (detect_by_contrast(scene(gains=each)[0]).blobs[0] for each in ((1.0, 1.0, 1.0), gains))
+    np.testing.assert_allclose(balanced.centroid_px, plain.centroid_px, atol=CENTROID_PX)
+    assert balanced.log_odds == pytest.approx(plain.log_odds, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [
+        pytest.param(WATER * 0.3, id="shadow"),
+        pytest.param(np.array([0.02, 0.12, 0.10]), id="green"),
+        pytest.param(np.array([0.30, 0.30, 0.30]), id="white, near"),
+        pytest.param(np.array([0.06, 0.06, 0.012]), id="yellow"),
+    ],
+)
+def test_what_is_no_red_thing_is_not_acquired(thing):
+    blobs = detect_by_contrast(scene(thing)[0]).blobs
+    assert all(blob.log_odds < ACQUIRED_LOG_ODDS for blob in blobs)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_water_alone_holds_nothing_that_is_acquired(seed):
+    crop, _ = scene(radius=0, ball=WATER, seed=seed)
+    assert all(blob.log_odds < ACQUIRED_LOG_ODDS for blob in detect_by_contrast(crop).blobs)
+
+
+def test_what_is_ignored_is_neither_target_nor_surroundings():
+    crop, disc = scene()
+    grown = cv2.dilate(disc.astype(np.uint8), np.ones((9, 9), dtype=np.uint8)) * np.uint8(255)
+    assert detect_by_contrast(crop, ignored=grown).blobs == ()
+    # Something much redder beside it, hidden, changes nothing of the ball.
+    beside = np.zeros((240, 320), dtype=np.uint8)
+    beside[:, 200:] = 255
+    painted = crop.copy()
+    painted[:, 200:] = (250, 10, 10)
+    plain, hidden = (detect_by_contrast(each, ignored=beside) for each in (crop, painted))
+    assert plain.blobs == hidden.blobs
+    assert plain.blobs[0].log_odds > ACQUIRED_LOG_ODDS
+
+
+def test_too_small_a_blob_is_none():
+    crop, disc = scene()
+    assert detect_by_contrast(crop, 0.7 * disc.sum()).blobs
+    assert detect_by_contrast(crop, 1.5 * disc.sum()).blobs == ()
+
+
+def test_what_is_expected_is_judged_first():
+    """Two more things stand out more than the ball that is followed: without a guess they use up what is judged."""
+    crop, _ = scene(radius=20, at=(60, 120))
+    for at in ((160, 60), (260, 170)):
+        other, disc = scene(BALL * [2.5, 1, 1], radius=20, at=at)
+        crop[disc] = other[disc]
+    assert not any(math.dist(blob.centroid_px, (60, 120)) < 20 for blob in detect_by_contrast(crop).blobs)
+    (followed,) = detect_by_contrast(crop, expected_px=(63.0, 118.0)).blobs
+    assert math.dist(followed.centroid_px, (60, 120)) < CENTROID_PX
+
+
+def test_blobs_and_mask_are_those_that_are_likely():
+    crop, _ = scene()
+    found = detect_by_contrast(crop)
+    assert all(blob.log_odds >= LEAST_LOG_ODDS for blob in found.blobs)
+    assert set(np.unique(found.mask)) <= {0, 255}
+    assert detect_by_contrast(np.zeros((240, 320, 3), dtype=np.uint8)).blobs == ()
+    assert detect_by_contrast(np.full((1, 1, 3), 90, dtype=np.uint8)).blobs == ()
+    with pytest.raises(ValueError, match="expected crop of uint8"):
+        detect_by_contrast(np.zeros((240, 320, 3)))
+
+
+def test_a_ball_larger_than_its_window_is_cut_out_whole():
+    """Cut out where its top alone stands out, it would go on past the window."""
+    crop, disc = scene(radius=70, at=(160, 120))
+    pyramid = ContrastPyramid(crop)
+    pieces = [cut_out(pyramid, place) for place in pyramid.places()]
+    areas = [piece.blob.area_px for piece in pieces if piece is not None]
+    assert max(areas) == pytest.approx(disc.sum(), rel=0.1)
+
+
+def test_contrasts_are_differences_of_logarithms():
+    """Of the drawn ball: ln R - (ln G + ln B) / 2 and so on, beside the water at its height."""
+    crop, _ = scene(radius=45)
+    pyramid = ContrastPyramid(crop)
+    piece = max(
+        filter(None, (cut_out(pyramid, each) for each in pyramid.places())), key=lambda each: each.blob.log_odds
+    )
+    around = WATER * np.interp(110, [0, 239], [1.3, 0.8])
+    red, green, blue = np.log(BALL / around)
+    # The rim's cells hold both, and so does their smoothing.
+    assert piece.contrast.redness == pytest.approx(red - (green + blue) / 2, rel=0.2)
+    assert piece.contrast.greenness == pytest.approx(green - blue, abs=0.1)
+    assert piece.contrast.lightness == pytest.approx(green, rel=0.2)
+    assert piece.contrast.aspect == pytest.approx(1.0, abs=0.1)
+
+
+def test_odds_fall_with_what_speaks_against_a_red_target():
+    usual = {"standing_out": 10, "clearness": 5, "redness": 0.5, "greenness": 0.06, "lightness": -0.5, "aspect": 1.3}
+    best = Contrast(**usual).log_odds
+    for worse in ({"standing_out": 2}, {"clearness": 1}, {"greenness": 0.5}, {"lightness": 0.5}, {"aspect": 4}):
+        assert Contrast(**usual | worse).log_odds < best
+
+
+def test_spread_is_that_of_a_normal_distribution_but_for_a_few():
+    values = np.random.default_rng(1).normal(3.0, 0.5, 20_000).astype(np.float32)
+    values[:1000] = 100.0
+    # The standard error of a MAD of so many is 0.6 %; 5 % of outliers move it by 7 %.
+    assert spread_of(values) == pytest.approx(0.5, rel=0.1)
+    assert median_of(np.array([5, 1, 3], dtype=np.float32)) == 3

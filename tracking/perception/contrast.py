@@ -1,0 +1,315 @@
+"""The target by its contrast: what stands out by its redness is cut from its surroundings and judged by odds.
+
+`contrast_pyramid` tells where something redder than its surroundings is. There a finer image is cut at a redness above
+the surroundings', and the piece is compared with what is around it in numbers that no camera setting changes: how far
+it stands out, how clearly, how green that redness is (brown and yellow things are greener), how bright (a red target is
+dark in green and blue), and how long. The logarithm of its odds to be the target is linear in them, as logistic
+regression has it (Cox 1958, J. R. Stat. Soc. B 20, 215-242); the weights come from images with ground truth
+(`./run bench detector`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.kernels.arrays import FloatArray
+from tracking.perception.clusters import circularity, weighted_centroid
+from tracking.perception.contrast_pyramid import (
+    FEWEST,
+    FINEST_PX,
+    FLOOR,
+    LEVELS,
+    STANDS_OUT,
+    WIDTH,
+    ContrastPyramid,
+    FloatImage,
+    Mask,
+    Place,
+    median_of,
+    spread_of,
+)
+from tracking.perception.crop import check_image
+from tracking.records import Blob, Detection
+
+JUDGED = 2
+"""Pieces of an image that are cut out and judged, those that stand out most; with three times as many, 2 of 100 more
+targets are found."""
+
+CUT_SHARE, CUT_SPREADS, MOST_SHARE = 0.2, 2.0, 0.6
+"""Redness above the surroundings from which a cell belongs to a piece: a share of its middle's, or spreads of theirs if
+that is more, up to another share; half of that is enough where it is darker than they are by as many spreads. A ball
+lit from above is a fifth as red below, and dark."""
+
+GREENEST = 0.4
+"""Of greenness to redness above the surroundings, that of a cell of a piece."""
+
+SMOOTHING, GAP = 3, 5
+"""Sides in cells over which is averaged at least before a piece is cut, and of the gap around it."""
+
+LEAST_CELLS = 8
+
+FEW = np.float32(1e-3)
+"""Less of a cell than this is none of it."""
+
+PLAIN = 10.0
+"""Spreads from which a thing is there without doubt: more of them do not tell a target from other things."""
+
+RED_RATIO = 0.12
+"""Usual greenness to redness of a red target, above the surroundings: 0 in coastal water (3C), 0.26 in the ocean (IB).
+A ratio for each water finds no more."""
+
+WEIGHTS = np.array([0.94, 1.71, -1.09, -5.11, -2.3])
+BIAS = -3.41
+"""Of `Contrast.features` in the logarithm of the odds."""
+
+LEAST_LOG_ODDS = -1.0
+"""Of what may be the target: what is followed already is in the right place, which counts as much as its looks."""
+
+ACQUIRED_LOG_ODDS = 1.0
+"""From which it is taken for a target of which nothing is known yet: 1 of 100 images without a target has as much."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contrast:
+    """How a piece differs from what is around it.
+
+    Attributes
+    ----------
+    standing_out : float
+        As `Place` has it.
+    clearness : float
+        Its mean redness above that of the ring, in standard deviations of the ring's.
+    redness, greenness, lightness : float
+        Mean differences from the ring: of ``ln R - (ln G + ln B) / 2``, ``ln G - ln B`` and ``ln G``.
+    aspect : float
+        Longer over shorter side of the upright box.
+    """
+
+    standing_out: float
+    clearness: float
+    redness: float
+    greenness: float
+    lightness: float
+    aspect: float
+
+    def features(self) -> FloatArray:
+        """Numbers that are weighed, shape (5,)."""
+        ratio = self.greenness / max(self.redness, FLOOR)
+        return np.array(
+            [
+                math.log(min(max(self.standing_out, STANDS_OUT), PLAIN)),
+                math.log(min(max(self.clearness, 1 / PLAIN), PLAIN)),
+                min(abs(ratio - RED_RATIO), 1.0),
+                max(self.lightness, -1.0),
+                math.log(self.aspect),
+            ]
+        )
+
+    @property
+    def log_odds(self) -> float:
+        """Natural logarithm of the odds that it is the target, as many pieces being targets as not."""
+        return float(WEIGHTS @ self.features() + BIAS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """Something cut out of its surroundings.
+
+    Attributes
+    ----------
+    contrast : Contrast
+    blob : Blob
+    cells : array, shape (rows, columns)
+        uint8: 1 in its cells, of a part of a level of the pyramid.
+    level : int
+    first : tuple of int
+        Column and row at which that part begins.
+    """
+
+    contrast: Contrast
+    blob: Blob
+    cells: Mask
+    level: int
+    first: tuple[int, int]
+
+    def covers(self, place: Place) -> bool:
+        """Whether a place lies within it."""
+        scale = 2.0 ** (place.level - self.level)
+        x, y = (int((at + 0.5) * scale) - first for at, first in zip((place.x, place.y), self.first, strict=True))
+        rows, columns = self.cells.shape
+        return 0 <= x < columns and 0 <= y < rows and bool(self.cells[y, x])
+
+    def mark(self, mask: Mask) -> None:
+        """Set its pixels in a mask of the crop to 255."""
+        cell_px = FINEST_PX << self.level
+        (x, y), (rows, columns) = (first * cell_px for first in self.first), self.cells.shape
+        part = mask[y : y + rows * cell_px, x : x + columns * cell_px]
+        shown = cv2.resize(self.cells, part.shape[::-1], interpolation=cv2.INTER_NEAREST)
+        part[np.asarray(shown) > 0] = 255
+
+
+def detect_by_contrast(
+    crop: NDArray[np.uint8],
+    area_min_px: float = 100.0,
+    ignored: Mask | None = None,
+    expected_px: tuple[float, float] | None = None,
+) -> Detection:
+    """Find what may be the target in a crop, the likeliest first.
+
+    Parameters
+    ----------
+    crop : array, shape (height, width, 3)
+        uint8 sRGB.
+    area_min_px : float
+        Least area of a blob.
+    ignored : array, shape (height, width), optional
+        uint8: pixels that are 255 belong neither to a target nor to its surroundings.
+    expected_px : tuple of float, optional
+        Where a target is expected that is followed already: what is there is judged first, and when it may be the
+        target nothing else is.
+
+    Raises
+    ------
+    ValueError
+        For anything but an image.
+    """
+    check_image("crop", crop)
+    pyramid = ContrastPyramid(crop, ignored)
+    places = [(place, expected_px is not None and place.is_near(expected_px)) for place in pyramid.places()]
+    likely: list[Piece] = []
+    judged = 0
+    for place, near in sorted(places, key=lambda each: not each[1]):
+        if judged == JUDGED or any(each.covers(place) for each in likely):
+            continue
+        judged += 1
+        piece = cut_out(pyramid, place)
+        if piece is None or piece.blob.area_px < area_min_px or piece.blob.log_odds < LEAST_LOG_ODDS:
+            continue
+        likely.append(piece)
+        if near:
+            break
+    mask = np.zeros(crop.shape[:2], dtype=np.uint8)
+    for piece in likely:
+        piece.mark(mask)
+    blobs = tuple(sorted((piece.blob for piece in likely), key=lambda each: -each.log_odds))
+    return Detection(mask=mask, blobs=blobs, centroid_px=weighted_centroid(blobs))
+
+
+def cut_out(pyramid: ContrastPyramid, place: Place) -> Piece | None:
+    """What stands out at a place, cut out of a finer level; None when nothing of it holds together."""
+    level = min(place.level - 1, 1)
+    rows, columns = pyramid.shape(level)
+    scale = 1 << (place.level - level)
+    x, y, width = scale * place.x + scale // 2, scale * place.y + scale // 2, scale * WIDTH
+    x0, x1 = max(x - 2 * width, 0), min(x + 2 * width, columns)
+    y0, y1 = max(y - 2 * width, 0), min(y + 2 * width, rows)
+    part = pyramid.part(level, slice(y0, y1), slice(x0, x1))
+    side = max(SMOOTHING, width // 6 | 1)
+    *sums, counted = cv2.split(np.asarray(cv2.blur(part, (side, side))))
+    smooth = [np.asarray(plane / np.maximum(counted, FEW), dtype=np.float32) for plane in sums]
+    cells = _held_together(smooth, part[..., 3] > 0.5, (x - x0, y - y0), width)
+    if cells is None:
+        return None
+    contours, _ = cv2.findContours(cells, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    cv2.drawContours(cells, contours, -1, 1, cv2.FILLED)
+    box = cv2.boundingRect(contours[0])
+    if place.level + 1 < LEVELS and _goes_on(box, (x0, y0), cells.shape, (rows, columns)):
+        return cut_out(pyramid, place.coarser())
+    contrast = _compared(part, smooth[0], cells, place.standing_out)
+    if contrast is None:
+        return None
+    cell_px = FINEST_PX << level
+    moments = cv2.moments(cells, binaryImage=True)
+    u, v = (moments[name] / moments["m00"] + first for name, first in (("m10", x0), ("m01", y0)))
+    blob = Blob(
+        area_px=moments["m00"] * cell_px**2,
+        centroid_px=((u + 0.5) * cell_px - 0.5, (v + 0.5) * cell_px - 0.5),
+        box_px=((box[0] + x0) * cell_px, (box[1] + y0) * cell_px, box[2] * cell_px, box[3] * cell_px),
+        circularity=circularity(contours[0]),
+        log_odds=contrast.log_odds,
+    )
+    return Piece(contrast=contrast, blob=blob, cells=cells, level=level, first=(x0, y0))
+
+
+def _held_together(
+    smooth: Sequence[FloatImage], known: NDArray[np.bool_], middle: tuple[int, int], width: int
+) -> Mask | None:
+    """Cells about a middle that are red enough and not too green, 1 or 0; None when there are none."""
+    redness, greenness, lightness = smooth
+    inner, outer = _square(middle, width // 4), _square(middle, 3 * width // 4)
+    around = known.copy()
+    around[outer] = False
+    around = around[::2, ::2]
+    if np.count_nonzero(around) < FEWEST or not known[inner].any():
+        return None
+    (red, red_spread), (green, green_spread), (light, light_spread) = (
+        (median_of(outside), spread_of(outside)) for outside in (plane[::2, ::2][around] for plane in smooth)
+    )
+    height = float(redness[inner][known[inner]].mean()) - red
+    if not height > 0:
+        return None
+    cut = min(max(CUT_SHARE * height, CUT_SPREADS * red_spread), MOST_SHARE * height)
+    dark = lightness < light - CUT_SPREADS * light_spread
+    target = (redness > red + cut) | (dark & (redness > red + cut / 2))
+    target &= greenness < green + green_spread + GREENEST * (redness - red)
+    opened = cv2.morphologyEx((target & known).astype(np.uint8), cv2.MORPH_OPEN, _disc(max(width // 5 | 1, 3)))
+    _, labels = cv2.connectedComponents(opened, connectivity=4)
+    met = np.bincount(labels[inner].ravel())
+    met[0] = 0
+    return (labels == met.argmax()).astype(np.uint8) if met.any() else None
+
+
+def _square(middle: tuple[int, int], half: int) -> tuple[slice, slice]:
+    x, y = middle
+    return slice(max(y - half, 0), y + half + 1), slice(max(x - half, 0), x + half + 1)
+
+
+def _goes_on(box: Sequence[int], first: tuple[int, int], part: tuple[int, int], whole: tuple[int, int]) -> bool:
+    """Whether a box in a part of an image meets the part's border where the image goes on."""
+    x, y, width, height = box
+    rows, columns = part
+    return (
+        (x == 0 and first[0] > 0)
+        or (y == 0 and first[1] > 0)
+        or (x + width == columns and first[0] + columns < whole[1])
+        or (y + height == rows and first[1] + rows < whole[0])
+    )
+
+
+def _compared(part: FloatImage, redness: FloatImage, cells: Mask, standing_out: float) -> Contrast | None:
+    """A piece beside the rest of a box around it; None when it is too small, or too little of the ring is seen."""
+    area = cv2.countNonZero(cells)
+    if area < LEAST_CELLS:
+        return None
+    x, y, width, height = cv2.boundingRect(cells)
+    thick = int(0.6 * math.sqrt(area)) + GAP // 2
+    window = slice(max(y - thick, 0), y + height + thick), slice(max(x - thick, 0), x + width + thick)
+    part, redness, cells = part[window], redness[window], cells[window]
+    known = (part[..., 3] > 0.5).astype(np.uint8)
+    inside = cv2.bitwise_and(cells, known)
+    ring = cv2.subtract(known, cv2.dilate(cells, np.ones((GAP, GAP), dtype=np.uint8)))
+    if cv2.countNonZero(ring) < 0.3 * area:
+        return None
+    differences = np.subtract(cv2.mean(part, inside)[:3], cv2.mean(part, ring)[:3])
+    (above,), _ = cv2.meanStdDev(redness, mask=inside)
+    (below,), (spread,) = cv2.meanStdDev(redness, mask=ring)
+    return Contrast(
+        standing_out=standing_out,
+        clearness=float(above[0] - below[0]) / math.hypot(float(spread[0]), FLOOR),
+        redness=float(differences[0]),
+        greenness=float(differences[1]),
+        lightness=float(differences[2]),
+        aspect=max(width, height) / min(width, height),
+    )
+
+
+@cache
+def _disc(diameter: int) -> Mask:
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter)))
