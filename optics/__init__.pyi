@@ -9,6 +9,8 @@ from .coverage.sphere import cells_of as cells_of
 from .coverage.uncertainty import covered_range as covered_range
 from .coverage.usable_fov import UsableFov as UsableFov
 from .coverage.usable_fov import usable_fov as usable_fov
+from .feasibility.requirements import Achieved as Achieved
+from .feasibility.requirements import judged as judged
 from .gaze.kinematics import forward_gaze as forward_gaze
 from .gaze.kinematics import inverse_gaze as inverse_gaze
 from .gaze.kinematics import virtual_camera as virtual_camera

@@ -20,9 +20,6 @@ from .studies.calibration_in_water import even_disc_ratio as even_disc_ratio
 from .studies.calibration_in_water import port_in as port_in
 from .studies.compare_designs import DesignComparison as DesignComparison
 from .studies.compare_designs import compare_designs as compare_designs
-from .studies.requirements import Achieved as Achieved
-from .studies.requirements import Judged as Judged
 from .studies.requirements import achieved_by as achieved_by
-from .studies.requirements import judged as judged
 from .studies.show import RigView as RigView
 from .studies.show import show_rig as show_rig

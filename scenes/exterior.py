@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from optics.kernels.arrays import check_vector
+from optics.kernels.arrays import unit
 from optics.kernels.backend import mi
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -20,12 +20,16 @@ from scenes.light.materials import albedo_table, material_of
 from scenes.light.spectrum import camera_bands
 
 VIEWPOINTS = {"left": (0.8, 3.0, -0.3), "front": (3.4, -1.2, -0.6)}
-"""Where exterior views are taken from: from the middle between the mirrors, in body axes, in units of d1 + d2."""
+"""Directions in body axes that exterior views are taken from."""
 
 WIDTH_PX, HEIGHT_PX = 720, 560
 FIELD_OF_VIEW_DEG = 40.0
 SAMPLES = 64
-SKY_RADIANCE, SUN_IRRADIANCE = 0.6, 2.0
+FRAMED = (Role.MOUNT, Role.MIRROR, Role.SERVO)
+"""What must be in the image at rest; of the hull there may be much more."""
+MARGIN = 1.1
+SKY_RADIANCE, SUN_IRRADIANCE = 1.0, 3.0
+"""As on a white studio ground, exposed so that white is white: mounts are often printed black."""
 SUN_DIRECTION = (-0.5, 0.4, -0.8)
 MIRROR = {"type": "conductor", "material": "Al"}
 
@@ -35,14 +39,15 @@ def exterior_view(
 ) -> NDArray[np.uint8]:
     """Image of a rig from outside, sRGB, shape (HEIGHT_PX, WIDTH_PX, 3); joint values in radians.
 
-    The camera looks at the middle between the mirrors from `viewpoint`, in body axes and in units of d1 + d2, so that
-    large rigs fill the image as small ones do.
+    `viewpoint`, shape (3,), is the direction in body axes from which the mount is seen; the camera is so far away that
+    all of mount, mirrors and servos at rest fit into the image.
     """
     layout = Layout.from_rig(rig)
     layout.check_joints(q1, q2)
     body_from = {Group.FIXED: None, Group.PAN: layout.body_from_pan(q1), Group.TILT: layout.body_from_m2(q1, q2)}
-    centre = (layout.body_from_m1.translation + layout.body_from_gimbal.translation) / 2
-    eye = centre + check_vector("viewpoint", viewpoint) * path_length_m(rig)
+    centre, radius = _framed(layout, parts)
+    away = MARGIN * radius / np.sin(np.radians(FIELD_OF_VIEW_DEG / 2) * HEIGHT_PX / WIDTH_PX)
+    eye = centre + away * unit("viewpoint", viewpoint)
     scene: dict[str, Any] = {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 6},
@@ -79,11 +84,13 @@ def write_exterior_views(rig: Rig, parts: Sequence[PartMesh], folder: Path, *, q
     return paths
 
 
-def path_length_m(rig: Rig) -> float:
-    """d1 + d2: from the pinhole over M1 to M2, metres; zero for a rig without mirrors."""
-    if rig.gaze is None:
-        return 0.0
-    return (rig.gaze.fold_mirror.distance_mm + rig.gaze.gaze_mirror.distance_mm) / 1000
+def _framed(layout: Layout, parts: Sequence[PartMesh]) -> tuple[NDArray[np.float64], float]:
+    """Centre and radius of a sphere around all that must be in the image, at rest, in the body frame."""
+    at_rest = {Group.FIXED: None, Group.PAN: layout.body_from_pan(0.0), Group.TILT: layout.body_from_m2(0.0, 0.0)}
+    poses = [(part, at_rest[part.group]) for part in parts if part.role in FRAMED]
+    points = np.vstack([part.vertices_m if pose is None else pose.apply(part.vertices_m) for part, pose in poses])
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    return centre, float(np.linalg.norm(points - centre, axis=1).max())
 
 
 def front_faces(part: PartMesh, layout: Layout) -> NDArray[np.bool_]:

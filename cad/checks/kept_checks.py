@@ -16,7 +16,7 @@ from cad.finding import Finding, Sense
 from optics.kernels.cache import load_or_make, result_key
 
 KIND = "mount checks"
-CHECKS_VERSION = 1
+CHECKS_VERSION = 2
 """Raised when a check finds another figure for the same mount, or holds it against another limit."""
 
 

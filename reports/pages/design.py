@@ -10,7 +10,8 @@ from optics.coverage.summary import CoverageSummary, name_of
 from reports.figures.plotting import OUTCOME_NAMES
 from reports.pages import page
 from reports.pages.dive import DiveResults, dive_section
-from reports.pages.mount import MountResults, checks_section, loads_section, mount_files, parts_table
+from reports.pages.mount import MountResults, bill_table, checks_section, loads_section, mount_files, steps_section
+from reports.pages.standing import Standing, standing_section
 from rigs import Rig
 
 LIMITS = (
@@ -84,12 +85,14 @@ class DesignResults:
     dive: DiveSummary | None = None
 
 
-def design_page(rig: Rig, results: DesignResults, dive: DiveResults | None, folder: Path) -> str:
+def design_page(rig: Rig, standing: Standing, results: DesignResults, dive: DiveResults | None, folder: Path) -> str:
     """Page of a design as HTML, with the figures and views that lie in its folder embedded; what was made is on it."""
     missing = [name for name in DesignResults.__dataclass_fields__ if getattr(results, name) is None]
     mount = results.mount
     sections = [
         f'<h1>{page.text(rig.name)}</h1><p class="lead">{page.text(rig.description)}</p>',
+        f"<p>Rig {standing.rig_digest}, mirrorgaze {page.text(standing.version)}.</p>",
+        standing_section(standing, results.mount),
         *([f"<p>Not made: {page.text(', '.join(missing))}.</p>"] if missing else []),
         *([] if results.coverage is None else [page.tiles(_key_numbers(results.coverage))]),
         *([] if results.views is None else [_views_section(results.views, folder)]),
@@ -97,7 +100,7 @@ def design_page(rig: Rig, results: DesignResults, dive: DiveResults | None, fold
         *_mount_sections(results, folder),
         *([] if dive is None else [dive_section(dive)]),
         page.section("Rig", page.table(["", ""], rig.facts)),
-        page.section("Files", page.bullets([*_files(results), *([] if mount is None else mount_files(mount))])),
+        page.section("Files", page.listed([*_files(results), *([] if mount is None else mount_files(mount))])),
         page.section("What this leaves out", page.bullets(LIMITS)),
         f"<footer>Made by mirrorgaze from the rig file <code>{page.text(rig.name)}</code>.</footer>",
     ]
@@ -128,23 +131,29 @@ def _mount_sections(results: DesignResults, folder: Path) -> list[str]:
     if outside is not None:
         shown.append(page.gallery(page.image(folder / file, outside.caption) for file in outside.files))
     if mount is not None:
-        shown.append(parts_table(mount))
+        shown.append(bill_table(mount))
     sections = [page.section("Mount", *shown)] if shown else []
     if mount is not None:
+        sections += steps_section(folder / "mount")
         sections += [checks_section(mount, folder / "mount"), loads_section(mount, folder / "mount")]
     return sections
 
 
 def _files(results: DesignResults) -> list[str]:
+    """Links to the files of the stages that were made."""
     of_stages = {
-        "views": "views/*.png: the images above, at full size",
-        "dive": "dive/: video.mkv and overlay.mp4, log.parquet (ground truth beside what the loop estimated), "
-        "metrics.json, dive.toml",
-        "coverage": "coverage/poses.csv: gaze, usable solid angle and losses of every pose; coverage/sphere.csv: every "
-        "direction",
+        "views": [f"views/{view.name}.png" for view in results.views.views] if results.views else [],
+        "dive": [f"dive/{name}" for name in ("overlay.mp4", "video.mkv", "log.parquet", "metrics.json", "dive.toml")],
+        "coverage": ["coverage/poses.csv", "coverage/sphere.csv"],
     }
-    made = [text for name, text in of_stages.items() if getattr(results, name) is not None]
-    return ["summary.json: every number of this page", *made]
+    described = {
+        "views": "the views above at full size",
+        "dive": "the dive: what the loop saw, the camera's video, ground truth beside what the loop estimated",
+        "coverage": "gaze, usable solid angle and losses of every pose; every direction",
+    }
+    made = [name for name in of_stages if getattr(results, name) is not None]
+    rest = [f"{described[name]}: {', '.join(page.link(file, file) for file in of_stages[name])}" for name in made]
+    return [f"every number of this page: {page.link('summary.json', 'summary.json')}", *rest]
 
 
 def _key_numbers(found: CoverageSummary) -> list[tuple[str, str]]:

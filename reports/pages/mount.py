@@ -2,41 +2,30 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from cad.checks.assembly_checks import MountChecks
+from cad.export.drawings.bill_of_materials import Item
 from cad.loads.study import LoadStudy
 from reports.figures.check import findings_as_dicts, summary_rows
 from reports.figures.load import load_lines, load_summary
 from reports.pages import page
 
-CHECKS_FOLDER, LOADS_FOLDER = "checks", "loads"
+CHECKS_FOLDER, LOADS_FOLDER, ASSEMBLY_FOLDER = "checks", "loads", "assembly"
 """Folders of an exported mount that the sections' figures lie in."""
 
 TORQUES = {"off_balance_water": "Weight", "turning": "Turning", "flow": "Flow", "needed": "Needed", "rated": "Rated"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class PartResults:
-    """A part of the mount, in numbers."""
-
-    name: str
-    role: str
-    moves_with: str
-    printed: bool
-    size_mm: tuple[float, float, float]
-    volume_cm3: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class MountResults:
     """What a page reports of an exported mount; files are named from the page's folder."""
 
-    parts: tuple[PartResults, ...]
+    bill: tuple[Item, ...]
     files: tuple[str, ...]
     checks: list[dict[str, Any]]
     check_rows: list[tuple[str, str, str]]
@@ -44,12 +33,10 @@ class MountResults:
     load_lines: list[str]
 
 
-def mount_results(
-    parts: Iterable[PartResults], files: Iterable[str], checks: MountChecks, loads: LoadStudy
-) -> MountResults:
+def mount_results(bill: Iterable[Item], files: Iterable[str], checks: MountChecks, loads: LoadStudy) -> MountResults:
     """Results of a mount that was checked and whose loads were studied."""
     return MountResults(
-        parts=tuple(parts),
+        bill=tuple(bill),
         files=tuple(files),
         checks=findings_as_dicts(checks),
         check_rows=summary_rows(checks),
@@ -58,19 +45,33 @@ def mount_results(
     )
 
 
-def parts_table(mount: MountResults) -> str:
-    """Table of the parts: what is printed, what is bought, and with which joint each moves."""
+def bill_table(mount: MountResults) -> str:
+    """Table of what is printed and what is bought, with the mass of all pieces of a line."""
     rows = [
         [
-            part.name,
-            "print" if part.printed else "reference" if part.role == "hull" else "buy",
-            " × ".join(f"{side:.0f}" for side in part.size_mm),
-            f"{part.volume_cm3:.1f}",
-            part.moves_with,
+            item.kind,
+            str(item.count),
+            item.name.replace("_", " "),
+            item.material or "bought",
+            " × ".join(f"{side:.0f}" for side in item.size_mm) if item.kind == "print" else "",
+            f"{item.count * item.mass_g:.1f}",
         ]
-        for part in mount.parts
+        for item in mount.bill
     ]
-    return page.table(["Part", "", "Size (mm)", "Volume (cm³)", "Moves with"], rows, numbers=[3])
+    total = sum(item.count * item.mass_g for item in mount.bill)
+    rows.append(["", "", "all of it", "", "", f"{total:.0f}"])
+    return page.table(["", "Pieces", "Name", "Material", "Size (mm)", "Mass (g)"], rows, numbers=[1, 5])
+
+
+def steps_section(folder: Path) -> list[str]:
+    """Section on how the mount in a folder is put together, in pictures; none where the folder has no steps."""
+    guide = folder / ASSEMBLY_FOLDER / "steps.md"
+    if not guide.is_file():
+        return []
+    steps = re.findall(r"^\d+\. .*$", guide.read_text(encoding="utf-8"), re.MULTILINE)
+    pictures = sorted(guide.parent.glob("step_*.png"))
+    images = [page.image(picture, words) for picture, words in zip(pictures, steps, strict=True)]
+    return [page.section("How to put it together", page.gallery(images))]
 
 
 def checks_section(mount: MountResults, folder: Path) -> str:
@@ -97,8 +98,11 @@ def loads_section(mount: MountResults, folder: Path) -> str:
 
 
 def mount_files(mount: MountResults) -> list[str]:
-    """Files of the mount, those of a folder in one line."""
-    paths = [Path(file) for file in mount.files]
-    folders = Counter(path.parts[1] for path in paths if len(path.parts) > 2)
-    single = [str(path) for path in paths if len(path.parts) == 2]
-    return [*single, *(f"mount/{name}/: {count} files" for name, count in folders.items())]
+    """Links to the mount's files, those of a folder in one line."""
+    folders: dict[str, list[str]] = {}
+    for file in mount.files:
+        folders.setdefault(str(Path(file).parent), []).append(file)
+    return [
+        f"{page.text(folder)}/: {', '.join(page.link(file, Path(file).name) for file in files)}"
+        for folder, files in folders.items()
+    ]

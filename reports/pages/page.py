@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
+from urllib.parse import quote
 
 TEMPLATE = Path(__file__).parent / "page.html"
 
@@ -20,6 +21,11 @@ def page(title: str, sections: Iterable[str]) -> str:
 def text(plain: str) -> str:
     """Plain text, safe to stand in HTML."""
     return escape(plain)
+
+
+def link(file: str, words: str) -> str:
+    """Link to a file, named from the page's folder."""
+    return f'<a href="{escape(quote(file))}">{escape(words)}</a>'
 
 
 def section(heading: str, *content: str) -> str:
@@ -63,4 +69,19 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequenc
 
 def bullets(items: Iterable[str]) -> str:
     """List of plain sentences."""
-    return "<ul>" + "".join(f"<li>{escape(item)}</li>" for item in items) + "</ul>"
+    return listed(map(escape, items))
+
+
+def listed(items: Iterable[str]) -> str:
+    """List of pieces of HTML, such as links."""
+    return "<ul>" + "".join(f"<li>{item}</li>" for item in items) + "</ul>"
+
+
+def judgements(rows: Iterable[Sequence[str]]) -> str:
+    """Table of (outcome, what, words), the outcome marked by a colour of its own name."""
+    cells = "".join(
+        f'<tr><td class="outcome {escape(outcome.split()[0])}">{escape(outcome)}</td><td>{escape(what)}</td>'
+        f"<td>{escape(words)}</td></tr>"
+        for outcome, what, words in rows
+    )
+    return f'<table class="judgements">{cells}</table>'

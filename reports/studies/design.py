@@ -11,28 +11,33 @@ import json
 import shutil
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cad.assembly.assembly import Part
 from cad.assembly.meshes import rig_meshes
-from dives import Dive, run_dive
+from cad.export.drawings.bill_of_materials import bill_of_materials
+from cad.export.drawings.manifest import HASH_DIGITS, rig_hash
+from dives import Dive, dive_verdict, run_dive
 from dives.validation import validation_dive
 from optics.coverage.coverage import compute_coverage
 from optics.coverage.summary import CoverageSummary, coverage_summary
+from optics.feasibility.requirements import Achieved, judged
 from optics.gaze.kinematics import inverse_gaze
 from optics.layout import Layout
 from reports.figures.dive import write_dive_figures
 from reports.figures.plotting import draw_usable_fov
 from reports.figures.sphere import draw_coverage
 from reports.pages.design import DesignResults, DesignView, DiveSummary, Exterior, Views, design_page
-from reports.pages.mount import MountResults, PartResults, mount_results
+from reports.pages.mount import MountResults, mount_results
+from reports.pages.standing import Standing
 from reports.pages.tables import write_poses, write_sphere
 from reports.progress import Log, Stages, counter, plain
 from reports.studies.dive_report import dive_results
 from reports.studies.mount_export import CheckedMount, checked_mount, export_checked_mount
+from reports.studies.requirements import achieved_by
 from rigs import Rig
 from rigs.atomic_files import write_text
 from scenes.baking.lit_scene import prepare
@@ -146,18 +151,36 @@ def design(
             new = getattr(results, name) is None
             results = replace(results, **{name: stages.run(name, kind, make)})
             if new:
-                log(f"{_write_page(rig, results, folder)} shows {name}")
-    return _write_page(rig, results, folder)
+                log(f"{_write_page(rig, results, dive, folder)} shows {name}")
+    return _write_page(rig, results, dive, folder)
 
 
-def _write_page(rig: Rig, results: DesignResults, folder: Path) -> Path:
+def _write_page(rig: Rig, results: DesignResults, dive: Dive, folder: Path) -> Path:
     """Page and summary of what was made."""
     report = folder / "report.html"
-    data = {"rig": rig.model_dump(mode="json"), **plain(results)}
+    standing = _standing(rig, results, dive)
+    data = {"rig": rig.model_dump(mode="json"), "standing": plain(standing), **plain(results)}
     write_text(folder / "summary.json", json.dumps(data, indent=2))
-    dive = None if results.dive is None else dive_results(folder / DIVE)
-    write_text(report, design_page(rig, results, dive, folder))
+    shown = None if results.dive is None else dive_results(folder / DIVE)
+    write_text(report, design_page(rig, standing, results, shown, folder))
     return report
+
+
+def _standing(rig: Rig, results: DesignResults, dive: Dive) -> Standing:
+    """What the design is judged to be, by what was made of it."""
+    metrics = None if results.dive is None else results.dive.metrics
+    achieved = Achieved()
+    if rig.requirements is not None:
+        covered = None if results.coverage is None else results.coverage.covered_fraction
+        achieved = achieved_by(rig, rig_meshes(rig), covered_fraction=covered)
+    if metrics is not None:
+        achieved = replace(achieved, gaze_error_deg=metrics["gaze_error_rms_deg"] if metrics["acquired"] else np.inf)
+    return Standing(
+        rig_digest=rig_hash(rig)[:HASH_DIGITS],
+        version=version("mirrorgaze"),
+        dive=None if metrics is None else dive_verdict(metrics, dive.limits, rig),
+        requirements=tuple(judged(rig.requirements, achieved)),
+    )
 
 
 def _checked_mount(rig: Rig, log: Log) -> CheckedMount:
@@ -167,26 +190,8 @@ def _checked_mount(rig: Rig, log: Log) -> CheckedMount:
 
 def _mount(made: CheckedMount, folder: Path, log: Log) -> tuple[MountResults, list[Path]]:
     files = export_checked_mount(made, folder / "mount", log=log)
-    parts = map(_part_results, made.assembly.parts)
     names = (str(file.relative_to(folder)) for file in files)
-    return mount_results(parts, names, made.checks, made.loads), files
-
-
-def _part_results(part: Part) -> PartResults:
-    mesh = part.mesh
-    size = np.ptp(mesh.vertices_m, axis=0) * 1000
-    corners = mesh.vertices_m[mesh.faces]
-    # Divergence theorem: a closed surface's volume is the sum of its faces' signed tetrahedra.
-    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-    x, y, z = (round(float(side), 2) for side in size)
-    return PartResults(
-        name=part.name,
-        role=str(part.role),
-        moves_with=str(part.group),
-        printed=part.printed,
-        size_mm=(x, y, z),
-        volume_cm3=round(float(volume) * 1e6, 3),
-    )
+    return mount_results(bill_of_materials(made.assembly), names, made.checks, made.loads), files
 
 
 def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:

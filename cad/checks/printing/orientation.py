@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cad.assembly.print_pose import print_pose
-from cad.finding import Finding, Sense
+from cad.finding import Finding
 from optics.mesh import PartMesh
 from rigs import Mount, Problem
 
@@ -23,15 +23,14 @@ def print_findings(mesh: PartMesh, mount: Mount) -> list[Finding]:
         expected=f"parts within {mount.printer_bed_mm} mm",
     )
     turn = np.round(pose.bed_from_part.as_rotvec(degrees=True), 1) + 0.0
-    beyond = float(np.max(pose.size_mm - np.array(mount.printer_bed_mm)))
+    room = float(np.min(np.array(mount.printer_bed_mm) - pose.size_mm))
     return [
         Finding(
             check=BED_CHECK,
             subject=mesh.name,
-            figure=beyond,
-            unit="mm beyond the bed",
+            figure=room,
+            unit="mm of bed left",
             limit=0.0,
-            sense=Sense.AT_MOST,
             note=f"{size} mm as printed, turned by ({turn[0]:g}, {turn[1]:g}, {turn[2]:g}) deg",
             problem=None if pose.fits else problem,
         ),

@@ -14,7 +14,7 @@ from mirrorgaze.output import print_json, print_note, print_step, print_table
 
 if TYPE_CHECKING:
     from cad.assembly.assembly import Assembly
-    from reports.studies.requirements import Judged
+    from optics.feasibility.requirements import Judged
     from rigs import Problem, Rig
 
 
@@ -82,7 +82,8 @@ def _judge(rig: Rig, assembly: Assembly | None) -> list[Judged]:
     """Requirements of a rig; the print time's only of a mount that was built."""
     from cad.assembly.meshes import rig_meshes
     from cad.export.printing.plate_slices import print_time_s
-    from reports.studies.requirements import achieved_by, judged
+    from optics.feasibility.requirements import judged
+    from reports.studies.requirements import achieved_by
 
     print_step("requirements ...")
     achieved = achieved_by(rig, rig_meshes(rig))

@@ -15,9 +15,7 @@ from rigs import Problem
 
 PROBLEM = Problem(place="mount.printer_bed_mm", value="yoke of 1 x 1 x 1 mm", expected="parts within 0 mm")
 GOOD = Finding(check="wall thickness", subject="yoke", figure=1.2, unit="mm", limit=0.8)
-BAD = Finding(
-    check="fits the printer", subject="yoke", figure=1.0, unit="mm beyond the bed", limit=0.0, problem=PROBLEM
-)
+BAD = Finding(check="fits the printer", subject="yoke", figure=-1.0, unit="mm of bed left", limit=0.0, problem=PROBLEM)
 
 
 def mirrorgaze(*arguments: str):

@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import shutil
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -76,13 +77,35 @@ def test_everything_an_engineer_needs_is_there(made):
 
 
 def test_report_opens_without_a_network(made):
-    """Self-contained: no address but data URIs, no script."""
+    """Self-contained: no address but data URIs and files of the folder, no script."""
     html = (made[0] / "report.html").read_text(encoding="utf-8")
     dive_images = len(CAPTIONS) + len(list((made[0] / "dive/key_frames").iterdir()))
-    sources = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)""", html)
+    sources = re.findall(r"""src\s*=\s*["']([^"']*)""", html)
     assert len(sources) == len(study.GAZES_DEG) + len(VIEWPOINTS) + 4 + dive_images
     assert all(source.startswith("data:image/png;base64,") for source in sources)
     assert not re.search(r"https?://|<script|@import|url\(", html)
+
+
+def test_every_link_leads_to_a_file(made):
+    folder = made[0]
+    html = (folder / "report.html").read_text(encoding="utf-8")
+    links = {unquote(link) for link in re.findall(r'href="([^"]*)"', html)}
+    assert links > {"summary.json", "views/ahead.png", "mount/aqua2.step", "mount/bom.csv", "dive/overlay.mp4"}
+    assert [link for link in links if not (folder / link).is_file()] == []
+
+
+def test_the_page_begins_with_what_the_design_is_judged_to_be(made):
+    """A dive of six images does not find its ball: one failure, and the design has failed."""
+    folder = made[0]
+    html = (folder / "report.html").read_text(encoding="utf-8")
+    standing = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["standing"]
+    assert f"Rig {standing['rig_digest']}, mirrorgaze {standing['version']}." in html
+    manifest = json.loads((folder / "mount/manifest.json").read_text(encoding="utf-8"))
+    assert manifest["rig"]["sha256"].startswith(standing["rig_digest"])
+    assert "<h2>Verdict: fail (1 of 3)</h2>" in html
+    assert not standing["dive"]["passed"]
+    assert standing["dive"]["sentences"][0].startswith("never acquired: ")
+    assert f"<td>dive</td><td>{standing['dive']['sentences'][0]}</td>" in html
 
 
 def test_summary_agrees_with_the_tables(made):

@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 from cad import rig_meshes
 from mirrorgaze.cli import app
 from optics.camera import camera_from_spec
-from reports.studies.requirements import Achieved, Outcome, achieved_by, directions, judged
+from optics.feasibility.requirements import Achieved, Outcome, judged
+from reports.studies.requirements import achieved_by, directions
 from rigs import Requirements, Rig, RigError, preset_path
 
 ASKED = Requirements(

@@ -1,0 +1,87 @@
+"""What a design is judged to be, on the first page: checks, torque, prints, dive and requirements, one line each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cad.finding import Verdict as CheckVerdict
+from cad.loads.servo_torque import SAFETY_FACTOR
+from dives import Verdict
+from optics.feasibility.requirements import Judged, Outcome
+from reports.pages import page
+from reports.pages.mount import MountResults
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """What a design was judged by, beside the mount's own checks.
+
+    Attributes
+    ----------
+    rig_digest : str
+        First digits of the rig's hash, as drawings and manifest have it.
+    version : str
+        Of mirrorgaze.
+    dive : Verdict, optional
+        None for a design without a dive.
+    requirements : tuple of Judged
+        Of the rig file.
+    """
+
+    rig_digest: str
+    version: str
+    dive: Verdict | None
+    requirements: tuple[Judged, ...]
+
+
+Row = tuple[Outcome, str, str]
+"""Outcome, what was judged, and in which words."""
+
+
+def standing_section(standing: Standing, mount: MountResults | None) -> str:
+    """The first section of a design's page: the verdict, then what it stands on."""
+    rows = standing_rows(standing, mount)
+    return page.section(f"Verdict: {overall(rows)}", page.judgements(rows))
+
+
+def standing_rows(standing: Standing, mount: MountResults | None) -> list[Row]:
+    """One row for each thing that a design is judged by."""
+    dive = standing.dive
+    return [
+        *_mount_rows(mount),
+        (Outcome.OPEN, "dive", "not made: mirrorgaze design")
+        if dive is None
+        else (Outcome.PASS if dive.passed else Outcome.FAIL, "dive", "; ".join(dive.sentences)),
+        *((each.outcome, each.name, f"{each.achieved}; required: {each.required}") for each in standing.requirements),
+    ]
+
+
+def overall(rows: list[Row]) -> str:
+    """Verdict on the whole: failed by one failure, passed only when everything was judged."""
+    outcomes = [outcome for outcome, _, _ in rows]
+    failed, unjudged = (outcomes.count(outcome) for outcome in (Outcome.FAIL, Outcome.OPEN))
+    if failed:
+        return f"fail ({failed} of {len(rows)})"
+    return f"pass, as far as it was judged ({unjudged} of {len(rows)} were not)" if unjudged else "pass"
+
+
+def _mount_rows(mount: MountResults | None) -> list[Row]:
+    """Checks and torque; a mount that fails either is not exported, so what is there has passed."""
+    if mount is None:
+        return [(Outcome.OPEN, "mount", "not made: mirrorgaze design")]
+    verdicts = [finding["verdict"] for finding in mount.checks]
+    failed, passed = verdicts.count(CheckVerdict.FAILED), verdicts.count(CheckVerdict.PASSED)
+    margins = [(servo["margin"], servo["servo"]) for servo in mount.loads["servos"]]
+    margin, weakest = min(margins)
+    return [
+        (
+            Outcome.FAIL if failed else Outcome.PASS,
+            "mount",
+            f"{passed} figures within their limits in {len(mount.check_rows)} checks, {failed} beyond",
+        ),
+        (
+            Outcome.PASS if margin >= SAFETY_FACTOR else Outcome.FAIL,
+            "torque",
+            f"the {weakest} servo has {margin:.1f} times what it needs, at least {SAFETY_FACTOR:g} required",
+        ),
+    ]
