@@ -7,7 +7,7 @@ looks at them before.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -153,7 +153,7 @@ def arena_dive(seed: int) -> ArenaDive:
                 "speed": "still" if family == "still" else _level(speed, (0.15, 0.4), "m/s"),
                 "target": _level(diameter, (0.18, 0.24), "m"),
                 "start": _level(abs(start[0]), (45.0, 90.0, 135.0), "deg off the bow"),
-                "decoys": str(things),
+                "decoys": _decoy_level(decoys),
                 "screen": "yes" if hidden else "no",
             }
             return ArenaDive(seed=seed, dive=dive, factors=factors)
@@ -260,6 +260,13 @@ def _decoy(rng: np.random.Generator, diameter_m: float) -> dict[str, Any]:
         return ball | {"position_m": place}
     velocity = _velocity(rng, DECOY_SPEED_M_PER_S)
     return ball | {"path": {"shape": "straight", "start_m": place, "velocity_m_per_s": velocity}}
+
+
+def _decoy_level(decoys: Sequence[Mapping[str, Any]]) -> str:
+    """A red ball cannot be told from the target by what one image shows: those dives are judged by themselves."""
+    if not decoys:
+        return "none"
+    return "a red one" if any(decoy["colour"] == "red" for decoy in decoys) else "of other colours"
 
 
 def _screen(dive: Dive, time_s: float) -> dict[str, Any]:

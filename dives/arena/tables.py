@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -70,7 +70,15 @@ def _counted(happened: Callable[[Numbers], bool]) -> Callable[[list[Numbers]], I
 
 
 def _mean(name: str) -> Callable[[list[Numbers]], Interval]:
-    return lambda dives: mean_interval([dive[name] for dive in dives if dive[name] is not None])
+    """Mean over dives that have a number; of shares the interval ends at 0 and 1, where the truth must be."""
+
+    def interval(dives: list[Numbers]) -> Interval:
+        found = mean_interval([dive[name] for dive in dives if dive[name] is not None])
+        if not name.endswith("_fraction") or found.low is None or found.high is None:
+            return found
+        return replace(found, low=max(found.low, 0.0), high=min(found.high, 1.0))
+
+    return interval
 
 
 def _median(of: Callable[[Numbers], float]) -> Callable[[list[Numbers]], Interval]:

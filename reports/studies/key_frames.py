@@ -91,7 +91,7 @@ def _without_acquisition(frames: Frames) -> list[KeyFrame]:
     # Where most of it was seen says most about the detector.
     visible = np.where(frames.cause == "", -1, frames.numbers["target_visible_px"])
     best = int(visible.argmax())
-    if visible[best] >= 0:
+    if visible[best] > 0:
         what = f"not found ({frames.cause[best]}) with {visible[best]:.0f} px of the target in view"
         keys.append(_key_frame(frames, "not_found", best, what))
     return keys

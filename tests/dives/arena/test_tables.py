@@ -116,6 +116,8 @@ def test_rows_count_dives_whose_target_could_be_seen():
     assert found(rows, "acquired_fraction").count == 2
     assert found(rows, "acquired_fraction", "place", "reef").estimate == 0.0
     assert found(rows, "held_of_all_fraction").estimate == pytest.approx(0.35)
+    # Student's interval of 0.7 and 0 reaches from -4 to 5; shares do not.
+    assert (found(rows, "held_of_all_fraction").low, found(rows, "held_of_all_fraction").high) == (0.0, 1.0)
     assert found(rows, "held_fraction").count == 1
     assert found(rows, "recovered_fraction").count == 1
     assert found(rows, "on_robot_fraction", variant="paper").estimate == 1.0
