@@ -22,11 +22,13 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import CoreSchema
 
+from rigs.atomic_files import write_text
 from rigs.camera import Camera
 from rigs.display import Facts, facts_table
+from rigs.documents.changes import bring_up_to_date, with_values
 from rigs.documents.problems import RigError
 from rigs.documents.validation import validated
-from rigs.files import find_rig, missing_files, parse_toml, read_toml, with_absolute_files
+from rigs.files import find_rig, load_document, missing_files, parse_toml, read_toml, with_absolute_files
 from rigs.gaze import Gaze
 from rigs.image_sensor import ImageSensorSpec
 from rigs.lamps import Lamp
@@ -109,6 +111,45 @@ class Rig(Section):
             for name, table in tables.items()
         }
         return self.model_copy(update={"gaze": Gaze(**(dict(gaze) | changed))})
+
+    def with_(self, **changes: object) -> Rig:
+        """The same rig with other values by their places in the file: ``with_(gaze_mirror__width_mm=90)``.
+
+        A table is given whole as a mapping, and None takes an optional key or table away.
+
+        Raises
+        ------
+        RigError
+            With every problem of the rig that this would be.
+        """
+        document = with_values(self._values(), changes)
+        rig, problems = validated(type(self), document)
+        if rig is None or problems:
+            raise RigError(f"{self.name} with {', '.join(changes)}", problems)
+        return rig
+
+    def save(self, path: str | Path) -> Path:
+        """Write the rig as a rig file; of one that is there only what differs changes, and its comments stay.
+
+        Raises
+        ------
+        RigError
+            For a file that is there and holds no rig.
+        """
+        import tomlkit  # noqa: PLC0415  (only what writes rig files needs it)
+
+        path, now = Path(path), self._values()
+        if path.is_file():
+            document = load_document(path)
+            bring_up_to_date(document, Rig.load(path)._values(), now)
+        else:
+            document = tomlkit.parse(tomlkit.dumps(now))
+        write_text(path, tomlkit.dumps(document))
+        return path
+
+    def _values(self) -> dict[str, Any]:
+        """Every value of the file, as TOML has it."""
+        return self.model_dump(mode="json", exclude_none=True)
 
     def without_mirrors(self) -> Rig:
         """The camera behind its port alone."""
