@@ -41,7 +41,7 @@ def test_a_ball_is_as_large_as_the_dive_says():
 
 
 def test_a_diameter_of_what_is_no_ball_is_refused():
-    with pytest.raises(DiveError, match="diameter_m for a ball only, got one for 'buoy'; leave it out"):
+    with pytest.raises(DiveError, match="diameter_m and colour for a ball only, got one for 'buoy'; leave it out"):
         dive_of('shape = "buoy"\ndiameter_m = 0.3')
 
 

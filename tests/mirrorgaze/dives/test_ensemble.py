@@ -31,6 +31,8 @@ def dived(monkeypatch):
         for member in members:
             error = 1.0 + member.seed + 3 * (member.settings.get("variant") == "paper")
             metrics = dict.fromkeys(DEFINITIONS) | {
+                "passed": error < 8,
+                "verdict": f"FAIL: gaze {error:.2f} degrees off",
                 "losses": 0,
                 "losses_reacquired": 0,
                 "acquired": True,
@@ -49,6 +51,16 @@ def dived(monkeypatch):
 
     monkeypatch.setattr(run, "run_ensemble", dive_all)
     return failing
+
+
+def test_a_dive_beyond_its_limits_is_named_and_ends_with_1_where_that_is_asked_for(dived, here):
+    arguments = ("spiral", "--seeds", "5", "--vary", "variant=default,paper")
+    told = mirrorgaze(*arguments)
+    assert told.exit_code == 0, told.stderr
+    failed = [line for line in told.stdout.splitlines() if "FAIL" in line]
+    assert [line.partition(": ")[2] for line in failed] == ["FAIL: gaze 8.00 degrees off"]
+    assert mirrorgaze(*arguments, "--require").exit_code == 1
+    assert mirrorgaze("spiral", "--seeds", "2", "--require").exit_code == 0
 
 
 def test_it_writes_and_prints_tables(dived, here):
