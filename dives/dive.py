@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import difflib
 import tomllib
 from collections.abc import Mapping
@@ -14,6 +13,7 @@ import tomlkit
 from dives.checks import dive_problems
 from dives.path_files import with_path_files
 from dives.specification import DiveSpecification
+from rigs.documents.changes import with_values
 from rigs.documents.problems import Problem, SpecificationError
 from rigs.documents.validation import validated
 from tracking.loop.variants import VARIANTS
@@ -50,7 +50,7 @@ def loaded_with(name_or_path: str | Path, settings: Mapping[str, Any]) -> Dive:
     path = find_dive(name_or_path)
     text = _text_of(path, str(name_or_path))
     if settings:
-        text = tomlkit.dumps(with_settings(_document(text, str(name_or_path)), settings))
+        text = tomlkit.dumps(with_values(_document(text, str(name_or_path)), settings))
     return parse_dive(text, source=str(name_or_path), folder=path.parent)
 
 
@@ -75,26 +75,6 @@ def varied(
         **({} if video else {"video": "none", "overlay": False}),
     }
     return dive.model_copy(update=changes)
-
-
-def with_settings(base: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Copy of a document with the values of dotted keys replaced or added.
-
-    Raises
-    ------
-    ValueError
-        When a key leads through something that is no table.
-    """
-    document = copy.deepcopy(dict(base))
-    for key, value in settings.items():
-        *tables, last = key.split(".")
-        place = document
-        for table in tables:
-            place = place.setdefault(table, {})
-            if not isinstance(place, dict):
-                raise ValueError(f"{key}: expected a table at {table!r}, got {place!r}")
-        place[last] = copy.deepcopy(value)
-    return document
 
 
 def preset_names() -> list[str]:

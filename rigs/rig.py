@@ -25,7 +25,7 @@ from pydantic_core.core_schema import CoreSchema
 from rigs.atomic_files import write_text
 from rigs.camera import Camera
 from rigs.display import Facts, facts_table
-from rigs.documents.changes import bring_up_to_date, with_values
+from rigs.documents.changes import ARGUMENT, bring_up_to_date, with_values
 from rigs.documents.problems import RigError
 from rigs.documents.validation import validated
 from rigs.files import find_rig, load_document, missing_files, parse_toml, read_toml, with_absolute_files
@@ -122,7 +122,7 @@ class Rig(Section):
         RigError
             With every problem of the rig that this would be.
         """
-        document = with_values(self._values(), changes)
+        document = with_values(self._values(), changes, ARGUMENT)
         rig, problems = validated(type(self), document)
         if rig is None or problems:
             raise RigError(f"{self.name} with {', '.join(changes)}", problems)

@@ -14,11 +14,10 @@ from cad.assembly.meshes import rig_meshes
 from dives.arena.distribution import ArenaDive, arena_dive, arena_rig
 from dives.arena.judged import judged
 from dives.dive import Dive, varied
-from dives.ensembles.processes import Failure, run_in_processes
+from dives.ensembles.processes import Failure, counted, run_in_processes
 from dives.files import json_text
 from dives.runner import run_dive
 from optics.kernels.backend import dr
-from optics.kernels.clock import Pace
 from rigs.atomic_files import write_text
 from tracking.log import read_log
 from tracking.loop.variants import VARIANTS
@@ -94,18 +93,7 @@ def run_arena(
         for key, path in folders.items()
         if not _is_judged(drawn[key[0]], path)
     }
-    done, whole = len(folders) - len(waiting), len(folders)
-    if done:
-        log(f"{done} of {whole} dives: done before")
-    pace = Pace()
-    pace.to_go(done, whole)
-
-    def ended(name: str, failure: Failure | None) -> None:
-        nonlocal done
-        done = done + 1
-        said = "" if failure is None else f", failed: {failure.sentence}"
-        log(f"{done} of {whole} dives{pace.to_go(done, whole)}: {name}{said}")
-
+    ended = counted(log, len(folders) - len(waiting), len(folders), "dives")
     failures = run_in_processes(work or dive_and_judge, waiting, workers=workers, finished=ended)
     return [
         ArenaOutcome(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from dives.dive import with_settings
+from rigs.documents.changes import with_values
 
 SEED_KEY = "seed"
 """Of a dive's file."""
@@ -80,7 +80,7 @@ class Member:
 
     def document(self, base: Mapping[str, Any]) -> dict[str, Any]:
         """The dive's file with the settings and the seed of this one."""
-        return with_settings(base, self.settings | {SEED_KEY: self.seed})
+        return with_values(base, self.settings | {SEED_KEY: self.seed})
 
 
 def members(

@@ -14,6 +14,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
+from optics.kernels.clock import Pace
+
 TIMEOUT_S = 10.0
 """How long a process that was told to end may take, before it is killed."""
 
@@ -97,6 +99,25 @@ def run_in_processes(
     finally:
         _end(running)
     return failures
+
+
+def counted(log: Callable[[str], None], done: int, total: int, what: str) -> Callable[[str, Failure | None], None]:
+    """What `run_in_processes` tells of each that ends: a line of how far it is and for how long still.
+
+    `done` of the `total` were done before; `what` they are, such as dives.
+    """
+    if done:
+        log(f"{done} of {total} {what}: done before")
+    pace = Pace()
+    pace.to_go(done, total)
+
+    def ended(name: str, failure: Failure | None) -> None:
+        nonlocal done
+        done += 1
+        said = "" if failure is None else f", failed: {failure.sentence}"
+        log(f"{done} of {total} {what}{pace.to_go(done, total)}: {name}{said}")
+
+    return ended
 
 
 def _report(reports: Connection, work: Callable[..., None], arguments: tuple[Any, ...]) -> None:

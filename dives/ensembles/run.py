@@ -13,14 +13,13 @@ import tomlkit
 
 from dives.dive import Dive, find_dive, parse_dive, varied
 from dives.ensembles.members import Member
-from dives.ensembles.processes import Failure, run_in_processes
+from dives.ensembles.processes import Failure, counted, run_in_processes
 from dives.files import is_finished
 from dives.metrics import dive_metrics
 from dives.metrics.verdict import dive_verdict
 from dives.runner import identity_of, run_dive
 from dives.target_size import sized
 from optics.kernels.backend import dr
-from optics.kernels.clock import Pace
 from tracking.log import read_log
 
 Work = Callable[[str, str, int], None]
@@ -93,19 +92,7 @@ def run_ensemble(
     threads = max(1, (os.cpu_count() or 1) // workers)
     folders = {member.name: folder / member.name for member in members}
     waiting = {name: (dives[name].as_toml(), str(path), threads) for name, path in unfinished(dives, folders).items()}
-    done = len(members) - len(waiting)
-    if done:
-        log(f"{done} of {len(members)} dives: done before")
-
-    pace = Pace()
-    pace.to_go(done, len(members))
-
-    def ended(name: str, failure: Failure | None) -> None:
-        nonlocal done
-        done = done + 1
-        said = "" if failure is None else f", failed: {failure.sentence}"
-        log(f"{done} of {len(members)} dives{pace.to_go(done, len(members))}: {name}{said}")
-
+    ended = counted(log, len(members) - len(waiting), len(members), "dives")
     failures = run_in_processes(work or dive_into, waiting, workers=workers, finished=ended)
     return [
         Outcome(

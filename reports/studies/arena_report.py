@@ -14,7 +14,7 @@ from dives.arena.replay import write_frames
 from dives.arena.run import ArenaOutcome
 from dives.arena.tables import MEANINGS, arena_rows, dives_csv, is_available, pair_differences, story, summary_csv
 from dives.arena.tables import worst_dives as worst_of
-from dives.ensembles.processes import run_in_processes
+from dives.ensembles.processes import counted, run_in_processes
 from dives.files import json_text
 from dives.metrics.frames import Frames
 from dives.metrics.holding import runs
@@ -124,16 +124,8 @@ def _pictured(
         missing = {key.frame: str(path) for key, path in paths.items() if not path.is_file()}
         if missing:
             jobs[outcome.folder.name] = (outcome.seed, outcome.variant, missing, 1)
-    done = 0
-
-    def ended(name: str, failure: object) -> None:
-        nonlocal done
-        done += 1
-        log(f"{done} of {len(jobs)} dives drawn: {name}")
-
-    failures = run_in_processes(write_frames, jobs, workers=workers, finished=ended)
-    for name, failure in failures.items():
-        log(f"{name}: no images: {failure.sentence}")
+    ended = counted(log, 0, len(jobs), "dives drawn")
+    run_in_processes(write_frames, jobs, workers=workers, finished=ended)
     return {
         folder: [(path, caption) for path, caption in images if path.is_file()] for folder, images in pictures.items()
     }

@@ -6,12 +6,12 @@ import copy
 from collections.abc import Mapping, MutableMapping
 from typing import Any
 
-SEPARATOR = "__"
+ARGUMENT = "__"
 """Between table and key in the name of an argument: Python's names have no dots."""
 
 
-def with_values(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Copy of a document with other values, by names such as ``gaze_mirror__width_mm``; None takes a key out.
+def with_values(document: Mapping[str, Any], changes: Mapping[str, Any], separator: str = ".") -> dict[str, Any]:
+    """Copy of a document with the values of keys such as ``gaze_mirror.width_mm`` replaced, added, or, by None, gone.
 
     Raises
     ------
@@ -20,7 +20,7 @@ def with_values(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
     """
     changed = copy.deepcopy(dict(document))
     for name, value in changes.items():
-        *tables, key = name.split(SEPARATOR)
+        *tables, key = name.split(separator)
         place: Any = changed
         for table in tables:
             place = place.setdefault(table, {})
@@ -29,7 +29,7 @@ def with_values(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
         if value is None:
             place.pop(key, None)
         else:
-            place[key] = value
+            place[key] = copy.deepcopy(value)
     return changed
 
 

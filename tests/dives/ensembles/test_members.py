@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dives.dive import with_settings
 from dives.ensembles.members import Choice, Member, Range, folder_name, members, parsed_variation
+from rigs.documents.changes import with_values
 
 
 def test_every_choice_meets_every_other_and_every_seed():
@@ -80,7 +80,7 @@ def test_a_range_needs_numbers():
 
 def test_settings_reach_into_tables():
     base = tomllib.loads("depth_m = 3\n[target]\nshape = 'red ball'\n[target.path]\nshape = 'circle'")
-    changed = with_settings(base, {"target.path.radius_m": 2.0, "sun.elevation_deg": 40, "depth_m": 4})
+    changed = with_values(base, {"target.path.radius_m": 2.0, "sun.elevation_deg": 40, "depth_m": 4})
     assert changed == {
         "depth_m": 4,
         "target": {"shape": "red ball", "path": {"shape": "circle", "radius_m": 2.0}},
@@ -91,7 +91,7 @@ def test_settings_reach_into_tables():
 
 def test_a_key_through_a_number_is_refused():
     with pytest.raises(ValueError, match=r"depth_m\.x: expected a table at 'depth_m', got 3"):
-        with_settings({"depth_m": 3}, {"depth_m.x": 1})
+        with_values({"depth_m": 3}, {"depth_m.x": 1})
 
 
 def test_every_problem_of_an_ensemble_at_once():
