@@ -17,7 +17,7 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
-from cad.hulls.files.step import step_shape
+from cad.hulls.files.step import step_shape, without_messages
 from cad.hulls.files.units import check_size
 from cad.hulls.hull_mesh import body_from_file
 from cad.shapes import location_mm, one_solid
@@ -52,7 +52,9 @@ def _named_faces(file: Path, changed_ns: int) -> tuple[tuple[str, Face], ...]:
     before = Interface_Static.IVal_s(FACE_NAMES)
     Interface_Static.SetIVal_s(FACE_NAMES, 1)
     try:
-        if reader.ReadFile(str(file)) != IFSelect_ReturnStatus.IFSelect_RetDone or not reader.Transfer(document):
+        with without_messages():
+            read = reader.ReadFile(str(file)) == IFSelect_ReturnStatus.IFSelect_RetDone and reader.Transfer(document)
+        if not read:
             raise ValueError(f"hull.file = {file.name!r}: expected a STEP file, got what cannot be read as one")
     finally:
         Interface_Static.SetIVal_s(FACE_NAMES, before)

@@ -17,8 +17,6 @@ from rigs import Rig
 SEGMENTS = 64
 """Of cylinder and sphere: their chords lie 0.1 mm inside an arc of 100 mm, the tolerance of the checks on solids."""
 
-UNIT_SPHERE = Manifold.sphere(1.0, SEGMENTS)
-
 ANCHOR_STEPS, ANCHOR_STEP_MM = 400, 0.5
 """How far a base anchor may be moved along the hull, 200 mm, and how finely."""
 
@@ -61,8 +59,7 @@ def gimbal_rooms_mm(rig: Rig, hull: Manifold) -> dict[str, float]:
         anchor = None
     bottom = dimensions.yoke_bottom_mm
     yoke = Manifold.cylinder(dimensions.servo_arm_top_mm - bottom, dimensions.yoke_radius_mm, -1, SEGMENTS)
-    radius = dimensions.holder_reach_mm
-    holder = UNIT_SPHERE.scale((radius, radius, radius))
+    holder = Manifold.sphere(dimensions.holder_reach_mm, SEGMENTS)
     reach = clearance + LARGEST_ROOM_MM
     rooms = {
         YOKE_ROOM: yoke.translate((0, 0, bottom)).transform(pose).min_gap(hull, reach) - clearance,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import tomlkit
 
-from cad.hulls.files.taken import TakenHull, take_hull
+from cad.hulls.files.taken import TakenHull, take_hull, told_problems
 from cad.hulls.files.triangles import read_hull_file
 from cad.hulls.hull import closed_surface, file_hull_solid
 from cad.hulls.hull_mesh import body_from_file
@@ -32,7 +33,7 @@ def new_rig_on_hull(
     unit: str | None = None,
     forward: str | None = None,
     up: str | None = None,
-    keep: KeptBodies = "all",
+    keep: str = "all",
     camera_mm: tuple[float, float, float] | None = None,
     camera_from: str | None = None,
     log: Log,
@@ -78,6 +79,7 @@ def new_rig_on_hull(
         When there is such a rig already, no such folder, hull or preset.
     """
     check_new_file(file)
+    _check_told(hull, unit=unit, forward=forward, up=up, keep=keep, cameras=(camera_mm, camera_from))
     document = template(name, preset)
     taken = take(hull, unit=unit, forward=forward, up=up, log=log)
     section = taken.section().model_copy(update={"keep": keep})
@@ -100,6 +102,25 @@ def new_rig_on_hull(
     return taken, placement
 
 
+def _check_told(
+    hull: Path,
+    *,
+    unit: str | None,
+    forward: str | None,
+    up: str | None,
+    keep: str,
+    cameras: tuple[tuple[float, float, float] | None, str | None],
+) -> None:
+    """Refuse what cannot be meant, all of it at once and before the file is opened."""
+    problems = told_problems(hull, unit=unit, forward=forward, up=up)
+    if keep not in get_args(KeptBodies):
+        problems.append(f"--keep {keep}: expected {', '.join(get_args(KeptBodies))}")
+    if None not in cameras:
+        problems.append(f"--camera-from {cameras[1]}: expected that or --camera-mm, got both")
+    if problems:
+        raise ValueError(f"{hull}: {'; '.join(problems)}")
+
+
 def template(name: str, preset: str | None) -> tomlkit.TOMLDocument:
     """A rig to place on a hull: a preset under another name, or plain numbers for a robot of one's own."""
     if preset is not None:
@@ -113,8 +134,11 @@ def _camera_of(taken: TakenHull, name: str) -> tuple[float, float, float]:
     """Position of a camera of the hull's file in the body frame, millimetres."""
     cameras = {camera.name: camera for camera in taken.found.cameras}
     if name not in cameras:
-        known = ", ".join(sorted(cameras)) or "none"
-        raise ValueError(f"--camera-from {name}: expected a camera of {taken.found.file.name}, which has: {known}")
+        has = f"{', '.join(sorted(cameras))}; name one of them, or" if cameras else "none;"
+        raise ValueError(
+            f"--camera-from {name}: expected a camera of {taken.found.file.name}, which has {has} say where the "
+            "pinhole is: --camera-mm X Y Z"
+        )
     pose = body_from_file(taken.section())
     x, y, z = (np.round(1000 * pose.apply(cameras[name].position_mm / 1000), 1) + 0.0).tolist()
     return x, y, z

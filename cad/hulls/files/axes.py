@@ -55,23 +55,25 @@ def axis_vector(axis: str) -> FloatArray:
     return np.asarray((1.0 if axis[0] == "+" else -1.0) * np.eye(3)["xyz".index(axis[1])])
 
 
+def axis_problems(forward: str | None, up: str | None) -> list[str]:
+    """What is wrong with axes that are given, each in a sentence."""
+    wrong = [
+        f"--{name} {axis}: expected {', '.join(AXES)}"
+        for name, axis in (("forward", forward), ("up", up))
+        if axis is not None and axis not in AXES
+    ]
+    if not wrong and forward is not None and up is not None and forward[1] == up[1]:
+        wrong.append(f"--forward {forward} and --up {up}: expected two different axes")
+    return wrong
+
+
 def choose_axes(found: FoundHull, *, forward: str | None = None, up: str | None = None) -> HullAxes:
     """Forward and up of a hull's file.
 
-    What is given counts. Then what the format says, unless the vehicle would stand on end. Then the shape: the longest
-    side is the length, the nose is the fuller end; of the other two sides the one whose mirror image is more like the
-    shape is the width; with no difference z is up.
-
-    Raises
-    ------
-    ValueError
-        When an axis is none, or forward and up are along one.
+    What is given counts; `axis_problems` must have nothing against it. Then what the format says, unless the vehicle
+    would stand on end. Then the shape: the longest side is the length, the nose is the fuller end; of the other two
+    sides the one whose mirror image is more like the shape is the width; with no difference z is up.
     """
-    for name, axis in (("forward", forward), ("up", up)):
-        if axis is not None and axis not in AXES:
-            raise ValueError(f"{name} {axis!r}: expected {', '.join(AXES)}")
-    if forward is not None and up is not None and forward[1] == up[1]:
-        raise ValueError(f"forward {forward} and up {up}: expected two different axes")
     points = _surface_points(found)
     upward, up_because = (up, "as told") if up is not None else _said_up(found, forward)
     length, length_because = _length(found, forward, upward)

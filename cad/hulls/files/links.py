@@ -33,6 +33,8 @@ Y_UP_SUFFIXES = (".glb", ".gltf")
 UPSIDE_DOWN_Y = 0.7
 """A camera's frame whose y points down by this much has z forward, as images have, and not x."""
 
+ROBOT_AGAIN = "get the robot's description again, or give its mesh alone"
+
 ReadMesh = Callable[[Path], FoundHull]
 
 
@@ -102,7 +104,8 @@ def xml_root(text: str | bytes, what: str) -> ET.Element:
         if "unbound prefix" in str(error) and isinstance(text, bytes):
             # Simulators read names with a prefix that nobody has declared.
             return xml_root(UNDECLARED.sub(rb"\1_", text).decode(errors="replace"), what)
-        raise ValueError(f"expected {what}, got what is no XML ({error})") from None
+        said = f"expected {what}, got what is no XML ({error})"
+        raise ValueError(f"{said}; {ROBOT_AGAIN}") from None
 
 
 def put_together(file: Path, description: Description, problems: Problems, read_mesh: ReadMesh) -> FoundHull:

@@ -9,6 +9,7 @@ from scipy.spatial.transform import RigidTransform
 
 from cad.hulls.files.found import FoundCamera, FoundHull
 from cad.hulls.files.links import (
+    ROBOT_AGAIN,
     Description,
     Problems,
     ReadMesh,
@@ -40,7 +41,7 @@ def sdf_model(file: Path) -> ET.Element:
     """The only model of an SDF file; raises `ValueError` when there is not exactly one."""
     root = xml_root(file.read_bytes(), "an SDF")
     if root.tag != "sdf":
-        raise ValueError(f"expected an SDF, whose first element is sdf, got {root.tag}")
+        raise ValueError(f"expected an SDF, whose first element is sdf, got {root.tag}; {ROBOT_AGAIN}")
     models = [*root.findall("model"), *root.findall("world/model")]
     if len(models) != 1:
         names = ", ".join(str(model.get("name")) for model in models) or "none"

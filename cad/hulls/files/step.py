@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -41,11 +43,27 @@ def is_one_solid(file: Path) -> bool:
     return len(solids) == 1 and len(shape.faces()) == len(solids[0].faces())
 
 
+@contextmanager
+def without_messages() -> Iterator[None]:
+    """Within it OpenCascade writes nothing on the terminal: what is wrong with a file is ours to say."""
+    from OCP.Message import Message  # noqa: PLC0415  (comes with build123d)
+
+    messenger = Message.DefaultMessenger_s()
+    printers = list(messenger.Printers())
+    for printer in printers:
+        messenger.RemovePrinter(printer)
+    try:
+        yield
+    finally:
+        for printer in printers:
+            messenger.AddPrinter(printer)
+
+
 @lru_cache(maxsize=1)
 def _shape(file: Path, changed_ns: int) -> Any:
     from build123d import import_step  # noqa: PLC0415  (takes seconds to import)
 
-    with reading("a STEP file"):
+    with reading("a STEP file"), without_messages():
         shape = import_step(file)
     if not shape.faces():
         raise ValueError(f"expected a STEP file with solids or faces, got none; {EXPORT_AGAIN}")

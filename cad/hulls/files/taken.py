@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from cad.hulls.files.axes import HullAxes, choose_axes
+from cad.hulls.files.axes import HullAxes, axis_problems, choose_axes
 from cad.hulls.files.found import EXPORT_AGAIN, FoundHull
 from cad.hulls.files.openings import Openings, openings
 from cad.hulls.files.units import MILLIMETRES, check_size, length_text, plausible_units
@@ -108,6 +109,9 @@ def take_hull(
         does not go together; the message names the file and what to say.
     """
     try:
+        problems = told_problems(found.file, unit=unit, forward=forward, up=up)
+        if problems:
+            raise ValueError("; ".join(problems))
         if np.sort(found.size)[1] <= 0:
             raise ValueError(f"expected a surface, got triangles on a line; {EXPORT_AGAIN}")
         chosen, because = _choose_unit(found, unit)
@@ -118,6 +122,16 @@ def take_hull(
     except ValueError as error:
         raise ValueError(f"{found.file}: {error}") from None
     return taken
+
+
+def told_problems(file: Path, *, unit: str | None, forward: str | None, up: str | None) -> list[str]:
+    """What is wrong with what is said about a hull's file, each in a sentence; the file is not opened."""
+    wrong = []
+    if unit is not None and unit not in MILLIMETRES:
+        wrong.append(f"--unit {unit}: expected {', '.join(MILLIMETRES)}")
+    elif unit is not None and file.suffix.lower() in FIXED_UNIT_SUFFIXES:
+        wrong.append(f"--unit {unit}: expected none; a {file.suffix} file says what its numbers mean")
+    return wrong + axis_problems(forward, up)
 
 
 def found_text(found: FoundHull) -> str:
@@ -168,11 +182,7 @@ def _check_size(taken: TakenHull) -> None:
 
 def _choose_unit(found: FoundHull, unit: str | None) -> tuple[Unit | None, str]:
     if unit is not None:
-        if unit not in MILLIMETRES:
-            raise ValueError(f"--unit {unit}: expected {', '.join(MILLIMETRES)}")
-        if found.file.suffix.lower() in FIXED_UNIT_SUFFIXES:
-            raise ValueError(f"--unit {unit}: expected none; a {found.file.suffix} file says what its numbers mean")
-        return unit, f"{unit}, as told"
+        return cast("Unit", unit), f"{unit}, as told"
     if found.unit_mm is not None:
         known = {millimetres: name for name, millimetres in MILLIMETRES.items()}
         return None, f"{known.get(found.unit_mm, f'{found.unit_mm:g} mm')}, as the format has it or the file says"

@@ -9,6 +9,7 @@ from scipy.spatial.transform import RigidTransform
 
 from cad.hulls.files.found import FoundCamera, FoundHull
 from cad.hulls.files.links import (
+    ROBOT_AGAIN,
     Description,
     Problems,
     ReadMesh,
@@ -33,7 +34,7 @@ def urdf_root(file: Path) -> ET.Element:
     """Root of a URDF file, macros expanded; raises `ValueError` when there is no robot in it."""
     root = xml_root(file.read_bytes(), "a URDF")
     if root.tag != "robot":
-        raise ValueError(f"expected a URDF, whose first element is robot, got {root.tag}")
+        raise ValueError(f"expected a URDF, whose first element is robot, got {root.tag}; {ROBOT_AGAIN}")
     if any(str(element.tag).startswith(XACRO) for element in root.iter()):
         root = xml_root(_expanded(file), "a URDF")
     return root

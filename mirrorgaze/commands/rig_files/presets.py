@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast, get_args
+from typing import Annotated
 
 import typer
 
 from mirrorgaze.options import JsonOption
 from mirrorgaze.output import print_json, print_step, print_table
-
-if TYPE_CHECKING:
-    from rigs.mounting import KeptBodies
 
 
 def rigs(json: JsonOption = False) -> None:
@@ -116,8 +113,6 @@ def new(
         preset = create_rig_file(name, file, preset=preset, shape=hull)
         typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")
         return
-    if camera_mm is not None and camera_from is not None:
-        raise ValueError(f"--camera-from {camera_from}: expected that or --camera-mm, got both")
     from reports.studies.new_rig import new_rig_on_hull
     from reports.studies.placement import placement_rows
 
@@ -129,7 +124,7 @@ def new(
         unit=unit,
         forward=forward,
         up=up,
-        keep=_kept_bodies(keep),
+        keep=keep or "all",
         camera_mm=camera_mm,
         camera_from=camera_from,
         log=print_step,
@@ -137,12 +132,3 @@ def new(
     typer.echo(taken.describe())
     print_table((f"  {key}", value, reason) for key, value, reason in placement_rows(placement))
     typer.echo(f"{file}: written; look at it: mirrorgaze show {file}; check its mount: mirrorgaze check {file} --cad")
-
-
-def _kept_bodies(keep: str | None) -> KeptBodies:
-    from rigs import mounting
-
-    known = get_args(mounting.KeptBodies)
-    if keep is not None and keep not in known:
-        raise ValueError(f"--keep {keep}: expected {', '.join(known)}")
-    return cast("KeptBodies", keep or "all")

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -53,3 +55,9 @@ def test_a_camera_far_from_the_hull_has_no_seat_within_reach(rig: Rig, capsule: 
     within = f"a seat for the bracket within 520 mm of M1.*there is room without {CAMERA} pinned"
     with pytest.raises(ValueError, match=within):
         place(rig.model_copy(update={"camera": camera}), capsule, pinned={CAMERA, DIRECTION})
+
+
+def test_loading_leaves_no_body_of_manifold3d():
+    """It says at length, at the end of every command, what bodies it finds in a module that is not unloaded."""
+    load = [sys.executable, "-c", "import cad.placement.placement"]
+    assert subprocess.run(load, capture_output=True, text=True, check=True).stderr == ""

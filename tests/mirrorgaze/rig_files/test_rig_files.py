@@ -143,7 +143,16 @@ def test_new_writes_nothing_on_bad_input(here, arguments, words):
             "mine.stl: expected --unit mm or cm or inch: the file does not say what its numbers mean, and",
         ),
         (["--unit", "ft"], "mine.stl: --unit ft: expected mm, cm, m, inch"),
-        (["--unit", "mm", "--forward", "+x", "--up", "-x"], "forward +x and up -x: expected two different axes"),
+        (["--unit", "mm", "--forward", "+x", "--up", "-x"], "--forward +x and --up -x: expected two different axes"),
+        (
+            ["--unit", "ft", "--keep", "smallest", "--forward", "q", "--camera-mm", *"000", "--camera-from", "a"],
+            "mine.stl: --unit ft: expected mm, cm, m, inch; --forward q: expected +x, -x, +y, -y, +z, -z; "
+            "--keep smallest: expected all, joined, largest; --camera-from a: expected that or --camera-mm, got both",
+        ),
+        (
+            ["--unit", "mm", "--camera-from", "a"],
+            "of mine.stl, which has none; say where the pinhole is: --camera-mm",
+        ),
         (["--unit", "mm", "--from", "bench"], "expected a preset with mirrors, got one that has no hull"),
     ],
 )

@@ -147,22 +147,23 @@ WRONG = {
     "text.dae": (b"hello", "expected COLLADA, got what cannot be read as one"),
     "text.3mf": (b"hello", "expected 3MF, got what cannot be read as one"),
     "text.step": (b"hello", "expected a STEP file"),
-    "text.urdf": (b"hello", "expected a URDF, got what is no XML"),
+    "text.urdf": (b"hello", r"expected a URDF, got what is no XML .*; get the robot's description again"),
     "none.urdf": (
         b"<robot name='a'/>",
         "expected one link that is no joint's child, got no link at all; expected links with",
     ),
-    "text.sdf": (b"<robot/>", "expected an SDF, whose first element is sdf, got robot"),
+    "text.sdf": (b"<robot/>", "expected an SDF, whose first element is sdf, got robot; get the robot's"),
     "hull.blend": (b"hello", r"expected a file that ends in \.stl, \.obj"),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_no_mesh_is_refused_in_a_sentence(write, name):
+def test_what_is_no_mesh_is_refused_in_a_sentence(write, name, capfd):
     content, words = WRONG[name]
     with pytest.raises(ValueError, match=rf"{name}: {words}") as refusal:
         read_hull_file(write(name, content))
     assert "\n" not in str(refusal.value)
+    assert capfd.readouterr() == ("", ""), "what a library writes itself belongs into the sentence"
 
 
 def test_a_cut_off_collada_and_one_with_corners_that_are_not_there_are_refused(one_triangle_dae):

@@ -90,10 +90,10 @@ def test_what_the_user_says_counts_first(tmp_path):
     axes = choose_axes(robot, forward="-y")
     assert axes == HullAxes(forward="-y", up="+z", forward_because="as told", up_because=choose_axes(robot).up_because)
     assert choose_axes(robot, up="+x").forward[1] != "x"
-    with pytest.raises(ValueError, match=r"forward \+x and up -x: expected two different axes"):
-        choose_axes(robot, forward="+x", up="-x")
-    with pytest.raises(ValueError, match=r"forward 'ahead': expected \+x, -x, "):
-        choose_axes(robot, forward="ahead")
+    with pytest.raises(ValueError, match=r"a\.urdf: --forward \+x and --up -x: expected two different axes"):
+        take_hull(robot, forward="+x", up="-x")
+    with pytest.raises(ValueError, match=r"--unit mm: expected none; .*; --forward ahead: expected \+x, -x, "):
+        take_hull(robot, unit="mm", forward="ahead")
 
 
 @pytest.mark.parametrize(
