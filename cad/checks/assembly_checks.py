@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from cad.checks.clearance.stowing import stowing_findings
 from cad.checks.printing.orientation import print_findings
 from cad.checks.printing.walls import wall_finding
 from cad.checks.sequence.findings import sequence_findings
-from cad.checks.sequence.steps import assembly_steps
+from cad.checks.sequence.steps import Step, assembly_steps
 from cad.checks.solidity import solidity
 from cad.finding import Finding, Sense, Verdict
 from cad.overlaps import OVERLAP_TOLERANCE_MM3, Gap, Overlap, checked_poses, overlaps, smallest_gaps
@@ -52,10 +52,14 @@ class MountChecks:
         One per figure, in the order of the checks.
     admissible : AdmissibleRegion or None
         Joint values that keep the clearance; None when all do, or when no joint values were looked at.
+    steps : tuple of Step or None
+        How the mount is put together, for whoever goes on with it; None when that was not looked at, or the checks come
+        from the cache.
     """
 
     findings: tuple[Finding, ...]
     admissible: AdmissibleRegion | None = None
+    steps: tuple[Step, ...] | None = field(default=None, compare=False, repr=False)
 
     @property
     def problems(self) -> list[Problem]:
@@ -138,8 +142,9 @@ def assembly_checks(assembly: Assembly, *, log: Log = lambda line: None, until_p
         return MountChecks(findings=tuple(findings))
     admissible = _admissible(list(zip(pairs, clearances, strict=True)), assembly.layout)
     log("steps of putting it together ...")
-    findings += sequence_findings(assembly_steps(assembly))
-    return MountChecks(findings=tuple(findings), admissible=admissible)
+    steps = tuple(assembly_steps(assembly))
+    findings += sequence_findings(steps)
+    return MountChecks(findings=tuple(findings), admissible=admissible, steps=steps)
 
 
 def _has_problem(findings: Sequence[Finding]) -> bool:

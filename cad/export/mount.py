@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cad.assembly.assembly import Assembly
+from cad.checks.sequence.steps import Step, assembly_steps
 from cad.export.drawings.bill_of_materials import bill_of_materials, write_bill
 from cad.export.drawings.drawings import write_drawings
 from cad.export.drawings.exploded import write_steps
@@ -25,7 +26,12 @@ AddFiles = Callable[[Path], object]
 
 
 def export_mount(
-    assembly: Assembly, folder: Path, *, log: Callable[[str], None], add_files: AddFiles = lambda folder: None
+    assembly: Assembly,
+    folder: Path,
+    *,
+    log: Callable[[str], None],
+    steps: Sequence[Step] | None = None,
+    add_files: AddFiles = lambda folder: None,
 ) -> list[Path]:
     """Write everything that is needed to make, fit and simulate a rig's mount.
 
@@ -37,6 +43,9 @@ def export_mount(
         Where to write; made when it is missing. Files of the same names are replaced, all at the end.
     log : callable
         Takes lines of progress.
+    steps : sequence of Step, optional
+        How it is put together, where the checks have found that (`cad.checks.assembly_checks.MountChecks.steps`); it
+        takes seconds.
     add_files : callable
         Writes what else belongs into the folder, such as reports, which this package knows nothing of.
 
@@ -66,7 +75,7 @@ def export_mount(
         log("export: drawings ...")
         write_drawings(assembly, items, partial / "drawings")
         log("export: assembly steps ...")
-        write_steps(assembly, partial / "assembly")
+        write_steps(assembly, assembly_steps(assembly) if steps is None else steps, partial / "assembly")
         add_files(partial)
         written = sorted(path for path in partial.rglob("*") if path.is_file())
         written = [*written, write_manifest(rig, partial, written)]

@@ -89,4 +89,4 @@ def export_checked_mount(mount: CheckedMount, folder: Path, *, log: Log) -> list
         write_checks(mount.checks, mount.assembly.rig, partial / CHECKS_FOLDER)
         write_loads(mount.loads, partial / LOADS_FOLDER)
 
-    return export_mount(mount.assembly, folder, log=log, add_files=add_reports)
+    return export_mount(mount.assembly, folder, log=log, steps=mount.checks.steps, add_files=add_reports)

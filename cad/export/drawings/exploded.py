@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 
@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from cad.assembly.assembly import Assembly
 from cad.checks.sequence.findings import check_steps
-from cad.checks.sequence.steps import Step, assembly_steps
+from cad.checks.sequence.steps import Step
 from cad.export.drawings.projection import ISOMETRIC, outline
 from cad.export.drawings.sheet import STYLE
 from cad.shapes import location_mm
@@ -29,9 +29,8 @@ MARGIN = 0.06
 """Of the image, around what is shown."""
 
 
-def write_steps(assembly: Assembly, folder: Path) -> list[Path]:
+def write_steps(assembly: Assembly, steps: Sequence[Step], folder: Path) -> list[Path]:
     """Write `steps.md` and an image of each step; raises as `check_steps` for a mount that cannot be put together."""
-    steps = assembly_steps(assembly)
     check_steps(steps)
     written = []
     text = [f"# How to put {assembly.rig.name} together", ""]

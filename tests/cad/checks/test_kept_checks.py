@@ -40,7 +40,7 @@ def test_a_mount_in_order_is_checked_once(
 
     monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
     monkeypatch.setattr(module, "assembly_checks", counted)
-    assert kept_checks(aqua2) == checked
+    assert kept_checks(aqua2).steps is checked.steps is not None
     assert kept_checks(aqua2) == checked
     assert len(asked) == 1
     # The bed shapes no part, and is what a check holds them against.

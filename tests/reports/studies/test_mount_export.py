@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from cad.assembly.meshes import rig_meshes
 from cad.checks.assembly_checks import MountChecks
 from cad.checks.printing.slicer import NO_SLICER, Slice
+from cad.checks.sequence.steps import Step
 from cad.export import mount
 from cad.export.printing import plate_slices
 from cad.export.printing.plates import print_plates, write_plates
@@ -24,13 +25,15 @@ GOOD = Finding(check="wall thickness", subject="yoke", figure=1.2, unit="mm", li
 PROBLEM = Problem(place="mount.wall_mm", value=0.4, expected="walls of 0.8 mm or more")
 BAD = Finding(check="wall thickness", subject="yoke", figure=0.4, unit="mm", limit=0.8, problem=PROBLEM)
 
+STEPS = (Step(title="Screw the base to the hull", part="gimbal_base", present=(), moves=(), driven=(), blocked=()),)
+
 
 @pytest.fixture
 def found(monkeypatch):
     """Let the checks find what a test says."""
 
     def find(*findings):
-        monkeypatch.setattr(mount_export, "kept_checks", lambda *_, **__: MountChecks(findings=findings))
+        monkeypatch.setattr(mount_export, "kept_checks", lambda *_, **__: MountChecks(findings=findings, steps=STEPS))
 
     return find
 
@@ -38,8 +41,10 @@ def found(monkeypatch):
 def test_reports_are_in_the_folder_and_in_its_manifest(found, tmp_path, monkeypatch):
     """The slow files of an export are left out: tests/cad/export looks at them."""
     found(GOOD)
-    for slow in ("write_drawings", "write_steps", "write_robot"):
+    for slow in ("write_drawings", "write_robot"):
         monkeypatch.setattr(mount, slow, lambda *_: None)
+    drawn = []
+    monkeypatch.setattr(mount, "write_steps", lambda _, steps, __: drawn.append(steps))
     made = checked_mount(Rig.load("aqua2"), log=lambda line: None, slicing=False)
     assert made.checks.findings == (GOOD,)
     files = export_checked_mount(made, tmp_path / "out", log=lambda line: None)
@@ -50,6 +55,7 @@ def test_reports_are_in_the_folder_and_in_its_manifest(found, tmp_path, monkeypa
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text(encoding="utf-8"))
     assert reports <= manifest["files"].keys()
     assert "yoke,passed,1.2" in (tmp_path / "out/checks/checks.csv").read_text(encoding="utf-8")
+    assert drawn == [STEPS], "the steps that the checks found are those that are drawn"
 
 
 def test_nothing_is_written_when_a_check_fails(found, tmp_path):
