@@ -195,8 +195,8 @@ def run_dive(
 def identity_of(dive: Dive, rig: Rig) -> str:
     """Digest of everything a dive's bytes come from, but for the code."""
     # What is asked of dive and rig changes no frame.
-    asked = dive.model_dump(mode="json", exclude={"limits"}), rig.model_dump(mode="json", exclude={"requirements"})
-    numbers = [*asked, digests(dive)]
+    asked = dive.model_dump(mode="json", exclude={"limits"})
+    numbers = [asked, rig.model_dump(mode="json", exclude={"requirements", "revision"}), digests(dive)]
     content = json.dumps(numbers, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()
 

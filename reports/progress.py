@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,7 +20,7 @@ from rigs.atomic_files import write_text
 
 STATE_FILE = ".stages.json"
 
-STAGES_VERSION = 4
+STAGES_VERSION = 5
 """Raised when a stage computes or writes something else for the same rig and settings."""
 
 Log = Callable[[str], None]
@@ -74,6 +76,7 @@ class Stages:
         self.done[name] = {
             "result": plain(result),
             "files": [str(file.relative_to(self.folder)) for file in files],
+            "date": today(),
         }
         self._save()
         return result
@@ -85,9 +88,27 @@ class Stages:
             return None
         return TypeAdapter(kind).validate_python(finished["result"])
 
+    @property
+    def date(self) -> str:
+        """Day of the newest finished stage, ISO 8601; today where there is none."""
+        return max((stage["date"] for stage in self.done.values()), default=today())
+
     def _save(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / STATE_FILE, json.dumps({"key": self.key, "done": self.done}, indent=1))
+
+
+def today() -> str:
+    """Today's date in UTC, ISO 8601; the environment's SOURCE_DATE_EPOCH, where it is set, says which day that is."""
+    said = os.environ.get("SOURCE_DATE_EPOCH")
+    now = datetime.now(UTC) if said is None else datetime.fromtimestamp(_epoch(said), UTC)
+    return now.date().isoformat()
+
+
+def _epoch(said: str) -> int:
+    if not said.isdecimal():
+        raise ValueError(f"SOURCE_DATE_EPOCH={said}: expected seconds since 1970, such as 1767225600")
+    return int(said)
 
 
 def counter(log: Log, what: str) -> Callable[[int, int], None]:
@@ -114,8 +135,8 @@ def work_key(rig: Rig, settings: str = "") -> str:
 
     versions = version("mirrorgaze"), *physics_versions()
     files = None if rig.file_hull is None else hull_files(rig.file_hull.file)
-    # What is asked for changes no result.
-    numbers = rig.model_dump(mode="json", exclude={"requirements"})
+    # What is asked for changes no result, nor does what its owner calls it.
+    numbers = rig.model_dump(mode="json", exclude={"requirements", "revision"})
     return result_key("stages", STAGES_VERSION, versions, numbers, files, settings)
 
 

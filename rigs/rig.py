@@ -49,10 +49,14 @@ def _spread(document: Mapping[str, Any], tables: Mapping[str, Any]) -> dict[str,
 
 
 class Rig(Section):
-    """A whole mirror gaze, or (without `gaze`) a camera behind a port on a bench."""
+    """A whole mirror gaze, or (without `gaze`) a camera behind a port on a bench.
+
+    `revision` is what its owner calls this state of the design, such as B; reports carry it.
+    """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
     description: str = ""
+    revision: Annotated[str, Field(min_length=1, max_length=20)] | None = None
     camera: Camera
     port: Port
     water: Water = Water()

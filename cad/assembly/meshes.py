@@ -36,6 +36,7 @@ SERVO_WITHOUT_SHAPE: IncEx = {
 WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "name": True,
     "description": True,
+    "revision": True,
     "water": True,
     "vehicle": True,
     "requirements": True,

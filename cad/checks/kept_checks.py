@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic.main import IncEx
 
 from cad.assembly.assembly import Assembly
 from cad.assembly.meshes import mesh_key
@@ -18,6 +20,13 @@ from optics.kernels.cache import load_or_make, result_key
 KIND = "mount checks"
 CHECKS_VERSION = 2
 """Raised when a check finds another figure for the same mount, or holds it against another limit."""
+NOT_CHECKED: Mapping[str, IncEx | bool] = {
+    "name": True,
+    "requirements": True,
+    "revision": True,
+    "gaze": {"hull": {"file"}},
+}
+"""What of a rig file is no number of a check; a hull's file counts by its triangles."""
 
 
 class _NotGoodError(Exception):
@@ -38,7 +47,7 @@ def kept_checks(assembly: Assembly, *, log: Log = lambda line: None, until_probl
         return checks
 
     rig = assembly.rig
-    numbers = rig.model_dump(mode="json", exclude={"name": True, "requirements": True, "gaze": {"hull": {"file"}}})
+    numbers = rig.model_dump(mode="json", exclude=NOT_CHECKED)
     key = result_key(KIND, CHECKS_VERSION, mesh_key(rig), numbers)
     try:
         return load_or_make(KIND, key, make, pack=_packed, unpack=_unpacked)

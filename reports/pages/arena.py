@@ -11,7 +11,7 @@ from dives.arena.run import ArenaOutcome
 from dives.arena.tables import ALL, MEANINGS, ArenaRow, is_available
 from dives.ensembles.tables import interval_text
 from dives.metrics.intervals import Interval
-from reports.pages import page
+from reports.pages import content, page
 
 BY_FACTOR = ("acquired_fraction", "held_of_all_fraction", "identity_error_fraction", "gaze_error_held_rms_deg")
 """Numbers that are told by factor."""
@@ -52,7 +52,7 @@ class ArenaResults:
 
 def arena_page(results: ArenaResults) -> str:
     """Page of the arena as HTML."""
-    sections = [f"<h1>{page.text('Arena')}</h1>", _numbers(results)]
+    sections: list[content.Block] = [content.Title(name="Arena"), _numbers(results)]
     if results.differences:
         sections.append(_differences(results.differences))
     sections += [_by_factor(results.rows, variant) for variant in _variants(results)]
@@ -60,20 +60,20 @@ def arena_page(results: ArenaResults) -> str:
     return page.page("Arena", sections)
 
 
-def _numbers(results: ArenaResults) -> str:
+def _numbers(results: ArenaResults) -> content.Section:
     variants = _variants(results)
     cells = {(row.variant, row.metric): interval_text(row.interval) for row in results.rows if row.factor == ALL}
-    return page.section(
+    return content.section(
         "Numbers",
-        f"<p>{page.text(_counts(results))}</p>",
-        page.table(
+        content.paragraph(_counts(results)),
+        content.table(
             ["", *variants],
             [
                 [meaning, *(cells.get((variant, metric), "-") for variant in variants)]
                 for metric, meaning in MEANINGS.items()
             ],
         ),
-        f"<p>{page.text(INTERVALS)}</p>",
+        content.paragraph(INTERVALS),
     )
 
 
@@ -86,24 +86,24 @@ def _counts(results: ArenaResults) -> str:
     )
 
 
-def _differences(differences: Sequence[tuple[str, str, Interval]]) -> str:
-    return page.section(
+def _differences(differences: Sequence[tuple[str, str, Interval]]) -> content.Section:
+    return content.section(
         "Difference to the first loop, seed by seed",
-        page.table(
+        content.table(
             ["Loop", "Number", "Mean difference"],
             [[variant, MEANINGS[metric], interval_text(interval)] for variant, metric, interval in differences],
         ),
     )
 
 
-def _by_factor(rows: Sequence[ArenaRow], variant: str) -> str:
+def _by_factor(rows: Sequence[ArenaRow], variant: str) -> content.Section:
     found: dict[tuple[str, str], dict[str, ArenaRow]] = {}
     for row in rows:
         if row.variant == variant and row.factor != ALL and row.metric in BY_FACTOR:
             found.setdefault((row.factor, row.level), {})[row.metric] = row
-    return page.section(
+    return content.section(
         f"By factor, loop {variant}",
-        page.table(
+        content.table(
             ["Factor", "", "Dives", *(MEANINGS[metric] for metric in BY_FACTOR)],
             [
                 [factor, level, str(by["acquired_fraction"].interval.count)]
@@ -115,14 +115,14 @@ def _by_factor(rows: Sequence[ArenaRow], variant: str) -> str:
     )
 
 
-def _worst(dive: WorstDive) -> str:
+def _worst(dive: WorstDive) -> content.Section:
     outcome = dive.outcome
     factors = ", ".join(f"{factor}: {level}" for factor, level in outcome.factors.items())
-    return page.section(
+    return content.section(
         f"Seed {outcome.seed}, loop {outcome.variant}",
-        f"<p>{page.text(dive.story)}</p>",
-        f"<p>{page.text(factors)}</p>",
-        page.gallery(page.image(path, caption) for path, caption in dive.images),
+        content.paragraph(dive.story),
+        content.paragraph(factors),
+        content.gallery(content.figure(path, caption) for path, caption in dive.images),
     )
 
 

@@ -15,7 +15,7 @@ from optics.coverage.summary import REGIONS, CoverageSummary, name_of
 from optics.coverage.uncertainty import CoveredRange
 from reports.figures.plotting import OUTCOME_NAMES, REGION_NAMES, THINGS
 from reports.figures.sphere import CAUSE_NAMES
-from reports.pages import page
+from reports.pages import content, page
 from rigs import Rig
 
 LISTED_PATCHES = 8
@@ -49,7 +49,7 @@ def coverage_page(rig: Rig, results: CoverageResults, figures: Path) -> str:
     """Page of a rig's coverage as HTML, with the figures that lie in a folder embedded."""
     found, study = results.coverage, results.convergence
     usable, redundancy = found.usable_solid_angle_sr, found.poses_seeing_a_direction
-    key_numbers = page.tiles(
+    key_numbers = content.tiles(
         [
             (
                 f"{found.covered_fraction:.1%}",
@@ -62,41 +62,43 @@ def coverage_page(rig: Rig, results: CoverageResults, figures: Path) -> str:
         ]
     )
 
-    def image(name: str, caption: str) -> str:
-        return page.image(figures / name, caption)
+    def image(name: str, caption: str) -> content.Figure:
+        return content.figure(figures / name, caption)
 
-    sections = [
-        f'<h1>{page.text(rig.name)}: what the gaze covers</h1><p class="lead">{page.text(rig.description)}</p>',
+    sections: list[content.Block] = [
+        content.Title(name=f"{rig.name}: what the gaze covers", lead=rig.description),
         key_numbers,
-        page.section(
+        content.section(
             "Directions",
             image("coverage.png", _CAPTIONS["coverage"]),
             _blind_table(found.blind_patches),
-            _openings_table(found),
+            *_openings_table(found),
         ),
-        page.section(
+        content.section(
             "Usable field of view",
             image("usable_fov.png", _CAPTIONS["usable_fov"]),
-            page.table(
+            content.table(
                 ["Where the image goes", "Share of the pixels", "Solid angle (msr)"], _shares(found), numbers=[1, 2]
             ),
         ),
-        page.section(
+        content.section(
             "What each region of the image shows",
             image("regions.png", _CAPTIONS["regions"]),
             _region_table(found.mean_solid_angle_by_region_sr),
         ),
-        page.section("Resolution", image("resolution.png", _CAPTIONS["resolution"])),
-        page.section("Redundancy", image("dwell.png", _dwell_caption(redundancy))),
-        page.section(
+        content.section("Resolution", image("resolution.png", _CAPTIONS["resolution"])),
+        content.section("Redundancy", image("dwell.png", _dwell_caption(redundancy))),
+        content.section(
             "How exact this is",
-            page.table(["Halved", "", *_LEVEL_NAMES, "Order", "Estimate"], _study_rows(study), numbers=[2, 3, 4, 5, 6]),
-            page.bullets(_exactness(found, study)),
+            content.table(
+                ["Halved", "", *_LEVEL_NAMES, "Order", "Estimate"], _study_rows(study), numbers=[2, 3, 4, 5, 6]
+            ),
+            content.bullets(_exactness(found, study)),
         ),
-        page.section("Rig", page.table(["", ""], rig.facts)),
-        page.section("Files", page.bullets(_FILES)),
-        page.section("What this leaves out", page.bullets(_LIMITS)),
-        f"<footer>Made by mirrorgaze from the rig file <code>{page.text(rig.name)}</code>.</footer>",
+        content.section("Rig", content.table(["", ""], rig.facts)),
+        content.section("Files", content.bullets(_FILES)),
+        content.section("What this leaves out", content.bullets(_LIMITS)),
+        content.footer(f"Made by mirrorgaze from the rig file {rig.name}."),
     ]
     return page.page(f"{rig.name}: coverage", sections)
 
@@ -149,9 +151,9 @@ def _shares(found: CoverageSummary) -> list[list[str]]:
     ]
 
 
-def _blind_table(patches: tuple[BlindPatch, ...]) -> str:
+def _blind_table(patches: tuple[BlindPatch, ...]) -> content.Block:
     if not patches:
-        return "<p>No direction is blind.</p>"
+        return content.paragraph("No direction is blind.")
     words = {cause_name(cause): name for cause, name in CAUSE_NAMES.items()}
     rows = [
         [
@@ -169,17 +171,17 @@ def _blind_table(patches: tuple[BlindPatch, ...]) -> str:
         rest = [f"{1000 * area:.1f}", f"{area / (4 * np.pi):.2%}", "see blind.csv"]
         rows.append([f"{len(left_out)} smaller", "", *rest])
     header = ["Blind patch around azimuth, elevation", "Radius", "Solid angle (msr)", "Of the sphere", "Because of"]
-    return page.table(header, rows, numbers=[1, 2, 3])
+    return content.table(header, rows, numbers=[1, 2, 3])
 
 
 def _range(covered: CoveredRange) -> str:
     return f"{covered.low:.1%} to {covered.high:.1%}"
 
 
-def _openings_table(found: GridSummary) -> str:
+def _openings_table(found: GridSummary) -> tuple[content.Block, ...]:
     """What to change for each patch, the most that is gained first."""
     if not found.openings:
-        return "<p>No change of one number opens a blind patch without taking more elsewhere.</p>"
+        return (content.paragraph("No change of one number opens a blind patch without taking more elsewhere."),)
     rows = []
     for opening in found.openings:
         patch = found.blind_patches[opening.patch]
@@ -199,7 +201,7 @@ def _openings_table(found: GridSummary) -> str:
         "Of the patch",
         "All in all",
     ]
-    return f"<p>{_OPENINGS}</p>" + page.table(header, rows, numbers=[2, 3, 4])
+    return content.paragraph(_OPENINGS), content.table(header, rows, numbers=[2, 3, 4])
 
 
 def opening_words(opening: Opening) -> str:
@@ -217,14 +219,14 @@ def _place(azimuth_deg: float, elevation_deg: float) -> str:
     return f"{round(azimuth_deg) + 0}°, {round(elevation_deg) + 0}°"
 
 
-def _region_table(regions: dict[str, dict[str, float]]) -> str:
+def _region_table(regions: dict[str, dict[str, float]]) -> content.Table:
     names = {region: REGION_NAMES[region] for region in REGIONS}
     rows = []
     for outcome, thing in THINGS.items():
         values = [1000 * regions[name_of(region)][name_of(outcome)] for region in names]
         if any(values):
             rows.append([thing, *(f"{value:.1f}" for value in values)])
-    return page.table(["Shown (msr)", *names.values()], rows, numbers=[1, 2, 3])
+    return content.table(["Shown (msr)", *names.values()], rows, numbers=[1, 2, 3])
 
 
 def _dwell_caption(redundancy: Dwell) -> str:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from optics.coverage.summary import CoverageSummary, name_of
 from reports.figures.plotting import OUTCOME_NAMES
-from reports.pages import page
+from reports.pages import content
 from reports.pages.dive import DiveResults, dive_section
 from reports.pages.mount import MountResults, bill_table, checks_section, loads_section, mount_files, steps_section
 from reports.pages.standing import Standing, standing_section
@@ -23,6 +22,10 @@ LIMITS = (
     "Clearances are those of rigid parts, and loads are bounds for steady flow; nothing is sliced here, see mirrorgaze "
     "export.",
 )
+
+
+DIVE = "dive"
+"""Folder of the dive in the report's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,14 +70,6 @@ class Exterior:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DiveSummary:
-    """A dive in numbers."""
-
-    name: str
-    metrics: dict[str, Any]
-
-
-@dataclass(frozen=True, kw_only=True)
 class DesignResults:
     """What the page reports of a design, and a summary holds for machines; None for what was not made."""
 
@@ -82,64 +77,63 @@ class DesignResults:
     outside: Exterior | None = None
     mount: MountResults | None = None
     views: Views | None = None
-    dive: DiveSummary | None = None
+    dive: DiveResults | None = None
 
 
-def design_page(rig: Rig, standing: Standing, results: DesignResults, dive: DiveResults | None, folder: Path) -> str:
-    """Page of a design as HTML, with the figures and views that lie in its folder embedded; what was made is on it."""
+def design_blocks(rig: Rig, standing: Standing, results: DesignResults, folder: Path) -> list[content.Block]:
+    """What the report of a design says, in a folder that holds its images; of what was made, and what was not."""
     missing = [name for name in DesignResults.__dataclass_fields__ if getattr(results, name) is None]
-    mount = results.mount
-    sections = [
-        f'<h1>{page.text(rig.name)}</h1><p class="lead">{page.text(rig.description)}</p>',
-        f"<p>Rig {standing.rig_digest}, mirrorgaze {page.text(standing.version)}.</p>",
-        standing_section(standing, results.mount),
-        *([f"<p>Not made: {page.text(', '.join(missing))}.</p>"] if missing else []),
-        *([] if results.coverage is None else [page.tiles(_key_numbers(results.coverage))]),
+    mount, dive = results.mount, results.dive
+    return [
+        content.Title(name=rig.name, lead=rig.description),
+        content.paragraph(f"{standing.marked}."),
+        standing_section(standing, mount),
+        *([content.paragraph(f"Not made: {', '.join(missing)}.")] if missing else []),
+        *([] if results.coverage is None else [content.tiles(_key_numbers(results.coverage))]),
         *([] if results.views is None else [_views_section(results.views, folder)]),
         *([] if results.coverage is None else [_coverage_section(results.coverage, folder)]),
         *_mount_sections(results, folder),
-        *([] if dive is None else [dive_section(dive)]),
-        page.section("Rig", page.table(["", ""], rig.facts)),
-        page.section("Files", page.listed([*_files(results), *([] if mount is None else mount_files(mount))])),
-        page.section("What this leaves out", page.bullets(LIMITS)),
-        f"<footer>Made by mirrorgaze from the rig file <code>{page.text(rig.name)}</code>.</footer>",
+        *([] if dive is None else [dive_section(dive, folder / DIVE)]),
+        content.section("Rig", content.table(["", ""], rig.facts)),
+        content.section("Files", content.listed([*_files(results), *([] if mount is None else mount_files(mount))])),
+        content.section("What this leaves out", content.bullets(LIMITS)),
+        content.footer(f"Made by mirrorgaze from the rig file {rig.name}."),
     ]
-    return page.page(f"{rig.name}: design report", sections)
 
 
-def _views_section(views: Views, folder: Path) -> str:
-    images = (page.image(folder / view.file, view.caption) for view in views.views)
-    return page.section("What the camera sees", page.gallery(images))
+def _views_section(views: Views, folder: Path) -> content.Section:
+    images = (content.figure(folder / view.file, view.caption) for view in views.views)
+    return content.section("What the camera sees", content.gallery(images))
 
 
-def _coverage_section(found: CoverageSummary, folder: Path) -> str:
-    return page.section(
+def _coverage_section(found: CoverageSummary, folder: Path) -> content.Section:
+    return content.section(
         "Usable field of view and coverage",
-        page.image(folder / "coverage/usable_fov.png", f"{found.poses} poses over the joint ranges"),
-        page.image(
+        content.figure(folder / "coverage/usable_fov.png", f"{found.poses} poses over the joint ranges"),
+        content.figure(
             folder / "coverage/coverage.png",
             "All directions around the robot, equal areas equal; red: where the axis can point",
         ),
-        page.table(["Where the image goes, mean over all poses", "Share"], _shares(found), numbers=[1]),
+        content.table(["Where the image goes, mean over all poses", "Share"], _shares(found), numbers=[1]),
     )
 
 
-def _mount_sections(results: DesignResults, folder: Path) -> list[str]:
+def _mount_sections(results: DesignResults, folder: Path) -> list[content.Section]:
     """The mount from outside and its parts, and what checks and loads say of it."""
     outside, mount = results.outside, results.mount
-    shown = []
+    shown: list[content.Block] = []
     if outside is not None:
-        shown.append(page.gallery(page.image(folder / file, outside.caption) for file in outside.files))
+        shown.append(content.gallery(content.figure(folder / file, outside.caption) for file in outside.files))
     if mount is not None:
         shown.append(bill_table(mount))
-    sections = [page.section("Mount", *shown)] if shown else []
+    sections = [content.section("Mount", *shown)] if shown else []
     if mount is not None:
-        sections += steps_section(folder / "mount")
+        sections += steps_section(mount, folder)
         sections += [checks_section(mount, folder / "mount"), loads_section(mount, folder / "mount")]
     return sections
 
 
-def _files(results: DesignResults) -> list[str]:
+def _files(results: DesignResults) -> list[content.Line]:
     """Links to the files of the stages that were made."""
     of_stages = {
         "views": [f"views/{view.name}.png" for view in results.views.views] if results.views else [],
@@ -152,8 +146,8 @@ def _files(results: DesignResults) -> list[str]:
         "coverage": "gaze, usable solid angle and losses of every pose; every direction",
     }
     made = [name for name in of_stages if getattr(results, name) is not None]
-    rest = [f"{described[name]}: {', '.join(page.link(file, file) for file in of_stages[name])}" for name in made]
-    return [f"every number of this page: {page.link('summary.json', 'summary.json')}", *rest]
+    numbers = content.file_line("every number of this page", ["summary.json"])
+    return [numbers, *(content.file_line(described[name], of_stages[name]) for name in made)]
 
 
 def _key_numbers(found: CoverageSummary) -> list[tuple[str, str]]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from reports.pages import page
+from reports.pages import content, page
 
 DIFFERENCE = "Directions that one sees, the other, both"
 CAPTIONS = {"rig": "beside its hull", "coverage": "what it sees"}
@@ -17,24 +17,26 @@ def comparison_page(numbers: Mapping[str, Any], pictures: Sequence[str], folder:
     first, second = numbers["rigs"]
     names = {"a": first, "b": second}
     both = [picture for picture in pictures if picture == "coverage_of_both.png"]
-    sections = [
-        f"<h1>{page.text(first)} and {page.text(second)}</h1>",
-        page.section("Numbers", page.table(["", "", first, second, "change"], figure_rows(numbers), numbers=[2, 3, 4])),
-        page.section("Keys that differ", page.table(["key", first, second], key_rows(numbers))),
+    sections: list[content.Block] = [
+        content.Title(name=f"{first} and {second}"),
+        content.section(
+            "Numbers", content.table(["", "", first, second, "change"], figure_rows(numbers), numbers=[2, 3, 4])
+        ),
+        content.section("Keys that differ", content.table(["key", first, second], key_rows(numbers))),
         *_problems(numbers),
         *(
-            page.section(
+            content.section(
                 f"{heading[0].upper()}{heading[1:]}",
-                page.gallery(
-                    page.image(folder / picture, f"{names[picture[0]]}, {heading}")
+                content.gallery(
+                    content.figure(folder / picture, f"{names[picture[0]]}, {heading}")
                     for picture in pictures
                     if picture.endswith(f"_{kind}.png")
                 ),
             )
             for kind, heading in CAPTIONS.items()
         ),
-        *(page.section("What only one sees", page.image(folder / picture, DIFFERENCE)) for picture in both),
-        "<footer>Made by mirrorgaze compare-designs.</footer>",
+        *(content.section("What only one sees", content.figure(folder / picture, DIFFERENCE)) for picture in both),
+        content.footer("Made by mirrorgaze compare-designs."),
     ]
     return page.page(f"{first} and {second}", sections)
 
@@ -61,9 +63,9 @@ DIGITS = {"%": 1, "msr": 0, "g": 0, "cm3": 0, "mm": 1, "deg": 1, "times": 1}
 """Of a figure, by its unit."""
 
 
-def _problems(numbers: Mapping[str, Any]) -> list[str]:
+def _problems(numbers: Mapping[str, Any]) -> list[content.Section]:
     return [
-        page.section(f"What is wrong with {name}", page.bullets(problems))
+        content.section(f"What is wrong with {name}", content.bullets(problems))
         for name, problems in zip(numbers["rigs"], numbers["problems"], strict=True)
         if problems
     ]

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from dives.metrics.frames import Frames
-from dives.metrics.holding import losses, not_found_causes
-from reports.pages import page
+from dives.metrics.holding import Loss, not_found_causes
+from reports.pages import content, page
 
 NOT_DEFINED = "\N{EN DASH}"
 
@@ -28,41 +28,49 @@ class DiveResults:
 
     Attributes
     ----------
+    name : str
     dive : dict
         Its specification.
     metrics : dict
-    frames : Frames
-    figures : list of Path
-        One for each of `CAPTIONS`.
+    story : str
+        How it went, in words.
+    losses : list of Loss
+    looking_frames : int
+        Frames in which the loop looked for the target: all after the functional check.
+    figures : list of str
+        One for each of `CAPTIONS`, named from the dive's folder.
     key_frames : list of tuple
-        Images of the key frames with their captions.
+        Images of the key frames, named from the dive's folder, with their captions.
     """
 
+    name: str
     dive: dict[str, Any]
     metrics: Metrics
-    frames: Frames
-    figures: list[Path]
-    key_frames: list[tuple[Path, str]]
+    story: str
+    losses: list[Loss]
+    looking_frames: int
+    figures: list[str]
+    key_frames: list[tuple[str, str]]
 
 
-def dive_page(title: str, results: DiveResults) -> str:
-    """Page of a dive as HTML."""
-    return page.page(title, [f"<h1>{page.text(title)}</h1>", dive_section(results)])
+def dive_page(title: str, results: DiveResults, folder: Path) -> str:
+    """Page of a dive as HTML, with the images of its folder embedded."""
+    return page.page(title, [content.Title(name=title), dive_section(results, folder)])
 
 
-def dive_section(results: DiveResults) -> str:
-    """Section on a dive for a page, as HTML with its figures embedded."""
-    dive, metrics, frames = results.dive, results.metrics, results.frames
-    return page.section(
-        f"Dive: {dive['name']}",
-        f"<p>{page.text(dive.get('description', ''))}</p>",
-        page.tiles(key_numbers(metrics)),
-        f"<p>{page.text(verdict(metrics, frames))}</p>",
-        *(page.image(file, caption) for file, caption in zip(results.figures, CAPTIONS, strict=True)),
-        *_gallery(results.key_frames),
-        *_losses(frames),
-        page.table(["Not found because", "Frames", "Share of frames"], _causes(metrics, frames), numbers=[1, 2]),
-        page.table(["The dive", ""], _facts(dive)),
+def dive_section(results: DiveResults, folder: Path) -> content.Section:
+    """Section on a dive, whose images lie in its folder."""
+    dive, metrics = results.dive, results.metrics
+    return content.section(
+        f"Dive: {results.name}",
+        content.paragraph(dive.get("description", "")),
+        content.tiles(key_numbers(metrics)),
+        content.paragraph(results.story),
+        *(content.figure(folder / file, caption) for file, caption in zip(results.figures, CAPTIONS, strict=True)),
+        *_gallery(results.key_frames, folder),
+        *_losses(results.losses),
+        content.table(["Not found because", "Frames", "Share of frames"], _causes(results), numbers=[1, 2]),
+        content.table(["The dive", ""], _facts(dive)),
     )
 
 
@@ -106,17 +114,18 @@ def verdict(metrics: Metrics, frames: Frames) -> str:
     return f"{held}. It was lost {story}. Causes: {_listed(metrics['loss_causes'])}."
 
 
-def _gallery(key_frames: list[tuple[Path, str]]) -> list[str]:
-    return [page.gallery(page.image(file, caption) for file, caption in key_frames)] if key_frames else []
+def _gallery(key_frames: list[tuple[str, str]], folder: Path) -> list[content.Gallery]:
+    images = (content.figure(folder / file, caption) for file, caption in key_frames)
+    return [content.gallery(images)] if key_frames else []
 
 
-def _losses(frames: Frames) -> list[str]:
+def _losses(found: list[Loss]) -> list[content.Table]:
     rows = [
         [f"{loss.start_s:.1f}", f"{loss.duration_s:.1f}", loss.cause, "yes" if loss.reacquired else "no"]
-        for loss in losses(frames)
+        for loss in found
     ]
     header = ["Lost at (s)", "For (s)", "Cause", "Recovered"]
-    return [page.table(header, rows, numbers=[0, 1])] if rows else []
+    return [content.table(header, rows, numbers=[0, 1])] if rows else []
 
 
 def _not_acquired(metrics: Metrics, frames: Frames) -> str:
@@ -133,11 +142,9 @@ def _listed(causes: dict[str, int]) -> str:
     return ", ".join(f"{cause} ({count})" for cause, count in causes.items())
 
 
-def _causes(metrics: Metrics, frames: Frames) -> list[list[str]]:
-    looking = frames.looking.sum()
-    return [
-        [cause, str(count), f"{count / looking:.1%}"] for cause, count in metrics["not_found_causes_frames"].items()
-    ]
+def _causes(results: DiveResults) -> list[list[str]]:
+    causes = results.metrics["not_found_causes_frames"]
+    return [[cause, str(count), f"{count / results.looking_frames:.1%}"] for cause, count in causes.items()]
 
 
 def _facts(dive: dict[str, Any]) -> list[list[str]]:

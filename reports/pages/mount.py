@@ -13,7 +13,7 @@ from cad.export.drawings.bill_of_materials import Item
 from cad.loads.study import LoadStudy
 from reports.figures.check import findings_as_dicts, summary_rows
 from reports.figures.load import load_lines, load_summary
-from reports.pages import page
+from reports.pages import content
 
 CHECKS_FOLDER, LOADS_FOLDER, ASSEMBLY_FOLDER = "checks", "loads", "assembly"
 """Folders of an exported mount that the sections' figures lie in."""
@@ -31,10 +31,14 @@ class MountResults:
     check_rows: list[tuple[str, str, str]]
     loads: dict[str, Any]
     load_lines: list[str]
+    steps: tuple[tuple[str, str], ...]
+    """Image and words of each step of the assembly."""
 
 
-def mount_results(bill: Iterable[Item], files: Iterable[str], checks: MountChecks, loads: LoadStudy) -> MountResults:
-    """Results of a mount that was checked and whose loads were studied."""
+def mount_results(
+    bill: Iterable[Item], files: Iterable[str], checks: MountChecks, loads: LoadStudy, folder: Path
+) -> MountResults:
+    """Results of a mount that was checked, whose loads were studied, and which lies in the folder `mount` of one."""
     return MountResults(
         bill=tuple(bill),
         files=tuple(files),
@@ -42,10 +46,11 @@ def mount_results(bill: Iterable[Item], files: Iterable[str], checks: MountCheck
         check_rows=summary_rows(checks),
         loads=load_summary(loads),
         load_lines=load_lines(loads),
+        steps=_steps(folder),
     )
 
 
-def bill_table(mount: MountResults) -> str:
+def bill_table(mount: MountResults) -> content.Table:
     """Table of what is printed and what is bought, with the mass of all pieces of a line."""
     rows = [
         [
@@ -60,49 +65,51 @@ def bill_table(mount: MountResults) -> str:
     ]
     total = sum(item.count * item.mass_g for item in mount.bill)
     rows.append(["", "", "all of it", "", "", f"{total:.0f}"])
-    return page.table(["", "Pieces", "Name", "Material", "Size (mm)", "Mass (g)"], rows, numbers=[1, 5])
+    return content.table(["", "Pieces", "Name", "Material", "Size (mm)", "Mass (g)"], rows, numbers=[1, 5])
 
 
-def steps_section(folder: Path) -> list[str]:
-    """Section on how the mount in a folder is put together, in pictures; none where the folder has no steps."""
-    guide = folder / ASSEMBLY_FOLDER / "steps.md"
+def steps_section(mount: MountResults, folder: Path) -> list[content.Section]:
+    """Section on how the mount is put together, in images of a report's folder; none of a mount without steps."""
+    images = [content.figure(folder / image, words) for image, words in mount.steps]
+    return [content.section("How to put it together", content.gallery(images))] if images else []
+
+
+def _steps(folder: Path) -> tuple[tuple[str, str], ...]:
+    """Image, named from a report's folder, and words of each step that the mount's export wrote down."""
+    guide = folder / "mount" / ASSEMBLY_FOLDER / "steps.md"
     if not guide.is_file():
-        return []
-    steps = re.findall(r"^\d+\. .*$", guide.read_text(encoding="utf-8"), re.MULTILINE)
-    pictures = sorted(guide.parent.glob("step_*.png"))
-    images = [page.image(picture, words) for picture, words in zip(pictures, steps, strict=True)]
-    return [page.section("How to put it together", page.gallery(images))]
+        return ()
+    words = re.findall(r"^\d+\. .*$", guide.read_text(encoding="utf-8"), re.MULTILINE)
+    images = (image.relative_to(folder).as_posix() for image in sorted(guide.parent.glob("step_*.png")))
+    return tuple(zip(images, words, strict=True))
 
 
-def checks_section(mount: MountResults, folder: Path) -> str:
+def checks_section(mount: MountResults, folder: Path) -> content.Section:
     """Section of the checks, with the figure that lies in the mount's folder."""
-    return page.section(
+    return content.section(
         "Checks",
-        page.table(["Check", "", "Nearest to its limit"], mount.check_rows),
-        page.image(folder / CHECKS_FOLDER / "checks.png", "Tightest pairs over all joint values, and walls"),
+        content.table(["Check", "", "Nearest to its limit"], mount.check_rows),
+        content.figure(folder / CHECKS_FOLDER / "checks.png", "Tightest pairs over all joint values, and walls"),
     )
 
 
-def loads_section(mount: MountResults, folder: Path) -> str:
+def loads_section(mount: MountResults, folder: Path) -> content.Section:
     """Section of the loads, with the figure that lies in the mount's folder."""
     rows = [
         [servo["servo"], *(f"{servo[f'{key}_n_m']:.3f}" for key in TORQUES), f"{servo['margin']:.1f}"]
         for servo in mount.loads["servos"]
     ]
-    return page.section(
+    return content.section(
         "Loads",
-        page.bullets(mount.load_lines),
-        page.table(["Servo (N m)", *TORQUES.values(), "Margin"], rows, numbers=range(1, len(TORQUES) + 2)),
-        page.image(folder / LOADS_FOLDER / "torques.png", "Torque on each servo against its rating"),
+        content.bullets(mount.load_lines),
+        content.table(["Servo (N m)", *TORQUES.values(), "Margin"], rows, numbers=range(1, len(TORQUES) + 2)),
+        content.figure(folder / LOADS_FOLDER / "torques.png", "Torque on each servo against its rating"),
     )
 
 
-def mount_files(mount: MountResults) -> list[str]:
+def mount_files(mount: MountResults) -> list[content.Line]:
     """Links to the mount's files, those of a folder in one line."""
-    folders: dict[str, list[str]] = {}
+    folders: dict[str, list[tuple[str, str]]] = {}
     for file in mount.files:
-        folders.setdefault(str(Path(file).parent), []).append(file)
-    return [
-        f"{page.text(folder)}/: {', '.join(page.link(file, Path(file).name) for file in files)}"
-        for folder, files in folders.items()
-    ]
+        folders.setdefault(str(Path(file).parent), []).append((file, Path(file).name))
+    return [content.file_line(f"{folder}/", files) for folder, files in folders.items()]

@@ -8,7 +8,7 @@ from cad.finding import Verdict as CheckVerdict
 from cad.loads.servo_torque import SAFETY_FACTOR
 from dives import Verdict
 from optics.feasibility.requirements import Judged, Outcome
-from reports.pages import page
+from reports.pages import content
 from reports.pages.mount import MountResults
 
 
@@ -18,6 +18,10 @@ class Standing:
 
     Attributes
     ----------
+    date : str
+        Of the newest of what is judged, a day (ISO 8601).
+    revision : str, optional
+        As the rig file states it.
     rig_digest : str
         First digits of the rig's hash, as drawings and manifest have it.
     version : str
@@ -28,20 +32,34 @@ class Standing:
         Of the rig file.
     """
 
+    date: str
+    revision: str | None
     rig_digest: str
     version: str
     dive: Verdict | None
     requirements: tuple[Judged, ...]
+
+    @property
+    def marks(self) -> tuple[str, ...]:
+        """What tells this report from another of the same rig: revision, digest and version."""
+        revision = "revision not stated" if self.revision is None else f"revision {self.revision}"
+        return revision, f"rig {self.rig_digest}", f"mirrorgaze {self.version}"
+
+    @property
+    def marked(self) -> str:
+        """Marks and date as a sentence without its full stop."""
+        words = f"{', '.join(self.marks)}, {self.date}"
+        return f"{words[0].upper()}{words[1:]}"
 
 
 Row = tuple[Outcome, str, str]
 """Outcome, what was judged, and in which words."""
 
 
-def standing_section(standing: Standing, mount: MountResults | None) -> str:
+def standing_section(standing: Standing, mount: MountResults | None) -> content.Section:
     """The first section of a design's page: the verdict, then what it stands on."""
     rows = standing_rows(standing, mount)
-    return page.section(f"Verdict: {overall(rows)}", page.judgements(rows))
+    return content.section(f"Verdict: {overall(rows)}", content.judgements(rows))
 
 
 def standing_rows(standing: Standing, mount: MountResults | None) -> list[Row]:

@@ -7,7 +7,6 @@ appear whole; an interrupted run goes on where it stopped.
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
@@ -27,25 +26,24 @@ from optics.coverage.summary import CoverageSummary, coverage_summary
 from optics.feasibility.requirements import Achieved, judged
 from optics.gaze.kinematics import inverse_gaze
 from optics.layout import Layout
-from reports.figures.dive import write_dive_figures
 from reports.figures.plotting import draw_usable_fov
 from reports.figures.sphere import draw_coverage
-from reports.pages.design import DesignResults, DesignView, DiveSummary, Exterior, Views, design_page
+from reports.pages.design import DIVE, DesignResults, DesignView, Exterior, Views
+from reports.pages.dive import DiveResults
 from reports.pages.mount import MountResults, mount_results
+from reports.pages.report_files import write_report
 from reports.pages.standing import Standing
 from reports.pages.tables import write_poses, write_sphere
-from reports.progress import Log, Stages, counter, plain
+from reports.progress import Log, Stages, counter
 from reports.studies.dive_report import dive_results
 from reports.studies.mount_export import CheckedMount, checked_mount, export_checked_mount
 from reports.studies.requirements import achieved_by
 from rigs import Rig
-from rigs.atomic_files import write_text
 from scenes.baking.lit_scene import prepare
 from scenes.exterior import write_exterior_views
 from scenes.renderer import FastRenderer
 from scenes.requests.render import render_with
 from scenes.stage.scene import make_scene
-from tracking.log import read_log
 
 GAZES_DEG = {
     "ahead": (0.0, 0.0),
@@ -64,8 +62,6 @@ EXTERIOR_CAPTION = f"From outside, in air, at q1 = {EXTERIOR_Q1_DEG:g}°, q2 = 0
 VIEW_SAMPLES = 4
 STAGES = ("coverage", "outside", "mount", "views", "dive")
 """In their order: what is quick comes first."""
-DIVE = "dive"
-"""Folder of the dive in the report's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +139,7 @@ def design(
         "outside": (Exterior, lambda: _outside(rig, folder)),
         "mount": (MountResults, lambda: _mount(mount or _checked_mount(rig, log), folder, log)),
         "views": (Views, lambda: _views(rig, folder)),
-        "dive": (DiveSummary, lambda: _dive(rig, dive, folder, log)),
+        "dive": (DiveResults, lambda: _dive(rig, dive, folder, log)),
     }
     results = DesignResults(**{name: stages.recall(name, kind) for name, (kind, _) in makers.items()})
     for name, (kind, make) in makers.items():
@@ -151,22 +147,12 @@ def design(
             new = getattr(results, name) is None
             results = replace(results, **{name: stages.run(name, kind, make)})
             if new:
-                log(f"{_write_page(rig, results, dive, folder)} shows {name}")
-    return _write_page(rig, results, dive, folder)
+                report = write_report(rig, _standing(rig, results, dive, stages.date), results, folder)
+                log(f"{report} shows {name}")
+    return write_report(rig, _standing(rig, results, dive, stages.date), results, folder)
 
 
-def _write_page(rig: Rig, results: DesignResults, dive: Dive, folder: Path) -> Path:
-    """Page and summary of what was made."""
-    report = folder / "report.html"
-    standing = _standing(rig, results, dive)
-    data = {"rig": rig.model_dump(mode="json"), "standing": plain(standing), **plain(results)}
-    write_text(folder / "summary.json", json.dumps(data, indent=2))
-    shown = None if results.dive is None else dive_results(folder / DIVE)
-    write_text(report, design_page(rig, standing, results, shown, folder))
-    return report
-
-
-def _standing(rig: Rig, results: DesignResults, dive: Dive) -> Standing:
+def _standing(rig: Rig, results: DesignResults, dive: Dive, date: str) -> Standing:
     """What the design is judged to be, by what was made of it."""
     metrics = None if results.dive is None else results.dive.metrics
     achieved = Achieved()
@@ -176,6 +162,8 @@ def _standing(rig: Rig, results: DesignResults, dive: Dive) -> Standing:
     if metrics is not None:
         achieved = replace(achieved, gaze_error_deg=metrics["gaze_error_rms_deg"] if metrics["acquired"] else np.inf)
     return Standing(
+        date=date,
+        revision=rig.revision,
         rig_digest=rig_hash(rig)[:HASH_DIGITS],
         version=version("mirrorgaze"),
         dive=None if metrics is None else dive_verdict(metrics, dive.limits, rig),
@@ -191,7 +179,7 @@ def _checked_mount(rig: Rig, log: Log) -> CheckedMount:
 def _mount(made: CheckedMount, folder: Path, log: Log) -> tuple[MountResults, list[Path]]:
     files = export_checked_mount(made, folder / "mount", log=log)
     names = (str(file.relative_to(folder)) for file in files)
-    return mount_results(bill_of_materials(made.assembly), names, made.checks, made.loads), files
+    return mount_results(bill_of_materials(made.assembly), names, made.checks, made.loads, folder), files
 
 
 def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:
@@ -247,11 +235,8 @@ def _coverage(rig: Rig, folder: Path, grid: MapGrid) -> tuple[CoverageSummary, l
     return coverage_summary(result, image_cells=(grid.columns, grid.rows)), files
 
 
-def _dive(rig: Rig, dive: Dive, folder: Path, log: Log) -> tuple[DiveSummary, list[Path]]:
+def _dive(rig: Rig, dive: Dive, folder: Path, log: Log) -> tuple[DiveResults, list[Path]]:
     target = folder / DIVE
-
     run_dive(dive, target, rig=rig, log=log, progress=counter(log, "frames of the dive"))
-    write_dive_figures(read_log(target), target)
-    metrics = json.loads((target / "metrics.json").read_text(encoding="utf-8"))
-    files = sorted(path for path in target.iterdir() if path.is_file())
-    return DiveSummary(name=dive.name, metrics=metrics), files
+    results = dive_results(target)
+    return results, sorted(path for path in target.rglob("*") if path.is_file())

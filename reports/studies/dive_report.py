@@ -7,8 +7,9 @@ import tomllib
 from pathlib import Path
 
 from dives.metrics.frames import Frames
+from dives.metrics.holding import losses
 from reports.figures.dive import write_dive_figures
-from reports.pages.dive import DiveResults, dive_page
+from reports.pages.dive import DiveResults, dive_page, verdict
 from reports.studies.key_frames import key_frames, save_key_frames
 from rigs.atomic_files import write_text
 from tracking.log import read_log
@@ -21,7 +22,7 @@ def write_dive_report(folder: Path) -> Path:
     """Write the page of a dive into its folder, `report.html`, and return its path; see `dive_results`."""
     results = dive_results(folder)
     report = folder / "report.html"
-    write_text(report, dive_page(f"{folder.resolve().name}: dive", results))
+    write_text(report, dive_page(f"{folder.resolve().name}: dive", results, folder))
     return report
 
 
@@ -40,16 +41,21 @@ def dive_results(folder: Path) -> DiveResults:
     dive, rig = (tomllib.loads((folder / name).read_text(encoding="utf-8")) for name in ("dive.toml", "rig.toml"))
     table = read_log(folder)
     frames = Frames.of(table)
+    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
     return DiveResults(
+        name=dive["name"],
         dive=dive | {"rig": rig["name"]},
-        metrics=json.loads((folder / "metrics.json").read_text(encoding="utf-8")),
-        frames=frames,
-        figures=write_dive_figures(table, folder),
+        metrics=metrics,
+        story=verdict(metrics, frames),
+        losses=losses(frames),
+        looking_frames=int(frames.looking.sum()),
+        figures=[file.relative_to(folder).as_posix() for file in write_dive_figures(table, folder)],
         key_frames=_key_frames(folder, frames),
     )
 
 
-def _key_frames(folder: Path, frames: Frames) -> list[tuple[Path, str]]:
+def _key_frames(folder: Path, frames: Frames) -> list[tuple[str, str]]:
     if not (folder / OVERLAY).is_file():
         return []
-    return save_key_frames(folder / OVERLAY, key_frames(frames), folder / "key_frames")
+    images = save_key_frames(folder / OVERLAY, key_frames(frames), folder / "key_frames")
+    return [(image.relative_to(folder).as_posix(), caption) for image, caption in images]

@@ -27,6 +27,7 @@ DATA = (
     "scenes/light/data/astm_g173_350_750.csv",
     "dives/presets/spiral.toml",
     "reports/pages/page.html",
+    "reports/pages/pdf.typ",
     *(f"{package}/py.typed" for package in PACKAGES),
 )
 """One file of each kind that is no code."""

@@ -11,9 +11,10 @@ import trimesh
 import reports.progress as module
 from cad.assembly.meshes import MESH_VERSION, mesh_key
 from cad.checks.printing.slicer import SLICE_VERSION
+from cad.export.drawings.manifest import rig_hash
 from cad.hulls.hull_mesh import HULL_MESH_VERSION, hull_mesh_key
 from optics.water.radiative_transfer.field import RADIANCE_VERSION
-from reports.progress import work_key
+from reports.progress import today, work_key
 from rigs import FileHull, Rig
 from scenes.baking.ambient import LIGHT_VERSION, light_key
 from scenes.baking.light_quality import LightQuality
@@ -71,3 +72,21 @@ def test_a_comment_makes_nothing_again(rig, monkeypatch):
         assert len(key) == 64
     assert str(rig.gaze.hull.file) in opened
     assert [file for file in opened if file.endswith(".py")] == []
+
+
+def test_what_its_owner_calls_a_rig_makes_nothing_again(rig):
+    named = rig.with_(revision="B")
+    assert work_key(named) == work_key(rig)
+    assert rig_hash(named) == rig_hash(rig)
+    assert mesh_key(named) == mesh_key(rig)
+
+
+def test_the_day_is_the_environment_s_where_it_says_one(monkeypatch):
+    """1767225600 s after 1970 began 2026; a second before it was the year before."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767225600")
+    assert today() == "2026-01-01"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767225599")
+    assert today() == "2025-12-31"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
+    with pytest.raises(ValueError, match=r"SOURCE_DATE_EPOCH=yesterday: expected seconds since 1970"):
+        today()

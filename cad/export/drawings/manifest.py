@@ -32,8 +32,12 @@ def rig_text(rig: Rig) -> str:
 
 
 def rig_hash(rig: Rig) -> str:
-    """SHA-256 of all that the shapes come from: the rig's text and, where they make its hull, files."""
-    digest = hashlib.sha256(rig_text(rig).encode())
+    """SHA-256 of all that the design comes from: the rig's text and, where they make its hull, files.
+
+    What its owner asks for and calls it is no part of the design.
+    """
+    design = rig.model_copy(update={"requirements": None, "revision": None})
+    digest = hashlib.sha256(rig_text(design).encode())
     if rig.file_hull is not None:
         for file in hull_files(rig.file_hull.file):
             digest.update(file.read_bytes())

@@ -21,7 +21,9 @@ def standing(dive=PASSED, *outcomes):
         Judged(name=f"wish {number}", required="at least 1", achieved="2", outcome=outcome)
         for number, outcome in enumerate(outcomes)
     ]
-    return Standing(rig_digest="abc", version="0", dive=dive, requirements=tuple(requirements))
+    return Standing(
+        date="2026-11-03", revision="B", rig_digest="abc", version="0", dive=dive, requirements=tuple(requirements)
+    )
 
 
 def test_a_design_that_passes_everything_passes():

@@ -4,11 +4,15 @@ import csv
 import json
 import re
 import shutil
+from collections import Counter
+from datetime import UTC, datetime
+from html import unescape
 from urllib.parse import unquote
 
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
+from pypdf import PdfReader
 
 from cad.checks.assembly_checks import MountChecks
 from cad.checks.printing.orientation import print_findings
@@ -16,9 +20,9 @@ from cad.export import mount
 from dives.dive import varied
 from dives.validation import validation_dive
 from optics.coverage.outcome import Outcome
-from reports.pages.design import DiveSummary
-from reports.pages.dive import CAPTIONS
+from reports.pages.dive import CAPTIONS, DiveResults
 from reports.pages.mount import MountResults
+from reports.pages.report_files import write_pages
 from reports.progress import Stages
 from reports.studies import design as study
 from reports.studies import mount_export
@@ -35,12 +39,16 @@ DIVE = varied(validation_dive(RIG), frames=6).model_copy(update={"world": "blue"
 GRID = MapGrid(poses=15, columns=48, rows=36)
 """Tables, summary and page agree on any grid; how good the numbers are is tested in tests/optics/coverage."""
 
+DAY = int(datetime(2026, 11, 3, 12, tzinfo=UTC).timestamp())
+
 SLOW_FILES = ("write_drawings", "write_steps", "write_robot")
 """Of an export: tests/cad/export look at them. What the report says of a mount does not depend on them."""
 
 
 def made_design(folder, log):
-    return design(RIG, folder, log=log, dive=DIVE, grid=GRID)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOURCE_DATE_EPOCH", str(DAY))
+        return design(RIG, folder, log=log, dive=DIVE, grid=GRID)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +69,7 @@ def rows_of(path):
 
 def test_everything_an_engineer_needs_is_there(made):
     folder, lines = made
-    for name in ("report.html", "summary.json", "coverage/poses.csv", "coverage/sphere.csv", "coverage/coverage.png"):
+    for name in ("report.html", "report.pdf", "summary.json", "coverage/poses.csv", "coverage/coverage.png"):
         assert (folder / name).stat().st_size > 1000, name
     portraits = {f"outside_{name}" for name in VIEWPOINTS}
     assert {path.stem for path in (folder / "views").iterdir()} == set(study.GAZES_DEG) | portraits
@@ -99,13 +107,52 @@ def test_the_page_begins_with_what_the_design_is_judged_to_be(made):
     folder = made[0]
     html = (folder / "report.html").read_text(encoding="utf-8")
     standing = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["standing"]
-    assert f"Rig {standing['rig_digest']}, mirrorgaze {standing['version']}." in html
+    marks = f"rig {standing['rig_digest']}, mirrorgaze {standing['version']}"
+    assert f"<p>Revision not stated, {marks}, 2026-11-03.</p>" in html
     manifest = json.loads((folder / "mount/manifest.json").read_text(encoding="utf-8"))
     assert manifest["rig"]["sha256"].startswith(standing["rig_digest"])
     assert "<h2>Verdict: fail (1 of 3)</h2>" in html
     assert not standing["dive"]["passed"]
     assert standing["dive"]["sentences"][0].startswith("never acquired: ")
     assert f"<td>dive</td><td>{standing['dive']['sentences'][0]}</td>" in html
+
+
+def test_every_number_of_page_and_pdf_comes_from_the_summary(made, tmp_path):
+    """Of summary and images alone both come out the same to the byte; another number in the summary is in both."""
+    folder = tmp_path / "aqua2"
+    shutil.copytree(made[0], folder, ignore=lambda _, names: [name for name in names if is_data(name)])
+    for name in ("report.html", "report.pdf"):
+        (folder / name).unlink()
+    write_pages(folder)
+    for name in ("report.html", "report.pdf"):
+        assert (folder / name).read_bytes() == (made[0] / name).read_bytes(), name
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    summary["coverage"]["covered_fraction"] = 0.12345
+    (folder / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    write_pages(folder)
+    assert "<b>12.3%</b>" in (folder / "report.html").read_text(encoding="utf-8")
+    assert "12.3%" in pdf_text(folder / "report.pdf")
+
+
+def is_data(name):
+    return name != "summary.json" and name.endswith((".json", ".csv", ".parquet", ".toml", ".md"))
+
+
+def test_page_and_pdf_have_the_same_numbers(made):
+    """In any order: a PDF has no tables, only words at places."""
+    html = (made[0] / "report.html").read_text(encoding="utf-8")
+    words = unescape(re.sub(r"<[^>]*>", " ", re.sub(r"(?s)<style>.*?</style>|<title>.*?</title>", "", html)))
+    assert numbers_in(words) == numbers_in(pdf_text(made[0] / "report.pdf"))
+
+
+def numbers_in(words):
+    return Counter(re.findall(r"\d+(?:\.\d+)?", words))
+
+
+def pdf_text(path):
+    """Words of a PDF without the foot of its pages; a line ends where the paper does, also within a file's name."""
+    pages = (page.extract_text() for page in PdfReader(path).pages)
+    return " ".join(page.replace("\u200b", "")[: page.rindex("aqua2: design report")] for page in pages)
 
 
 def test_summary_agrees_with_the_tables(made):
@@ -184,7 +231,7 @@ def test_a_stage_that_was_made_before_stays_on_the_page(made, tmp_path):
     lines = []
     design(RIG, copy, log=lines.append, dive=DIVE, grid=GRID, only=["views"])
     assert lines == ["views: done before"]
-    for name in ("report.html", "summary.json"):
+    for name in ("report.html", "report.pdf", "summary.json"):
         assert (copy / name).read_bytes() == (made[0] / name).read_bytes(), name
 
 
@@ -204,7 +251,7 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
     def copied_dive(rig, dive, target, log):
         shutil.copytree(made[0] / study.DIVE, target / study.DIVE)
         data = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["dive"]
-        return TypeAdapter(DiveSummary).validate_python(data), []
+        return TypeAdapter(DiveResults).validate_python(data), []
 
     monkeypatch.setattr(study, "_dive", copied_dive)
     monkeypatch.setattr(study, "_checked_mount", lambda rig, log: None)

@@ -14,6 +14,7 @@ import pytest
 from dives.metrics import dive_metrics
 from dives.metrics.frames import Frames
 from reports.pages.dive import dive_section, verdict
+from reports.pages.page import html
 from reports.studies.dive_report import dive_results, write_dive_report
 from reports.studies.key_frames import key_frames, save_key_frames
 
@@ -99,7 +100,7 @@ def test_images_are_the_key_frames(folder, dive_log, tmp_path):
 
 
 def test_the_section_has_numbers_figures_images_and_losses(folder):
-    section = dive_section(dive_results(folder))
+    section = html(dive_section(dive_results(folder), folder))
     metrics = json.loads((folder / "metrics.json").read_text())
     assert "Dive: by-hand" in section
     assert f"{metrics['visible_fraction']:.1%}" in section
@@ -146,7 +147,8 @@ def test_the_verdict_of_a_dive_with_a_loss(dive_log):
 
 
 def test_a_dark_dive_and_one_without_overlay_have_a_page(tmp_path, dark_log):
-    section = dive_section(dive_results(write_folder(tmp_path / "dark", dark_log)))
+    dark = write_folder(tmp_path / "dark", dark_log)
+    section = html(dive_section(dive_results(dark), dark))
     assert section.count("data:image/png;base64,") == 3
     assert "never tracked" in section
 
