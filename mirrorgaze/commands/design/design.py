@@ -31,9 +31,9 @@ def design(
     """Design a rig: mount, views, coverage, dive, report.
 
     Writes the coverage of the sphere, the mount from outside and its files, what the camera sees, a simulated dive that
-    tracks a ball over the designed mirrors and is compared with ground truth, and a report of all of it (report.html, report.pdf,
-    summary.json), which is there from the first stage on. An interrupted run continues where it stopped, and one with
-    --no-dive or --only when it is called without.
+    tracks a ball over the designed mirrors and is compared with ground truth, and a report of all of it (report.html,
+    report.pdf, summary.json), which is there from the first stage on. An interrupted run continues where it stopped,
+    and one with --no-dive or --only when it is called without.
 
     \b
     Example:
