@@ -17,7 +17,7 @@ def test_a_rig_is_written_as_its_file_is(name):
     rig = Rig.load(name)
     document = rig.model_dump()
     assert "gaze" not in document
-    assert list(document)[6:12] == TABLES
+    assert list(document)[7:13] == TABLES
     assert {key for key in TABLES if document[key] is None} == (set(TABLES) if name == "bench" else set())
     assert Rig.model_validate(document) == rig
     assert Rig.model_validate_json(rig.model_dump_json(exclude_none=True)) == rig
