@@ -30,14 +30,14 @@ from mirrorgaze.commands.images import compare, render
 from mirrorgaze.commands.maintenance import cache, doctor
 from mirrorgaze.commands.mount import export, loads, place
 from mirrorgaze.commands.optics import gaze, port, virtual_camera, water
-from mirrorgaze.commands.rig_files import check, presets, schema, show
+from mirrorgaze.commands.rig_files import check, presets, schema, show, studio
 from mirrorgaze.errors import with_exit_status
 from mirrorgaze.help import SectionedCommand, SectionedGroup
 from mirrorgaze.option_groups import with_option_groups
 from mirrorgaze.waiting import with_clock
 
 COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
-    "Rig files": (presets.rigs, presets.new, check.check, show.show, schema.schema),
+    "Rig files": (presets.rigs, presets.new, check.check, show.show, studio.studio, schema.schema),
     "Design": (
         design.design,
         size.size,

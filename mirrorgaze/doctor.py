@@ -37,6 +37,7 @@ PROGRAMS = (
 """Programs that are not needed: what we call them, their names on PATH, what they are for and where they come from."""
 
 EXTRAS = (
+    ("viser", "viser", "shows the studio's page; pip install 'mirrorgaze[studio]'"),
     ("optiland", "optiland", "benchmarks compare our rays with it; ./run bench installs it"),
     ("embreex", "embreex", "benchmarks compare our ray casting with it; ./run bench installs it"),
 )

@@ -12,7 +12,7 @@ import typer
 FAILED = 1
 BAD_INPUT = 2
 
-HOUSE = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "mirrorgaze")
+HOUSE = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "studio", "mirrorgaze")
 """The packages whose `ValueError` is a sentence for the user."""
 
 WRONG_PATH = (FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError, PermissionError)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 CHECKOUT = Path(__file__).resolve().parent.parent
-PACKAGES = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "mirrorgaze")
+PACKAGES = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "studio", "mirrorgaze")
 MOST_MODULES = 16
 
 ROOMS = [

@@ -1,0 +1,257 @@
+"""The studio in a real Chromium: sliders, image, undo, saving, who is refused; one server for all tests of the file."""
+
+import base64
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from optics import OpticalTrain
+from optics.layout import camera_pose
+from optics.status import Status
+from rigs import Rig
+from rigs.files import PRESETS
+from scenes.stage.scene import TARGET_M
+
+pytest.importorskip("viser", reason="the studio's page needs viser: pip install 'mirrorgaze[studio]'")
+playwright = pytest.importorskip(
+    "playwright.sync_api", reason="driving a browser needs Playwright: pip install playwright"
+)
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+if CHROMIUM is None:
+    pytest.skip("there is no Chromium on PATH: apt-get install chromium", allow_module_level=True)
+
+WIDTH_PX = 320
+PATIENCE_MS = 30_000
+"""Until the page shows something: the first image waits for kernels to be compiled."""
+TARGET_PX = 1.0
+"""How far the ball's pixels may be from where the optics put its centre."""
+RED = 2.0
+"""Red over green and blue, of the ball and of nothing else among the labels."""
+LOOKS = 100
+HARMLESS = "favicon"
+
+READ_IMAGE = """() => {
+  const image = document.querySelector('img');
+  const canvas = document.createElement('canvas');
+  [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
+  canvas.getContext('2d').drawImage(image, 0, 0);
+  return canvas.toDataURL('image/png');
+}"""
+
+
+class Served:
+    """A studio's process, and its address."""
+
+    def __init__(self, folder, *options):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "mirrorgaze", "studio", "aqua2", "--width-px", str(WIDTH_PX), *options],
+            cwd=folder,
+            env=os.environ | {"PYTHONPATH": str(PRESETS.parents[1])},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.address = self.process.stdout.readline().strip()
+
+    def interrupt(self):
+        """Ctrl-C, what it said until then, and how it ended."""
+        self.process.send_signal(signal.SIGINT)
+        out, err = self.process.communicate(timeout=60)
+        return out, err, self.process.returncode
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("studio")
+
+
+@pytest.fixture(scope="module")
+def served(folder):
+    served = Served(folder)
+    yield served
+    served.process.kill()
+    served.process.communicate()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as driver:
+        options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=options)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def page(browser, served):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.set_default_timeout(PATIENCE_MS)
+    page.complaints = []
+    page.on("pageerror", lambda error: page.complaints.append(str(error)))
+    page.on("console", lambda said: page.complaints.append(said.text) if said.type == "error" else None)
+    page.goto(served.address)
+    page.get_by_text(re.compile("ms to render")).wait_for()
+    return page
+
+
+def image(page):
+    """What the page shows of the camera, shape (height, width, 3)."""
+    png = base64.b64decode(page.evaluate(READ_IMAGE).partition(",")[2])
+    return cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_COLOR)[..., ::-1].astype(np.float64)
+
+
+def slider(page, label):
+    """Number field of a slider."""
+    row = f'//label[text()="{label}"]/ancestor::div[contains(@class, "mantine-Flex-root")][1]'
+    return page.locator(f'{row}//input[@inputmode="decimal"]')
+
+
+def put(page, label, value):
+    field = slider(page, label)
+    field.fill(f"{value:g}")
+    field.press("Enter")
+
+
+def projected_px(q1_deg, q2_deg):
+    """Where the optics alone put the target's centre in the page's image."""
+    rig = Rig.load("aqua2")
+    train = OpticalTrain.from_rig(rig, q1=np.radians(q1_deg), q2=np.radians(q2_deg))
+    found = train.project(camera_pose(rig.camera).inv().apply([TARGET_M]))
+    assert found.status[0] == Status.OK
+    return (found.pixels[0] + 0.5) * WIDTH_PX / rig.camera.width_px - 0.5
+
+
+def seen_px(shown):
+    """Middle of the red pixels."""
+    v, u = np.nonzero(shown[..., 0] > RED * np.maximum(shown[..., 1], shown[..., 2]))
+    return np.array([u.mean(), v.mean()]) if len(u) else np.full(2, np.nan)
+
+
+def waited_for(page, is_so):
+    """Whether something comes true within some seconds."""
+    for _ in range(LOOKS):
+        if is_so():
+            return True
+        page.wait_for_timeout(100)
+    return False
+
+
+def choose(page, label, value):
+    row = f'//label[text()="{label}"]/ancestor::div[contains(@class, "mantine-Flex-root")][1]'
+    page.locator(f"{row}//input").first.click()
+    page.get_by_role("option", name=value, exact=True).click()
+
+
+@pytest.fixture
+def labelled(page):
+    """The page, its image with a colour for each kind of thing."""
+    page.get_by_role("tab", name="Water").click()
+    choose(page, "overlay", "labels")
+    yield page
+    choose(page, "overlay", "none")
+    page.get_by_role("tab", name="Design").click()
+
+
+@pytest.mark.parametrize(("q1_deg", "q2_deg"), [(30.0, -10.0), (33.0, -8.0)])
+def test_the_target_is_where_the_optics_put_it(labelled, q1_deg, q2_deg):
+    page = labelled
+    put(page, "q1, pan (deg)", q1_deg)
+    put(page, "q2, tilt (deg)", q2_deg)
+    u, v = projected_px(q1_deg, q2_deg)
+    page.get_by_text(re.compile(re.escape(f"target at {u:.1f}, {v:.1f} px"))).wait_for()
+    # The browser decodes the image after the text is there.
+    assert waited_for(page, lambda: np.abs(seen_px(image(page)) - (u, v)).max() < TARGET_PX)
+
+
+def test_a_slider_that_is_dragged_moves_the_image(page):
+    before = image(page)
+    thumb = page.get_by_role("slider").first.bounding_box()
+    middle = thumb["x"] + thumb["width"] / 2, thumb["y"] + thumb["height"] / 2
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(middle[0] - 40, middle[1], steps=4)
+    page.mouse.up()
+    assert waited_for(page, lambda: np.abs(image(page) - before).mean() > 1)
+
+
+def test_a_change_is_judged_and_undo_restores_the_bytes(page, folder):
+    kept = next(folder.glob(".aqua2-*.studio.toml"))
+    before = kept.read_bytes()
+    put(page, "M2 width (mm)", 90)
+    page.get_by_role("tab", name="Lines").click()
+    page.get_by_text("gaze_mirror__width_mm=90").wait_for()
+    assert kept.read_bytes() != before
+    page.get_by_role("tab", name="Verdict").click()
+    page.get_by_text("of the sphere").wait_for()
+    page.get_by_role("tab", name="Design").click()
+    page.get_by_role("button", name="Undo").click()
+    assert waited_for(page, lambda: kept.read_bytes() == before)
+
+
+def test_saves_a_rig_file(page, folder):
+    put(page, "M2 width (mm)", 90)
+    page.get_by_role("tab", name="File").click()
+    page.get_by_role("button", name="Save").click()
+    file = folder / "my-aqua2.toml"
+    page.get_by_text(re.compile("my-aqua2.toml: saved")).wait_for()
+    assert Rig.load(file).gaze.gaze_mirror.width_mm == 90
+    assert "# nominal (d1 of figure 3)" in file.read_text()
+
+
+@pytest.mark.parametrize(
+    ("address", "headers"),
+    [
+        (lambda url: url.split("?")[0], {}),
+        (lambda url: url.split("=")[0] + "=wrong", {}),
+        (lambda url: url, {"Origin": "http://evil.example"}),
+        (lambda url: url, {"Host": "evil.example"}),
+    ],
+)
+def test_others_are_refused(served, address, headers):
+    asked = urllib.request.Request(address(served.address), headers=headers)
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        urllib.request.urlopen(asked)
+    refused.value.close()
+    assert refused.value.code == 403
+
+
+def test_a_page_of_another_site_gets_no_socket(browser, served, page):
+    socket = served.address.replace("http:", "ws:")
+    other = browser.new_page()
+    other.goto("data:text/html,<p>another site</p>")
+    outcome = other.evaluate(
+        "url => new Promise(done => { const s = new WebSocket(url);"
+        " s.onopen = () => done('open'); s.onerror = () => done('refused'); })",
+        socket,
+    )
+    other.close()
+    assert outcome == "refused"
+
+
+def test_nothing_complained_and_ctrl_c_ends_it_and_the_next_goes_on(page, served, folder):
+    page.wait_for_timeout(200)
+    assert [said for said in page.complaints if HARMLESS not in said] == []
+    page.close()
+    out, err, status = served.interrupt()
+    assert status == 0
+    assert "Traceback" not in out + err
+    again = Served(folder)
+    try:
+        assert Path(folder / "my-aqua2.toml").is_file()
+        kept = next(folder.glob(".aqua2-*.studio.toml"))
+        assert "width_mm = 90" in kept.read_text()
+    finally:
+        _, err, status = again.interrupt()
+    assert status == 0
+    assert "Traceback" not in err
