@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-LAZY = ("cad", "dives", "optics", "reports", "scenes", "tracking")
+LAZY = ("cad", "dives", "optics", "reports", "scenes", "studio", "tracking")
 
 HEAVY = {"build123d", "cv2", "drjit", "matplotlib", "mitsuba", "scipy", "trimesh"}
 

@@ -54,7 +54,7 @@ html_theme_options = {
 html_sidebars: dict[str, list[str]] = {"index": [], "gallery": [], "changelog": [], "contributing": []}
 
 
-PACKAGES = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports")
+PACKAGES = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "studio")
 
 
 def setup(app: Sphinx) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
-ROOMS = "rigs|optics|cad|scenes|tracking|dives|reports|mirrorgaze|benchmarks"
+ROOMS = "rigs|optics|cad|scenes|tracking|dives|reports|studio|mirrorgaze|benchmarks"
 
 DOTTED = re.compile(rf"(?<![\w./-])(?:{ROOMS})(?:\.[A-Za-z_]\w*)+")
 FILE = re.compile(rf"(?<![\w./-])(?:{ROOMS}|tests|docs|notebooks)/[\w/.-]*[\w/]")

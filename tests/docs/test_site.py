@@ -102,5 +102,5 @@ def test_kinds_limits_and_defaults_of_a_section():
 
 
 def test_every_package_has_its_python_pages():
-    assert python.packages(ROOT) == ["rigs", "optics", "cad", "scenes", "tracking", "dives", "reports"]
+    assert python.packages(ROOT) == ["rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "studio"]
     assert "OpticalTrain" in python.public_names("optics")

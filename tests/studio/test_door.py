@@ -10,7 +10,7 @@ from websockets.http11 import Request, Response
 from studio.door import Door
 
 HOST = "127.0.0.1:8123"
-DOOR = Door()
+DOOR = Door(token="t" * 32)
 
 
 def request(path="/", **headers):
