@@ -23,9 +23,10 @@ def studio(
         int, typer.Option(metavar="N", help="Width of the camera's image, in pixels.", min=32, max=4096)
     ] = 640,
 ) -> None:
-    """Open a rig on a local web page: turn the joints, change the design, see what follows.
+    """Open a rig on a local web page.
 
-    Prints an address that works on this machine only, and only with the token in it; Ctrl-C ends it. Each change is
+    Turn the joints, change the design, see what follows. Prints an address that works on this machine only, and only
+    with the token in it; Ctrl-C ends it. Each change is
     kept in a file beside the rig's (of a preset, in the working directory), from which the next start goes on; the rig
     file itself changes when you save it.
 
