@@ -29,6 +29,9 @@ CORNERS_OF_A_SHELL = 20
 SMALL_BODY = 0.02
 """A body whose longest side is less than this share of the whole one's is left out."""
 
+NAMED = 5
+"""Parts that are left out, the largest, are named one by one; there may be thousands."""
+
 
 class NotClosedError(ValueError):
     """Triangles that small repairs do not close; `what` says what they have that a closed surface has not."""
@@ -36,6 +39,22 @@ class NotClosedError(ValueError):
     def __init__(self, what: str) -> None:
         self.what = what
         super().__init__(f"expected a closed surface, got one with {what}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """A body that is not kept.
+
+    Attributes
+    ----------
+    side : float
+        Longest side of the box around it.
+    middle : array, shape (3,)
+        Of that box.
+    """
+
+    side: float
+    middle: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -298,25 +317,40 @@ def _chosen(solid: manifold3d.Manifold, keep: KeptBodies, notes: list[str]) -> m
     bodies = [shell for shell in shells if shell.volume() > 0]
     if len(bodies) == 1:
         return solid
-    sides = np.array([np.ptp(np.array(body.bounding_box()).reshape(2, 3), axis=0).max() for body in bodies])
+    boxes = np.array([body.bounding_box() for body in bodies]).reshape(-1, 2, 3)
+    sides = np.ptp(boxes, axis=1).max(axis=1)
     wanted = sides >= SMALL_BODY * sides.max()
     if keep == "largest":
         wanted = np.arange(len(bodies)) == int(np.argmax([body.volume() for body in bodies]))
     if keep == "joined" and wanted.sum() > 1:
         raise NotClosedError(f"{wanted.sum()} bodies that do not touch and are to be joined")
-    notes += body_notes(int(wanted.sum()), sides[~wanted])
+    notes += body_notes(int(wanted.sum()), largest_first(sides[~wanted], boxes.mean(axis=1)[~wanted]))
     outer = [body for body, kept in zip(bodies, wanted, strict=True) if kept]
     cavities = [shell for shell in shells if shell.volume() < 0]
     together = manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add)
     return manifold3d.Manifold.batch_boolean([together, *map(_turned, cavities)], manifold3d.OpType.Subtract)
 
 
-def body_notes(kept: int, left_out: Sequence[float] | FloatArray) -> list[str]:
-    """What is said of bodies that do not touch: how many are kept, and the longest sides of those left out."""
-    notes = [f"{kept} bodies that do not touch"] if kept > 1 else []
-    if len(left_out):
-        notes.append(f"left out {_count(len(left_out), 'part')} of up to {max(left_out):.0f} mm")
+def largest_first(sides: FloatArray, middles: FloatArray) -> tuple[LeftOut, ...]:
+    """Bodies that are not kept, by the sides of their boxes, shape (n,), and the middles of those, shape (n, 3)."""
+    return tuple(LeftOut(side=float(sides[body]), middle=middles[body]) for body in np.argsort(-sides, kind="stable"))
+
+
+def body_notes(kept: int, left_out: Sequence[LeftOut]) -> list[str]:
+    """What is said of bodies that do not touch: how many are kept, and which are left out, by size and place."""
+    notes = []
+    if kept > 1:
+        others = 'hull.keep = "joined" joins them, "largest" leaves the others out'
+        notes.append(f"{kept} bodies that do not touch; {others}")
+    if left_out:
+        named = [f"{part.side:.0f} mm at {_place_text(part.middle)}" for part in left_out[:NAMED]]
+        more = [f"{len(left_out) - NAMED} smaller"] if len(left_out) > NAMED else []
+        notes.append(f"left out {_count(len(left_out), 'part')}: {', '.join([*named, *more])}, in the file's axes")
     return notes
+
+
+def _place_text(place_mm: FloatArray) -> str:
+    return f"({', '.join(f'{along:.0f}' for along in np.round(place_mm) + 0.0)})"
 
 
 def manifold(vertices: FloatArray, faces: Faces) -> manifold3d.Manifold | None:

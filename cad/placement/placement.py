@@ -295,7 +295,8 @@ def _sentences(short: Shortfalls) -> tuple[str, ...]:
     """What turned candidates away, the most frequent first."""
     ordered = sorted(short.found.items(), key=lambda item: -item[1][0])
     return tuple(
-        f"{condition}: {count} turned away" + (f", the nearest lacked {least:.0f} mm" if np.isfinite(least) else "")
+        f"{condition}: {count} turned away"
+        + (f", the nearest lacked {_lack_text(least)}" if np.isfinite(least) else "")
         for condition, (count, least) in ordered
     )
 
@@ -304,7 +305,7 @@ def _nothing_fits(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortf
     """What binds, and the nearest thing that would fit."""
     binding = max(short.found, key=lambda condition: (_stage(condition), -np.nan_to_num(short.found[condition][1])))
     count, least = short.found[binding]
-    lacking = f", by {max(least, 0.5):.0f} mm at best" if np.isfinite(least) else ""
+    lacking = f", by {_lack_text(least)} at best" if np.isfinite(least) else ""
     found = f"expected a hull with room for a mount, found none: {binding} turned away the last {count}{lacking}"
     for words, other, changed in _easier(rig, wanted):
         ranked = _ranked(other, hull, changed, Shortfalls())
@@ -312,6 +313,10 @@ def _nothing_fits(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortf
         if any(not _refusal(rig_of(other, item, way, changed.pinned), body) for way, item in ranked[:ASKED]):
             return f"{found}; there is room {words}"
     return f"{found}; look at {CAMERA}, and at the hull's axes: mirrorgaze show draws them"
+
+
+def _lack_text(lack_mm: float) -> str:
+    return f"{lack_mm:.0f} mm" if lack_mm >= 1 else "less than 1 mm"
 
 
 def _stage(condition: str) -> int:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import KDTree
 
+from cad.hulls.mesh_repair import LeftOut, largest_first
 from cad.hulls.wrapping.solid_field import OFFSET, SolidField
 from optics.kernels.arrays import FloatArray
 from rigs.mounting import KeptBodies
@@ -27,14 +28,14 @@ class Kept:
     Attributes
     ----------
     field : SolidField
-    left_out : tuple of float
-        Longest sides of the bodies that were left out.
+    left_out : tuple of LeftOut
+        The longest first.
     bars : tuple of float
         Lengths of the bars that were put between bodies.
     """
 
     field: SolidField
-    left_out: tuple[float, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
     bars: tuple[float, ...] = ()
 
 
@@ -50,7 +51,8 @@ def kept_bodies(field: SolidField, keep: KeptBodies) -> Kept:
     if not wanted.all():
         gone = np.concatenate([[False], ~wanted])[labels]
         field = replace(field, values=np.where(gone, np.abs(field.values), field.values))
-    left_out = tuple(sorted(sides[~wanted].tolist(), reverse=True))
+    ends = np.array([[[side.start, side.stop - 1] for side in box] for box in boxes])
+    left_out = largest_first(sides[~wanted], field.nodes(ends.mean(axis=2))[~wanted])
     numbers = np.flatnonzero(wanted) + 1
     if keep != "joined" or len(numbers) == 1:
         return Kept(field=field, left_out=left_out)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+from cad.hulls.mesh_repair import LeftOut
 from cad.hulls.triangle_samples import lattice
 from cad.hulls.wrapping.bodies import kept_bodies
 from cad.hulls.wrapping.fit import fitted, nearest_places
@@ -30,8 +31,8 @@ class Wrap:
         Gaps and holes narrower than this are closed.
     median, p95 : float
         Distance of the wrap from the surface, over the wrap's area.
-    left_out : tuple of float
-        Longest sides of the bodies that were left out, the longest first.
+    left_out : tuple of LeftOut
+        Bodies that were left out, the longest first.
     bars : tuple of float
         Lengths of the bars that join bodies.
     """
@@ -41,7 +42,7 @@ class Wrap:
     closed: float
     median: float
     p95: float
-    left_out: tuple[float, ...]
+    left_out: tuple[LeftOut, ...]
     bars: tuple[float, ...]
 
 

@@ -2,10 +2,28 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import typer
 
 from mirrorgaze.options import JsonOption, RigArgument
 from mirrorgaze.output import print_json, print_step, print_table
+
+if TYPE_CHECKING:
+    from cad.placement.placement import Placement
+
+
+MOST_REJECTED = 5
+"""Sentences on what was rejected; the most frequent come first."""
+
+
+def print_placement(placement: Placement) -> None:
+    """Print what was decided, why, and what was rejected."""
+    from reports.studies.placement import placement_rows
+
+    print_table((f"  {key}", value, reason) for key, value, reason in placement_rows(placement))
+    for sentence in placement.rejected[:MOST_REJECTED]:
+        typer.echo(f"  rejected, {sentence}")
 
 
 def place(rig: RigArgument, json: JsonOption = False) -> None:
@@ -22,13 +40,10 @@ def place(rig: RigArgument, json: JsonOption = False) -> None:
     from reports.studies.placement import place_rig_file, placement_rows
 
     placement = place_rig_file(rig, log=print_step)
-    rows = placement_rows(placement)
     if json:
-        placed = [{"key": key, "value": value, "reason": reason} for key, value, reason in rows]
+        placed = [{"key": key, "value": value, "reason": reason} for key, value, reason in placement_rows(placement)]
         print_json({"placed": placed, "rejected": list(placement.rejected)})
         return
     typer.echo(f"{rig}: placed")
-    print_table((f"  {key}", value, reason) for key, value, reason in rows)
-    for sentence in placement.rejected[:5]:
-        typer.echo(f"  rejected, {sentence}")
+    print_placement(placement)
     typer.echo(f"next: mirrorgaze check {rig} --cad")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mirrorgaze.commands.mount.place import print_placement
 from mirrorgaze.options import JsonOption
 from mirrorgaze.output import print_json, print_step, print_table
 
@@ -113,8 +114,8 @@ def new(
         preset = create_rig_file(name, file, preset=preset, shape=hull)
         typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")
         return
+    from mirrorgaze.loading import print_hull_notes
     from reports.studies.new_rig import new_rig_on_hull
-    from reports.studies.placement import placement_rows
 
     taken, placement = new_rig_on_hull(
         name,
@@ -130,5 +131,6 @@ def new(
         log=print_step,
     )
     typer.echo(taken.describe())
-    print_table((f"  {key}", value, reason) for key, value, reason in placement_rows(placement))
+    print_hull_notes(placement.rig)
+    print_placement(placement)
     typer.echo(f"{file}: written; look at it: mirrorgaze show {file}; check its mount: mirrorgaze check {file} --cad")

@@ -220,9 +220,11 @@ def test_bodies_apart_are_kept_joined_or_left(tmp_path, monkeypatch):
     found = {keep: read_hull_solid(hull.model_copy(update={"keep": keep})) for keep in ("all", "largest")}
     found["joined"] = read_hull_solid(pair.model_copy(update={"keep": "joined"}))
     assert is_good(found["all"].surface, VOLUME * (1 + 1 / 8))
-    assert found["all"].notes == ("2 bodies that do not touch", "left out 1 part of up to 5 mm")
+    apart = '2 bodies that do not touch; hull.keep = "joined" joins them, "largest" leaves the others out'
+    assert found["all"].notes == (apart, "left out 1 part: 5 mm at (0, 300, 0), in the file's axes")
     assert is_good(found["largest"].surface)
-    assert found["largest"].notes == ("left out 2 parts of up to 300 mm",)
+    both = "left out 2 parts: 300 mm at (700, 0, 0), 5 mm at (0, 300, 0), in the file's axes"
+    assert found["largest"].notes == (both,)
     assert found["joined"].surface.body_count == 1
     assert "2 bodies that do not touch and are to be joined" in found["joined"].notes[0]
     assert found["joined"].notes[1].startswith("joined 2 bodies by bars of up to ")

@@ -22,7 +22,9 @@ def holed_rig(here, monkeypatch, unplaced):
     keep = np.arange(len(box.faces)) != 100
     trimesh.Trimesh(box.vertices, box.faces[keep], process=False).export(here / "hull.stl")
     new = ("new", "mine", "--from", "torpedo", "--hull", "hull.stl", "--unit", "mm")
-    assert CliRunner().invoke(app, list(new)).exit_code == 0
+    result = CliRunner().invoke(app, list(new))
+    assert result.exit_code == 0
+    assert "\nhull.stl: closed 1 hole" in result.stderr
     return "mine.toml"
 
 

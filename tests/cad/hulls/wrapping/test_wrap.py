@@ -154,10 +154,12 @@ def test_bodies_are_kept_joined_or_left(monkeypatch):
         check_holds(wrap, large)
     for keep in ("all", "joined"):
         check_holds(found[keep], small)
-        assert found[keep].left_out == pytest.approx([2], abs=cell)
+        (left_out,) = found[keep].left_out
+        assert left_out.side == pytest.approx(2, abs=cell)
+        assert left_out.middle == pytest.approx((0, 100, 0), abs=cell)
     assert found["joined"].bars == pytest.approx([60 - 2 * OFFSET * cell], abs=2 * cell)
     assert found["largest"].surface.bounds[1, 0] < 150 + OFFSET * cell
-    assert len(found["largest"].left_out) == 2
+    assert [round(part.middle[0]) for part in found["largest"].left_out] == pytest.approx([260, 0], abs=cell)
 
 
 def hit_heights(mesh: trimesh.Trimesh, start: np.ndarray, end: np.ndarray) -> np.ndarray:
