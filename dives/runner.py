@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,7 @@ from typing import Any
 
 import av
 import numpy as np
+from pydantic.main import IncEx
 
 from cad.assembly.meshes import rig_meshes
 from dives.dive import Dive
@@ -192,11 +193,15 @@ def run_dive(
     return folder
 
 
+NOT_SEEN: Mapping[str, IncEx | bool] = {"requirements": True, "revision": True, "gaze": {"mount": {"printer"}}}
+"""What of a rig file changes no frame."""
+
+
 def identity_of(dive: Dive, rig: Rig) -> str:
     """Digest of everything a dive's bytes come from, but for the code."""
-    # What is asked of dive and rig changes no frame.
+    # What is asked of a dive changes no frame.
     asked = dive.model_dump(mode="json", exclude={"limits"})
-    numbers = [asked, rig.model_dump(mode="json", exclude={"requirements", "revision"}), digests(dive)]
+    numbers = [asked, rig.model_dump(mode="json", exclude=NOT_SEEN), digests(dive)]
     content = json.dumps(numbers, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()
 

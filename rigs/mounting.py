@@ -301,7 +301,8 @@ class Mount(Section):
     A flange follows the hull's surface. Screws go into the hull; clamps are hose clamps around a cylindrical hull,
     straps are cable ties around any other, and pads are foam tape: these three leave the vehicle as it is.
 
-    `mirror_coating` is the front of both mirrors, as it is bought and rendered.
+    `mirror_coating` is the front of both mirrors, as it is bought and rendered. `printer` is what the printer is
+    called, for its slicer's profile; bed and nozzle are what counts.
     """
 
     fold_anchor_mm: Vector3
@@ -320,6 +321,7 @@ class Mount(Section):
     colour: Colour = "grey"
     printer_bed_mm: tuple[Positive, Positive, Positive] = (250.0, 210.0, 210.0)
     nozzle_mm: Annotated[Number, Field(ge=0.1, le=2)] = 0.4
+    printer: Annotated[str, Field(pattern=r"^[^\r\n]{1,60}$")] | None = None
 
     @model_validator(mode="after")
     def _normal_comes_from_one_place(self) -> Self:

@@ -43,7 +43,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     "gaze": {
         "servos": dict.fromkeys(("pan", "tilt", "stow"), SERVO_WITHOUT_SHAPE),
         "hull": {"file"},
-        "mount": {"colour", "mirror_coating"},
+        "mount": {"colour", "mirror_coating", "printer"},
     },
 }
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""

@@ -24,7 +24,7 @@ NOT_CHECKED: Mapping[str, IncEx | bool] = {
     "name": True,
     "requirements": True,
     "revision": True,
-    "gaze": {"hull": {"file"}},
+    "gaze": {"hull": {"file"}, "mount": {"printer"}},
 }
 """What of a rig file is no number of a check; a hull's file counts by its triangles."""
 

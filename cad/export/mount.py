@@ -6,19 +6,21 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cad.assembly.assembly import Assembly
+from cad.checks.printing.slicer import profile_ini
 from cad.checks.sequence.steps import Step, assembly_steps
 from cad.export.drawings.bill_of_materials import bill_of_materials, write_bill
 from cad.export.drawings.drawings import write_drawings
 from cad.export.drawings.exploded import write_steps
 from cad.export.drawings.manifest import rig_text, write_manifest
-from cad.export.printing.plates import write_plates
+from cad.export.printing.plates import write_plates, write_upright
+from cad.export.printing.prints import Prints, prints
 from cad.export.printing.three_mf import PlacedMesh, write_3mf
 from cad.export.robot.robot_files import write_robot
 from cad.export.step import write_step
 from cad.export.triangles import write_glb, write_stl
 from rigs.atomic_files import atomic_files
 
-FOLDERS = ("parts", "plates", "drawings", "assembly", "robot")
+FOLDERS = ("parts", "print", "drawings", "assembly", "robot")
 
 
 AddFiles = Callable[[Path], object]
@@ -31,6 +33,7 @@ def export_mount(
     *,
     log: Callable[[str], None],
     steps: Sequence[Step] | None = None,
+    printed: Prints | None = None,
     add_files: AddFiles = lambda folder: None,
 ) -> list[Path]:
     """Write everything that is needed to make, fit and simulate a rig's mount.
@@ -46,6 +49,8 @@ def export_mount(
     steps : sequence of Step, optional
         How it is put together, where the checks have found that (`cad.checks.assembly_checks.MountChecks.steps`); it
         takes seconds.
+    printed : Prints, optional
+        How parts are printed, for the bill; estimated when it is not given.
     add_files : callable
         Writes what else belongs into the folder, such as reports, which this package knows nothing of.
 
@@ -67,9 +72,11 @@ def export_mount(
         write_glb(assembly, partial / f"{rig.name}.glb")
         write_3mf(_placed(assembly), partial / f"{rig.name}.3mf", title=rig.name)
         log("export: bill of materials, print plates ...")
-        items = bill_of_materials(assembly)
+        items = bill_of_materials(assembly, printed or prints(rig, assembly.printed, slicing=False))
         write_bill(items, partial / "bom.csv")
-        write_plates(rig, assembly.printed, partial / "plates")
+        write_upright(rig, assembly.printed, partial / "print")
+        write_plates(rig, assembly.printed, partial / "print")
+        (partial / "print/prusaslicer.ini").write_text(profile_ini(rig.require_gaze().mount), encoding="utf-8")
         log("export: robot descriptions ...")
         write_robot(assembly, partial / "robot")
         log("export: drawings ...")

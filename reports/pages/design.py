@@ -9,8 +9,9 @@ from optics.coverage.summary import CoverageSummary, name_of
 from reports.figures.plotting import OUTCOME_NAMES
 from reports.pages import content
 from reports.pages.dive import DiveResults, dive_section
-from reports.pages.mount import MountResults, bill_table, checks_section, loads_section, mount_files, steps_section
+from reports.pages.mount import MountResults, bill_blocks, checks_section, loads_section, mount_files, steps_section
 from reports.pages.standing import Standing, standing_section
+from reports.pages.tolerance import ToleranceResults, tolerance_section
 from rigs import Rig
 
 LIMITS = (
@@ -19,8 +20,7 @@ LIMITS = (
     "centre, which is decided by tracing the centre back to the image.",
     "Views show water of constant properties under a flat sea; the robot's shadow in it is that of joints at zero; the "
     "blur by forward scattering and the sensor's noise are left out.",
-    "Clearances are those of rigid parts, and loads are bounds for steady flow; nothing is sliced here, see mirrorgaze "
-    "export.",
+    "Clearances are those of rigid parts, and loads are bounds for steady flow.",
 )
 
 
@@ -76,6 +76,7 @@ class DesignResults:
     coverage: CoverageSummary | None = None
     outside: Exterior | None = None
     mount: MountResults | None = None
+    tolerance: ToleranceResults | None = None
     views: Views | None = None
     dive: DiveResults | None = None
 
@@ -87,12 +88,13 @@ def design_blocks(rig: Rig, standing: Standing, results: DesignResults, folder: 
     return [
         content.Title(name=rig.name, lead=rig.description),
         content.paragraph(f"{standing.marked}."),
-        standing_section(standing, mount),
+        standing_section(standing, mount, results.tolerance),
         *([content.paragraph(f"Not made: {', '.join(missing)}.")] if missing else []),
         *([] if results.coverage is None else [content.tiles(_key_numbers(results.coverage))]),
         *([] if results.views is None else [_views_section(results.views, folder)]),
         *([] if results.coverage is None else [_coverage_section(results.coverage, folder)]),
         *_mount_sections(results, folder),
+        *([] if results.tolerance is None else [tolerance_section(results.tolerance, folder)]),
         *([] if dive is None else [dive_section(dive, folder / DIVE)]),
         content.section("Rig", content.table(["", ""], rig.facts)),
         content.section("Files", content.listed([*_files(results), *([] if mount is None else mount_files(mount))])),
@@ -125,7 +127,7 @@ def _mount_sections(results: DesignResults, folder: Path) -> list[content.Sectio
     if outside is not None:
         shown.append(content.gallery(content.figure(folder / file, outside.caption) for file in outside.files))
     if mount is not None:
-        shown.append(bill_table(mount))
+        shown += bill_blocks(mount)
     sections = [content.section("Mount", *shown)] if shown else []
     if mount is not None:
         sections += steps_section(mount, folder)

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from cad.assembly.assembly import Assembly
 from cad.checks.assembly_checks import MountChecks
-from cad.export.drawings.bill_of_materials import Item
+from cad.export.drawings.bill_of_materials import Item, bill_of_materials, settings_words
+from cad.export.printing.prints import Prints
 from cad.loads.study import LoadStudy
 from reports.figures.check import findings_as_dicts, summary_rows
 from reports.figures.load import load_lines, load_summary
@@ -22,10 +24,30 @@ TORQUES = {"off_balance_water": "Weight", "turning": "Turning", "flow": "Flow", 
 
 
 @dataclass(frozen=True, kw_only=True)
+class CheckedMount:
+    """A mount that passed its checks and whose servos are strong enough.
+
+    Attributes
+    ----------
+    assembly : Assembly
+    checks : MountChecks
+    loads : LoadStudy
+    prints : Prints
+    """
+
+    assembly: Assembly
+    checks: MountChecks
+    loads: LoadStudy
+    prints: Prints
+
+
+@dataclass(frozen=True, kw_only=True)
 class MountResults:
     """What a page reports of an exported mount; files are named from the page's folder."""
 
     bill: tuple[Item, ...]
+    prints: Prints
+    settings: str
     files: tuple[str, ...]
     checks: list[dict[str, Any]]
     check_rows: list[tuple[str, str, str]]
@@ -35,37 +57,69 @@ class MountResults:
     """Image and words of each step of the assembly."""
 
 
-def mount_results(
-    bill: Iterable[Item], files: Iterable[str], checks: MountChecks, loads: LoadStudy, folder: Path
-) -> MountResults:
-    """Results of a mount that was checked, whose loads were studied, and which lies in the folder `mount` of one."""
+def mount_results(made: CheckedMount, files: Iterable[str], folder: Path) -> MountResults:
+    """Results of a mount whose files lie in the folder `mount` of a report's."""
     return MountResults(
-        bill=tuple(bill),
+        bill=tuple(bill_of_materials(made.assembly, made.prints)),
+        prints=made.prints,
+        settings=settings_words(),
         files=tuple(files),
-        checks=findings_as_dicts(checks),
-        check_rows=summary_rows(checks),
-        loads=load_summary(loads),
-        load_lines=load_lines(loads),
+        checks=findings_as_dicts(made.checks),
+        check_rows=summary_rows(made.checks),
+        loads=load_summary(made.loads),
+        load_lines=load_lines(made.loads),
         steps=_steps(folder),
     )
 
 
-def bill_table(mount: MountResults) -> content.Table:
-    """Table of what is printed and what is bought, with the mass of all pieces of a line."""
-    rows = [
-        [
-            item.kind,
-            str(item.count),
-            item.name.replace("_", " "),
-            item.material or "bought",
-            " × ".join(f"{side:.0f}" for side in item.size_mm) if item.kind == "print" else "",
-            f"{item.count * item.mass_g:.1f}",
-        ]
+def bill_blocks(mount: MountResults) -> list[content.Block]:
+    """Tables of what is printed and of what is bought, with the mass of all pieces of a line."""
+    bought = [
+        [str(item.count), item.name, item.supplier, f"{item.count * item.mass_g:.1f}"]
         for item in mount.bill
+        if item.kind != "print"
     ]
-    total = sum(item.count * item.mass_g for item in mount.bill)
-    rows.append(["", "", "all of it", "", "", f"{total:.0f}"])
-    return content.table(["", "Pieces", "Name", "Material", "Size (mm)", "Mass (g)"], rows, numbers=[1, 5])
+    mass_g = sum(item.count * item.mass_g for item in mount.bill)
+    return [
+        content.table(PRINT_HEADER, _print_rows(mount), numbers=[2, 3, 4, 7]),
+        content.paragraph(f"Settings of every print: {mount.settings}. {_hours_words(mount)}"),
+        content.table(["Pieces", "To buy", "From", "Mass (g)"], bought, numbers=[0, 3]),
+        content.paragraph(f"All of it weighs {mass_g:.0f} g; prints are counted as solid, as loads are."),
+    ]
+
+
+PRINT_HEADER = (
+    "To print",
+    "Material",
+    "Plate",
+    "Hours",
+    "Plastic (g)",
+    "As printed (mm)",
+    "Turned by (°)",
+    "Mass if solid (g)",
+)
+
+
+def _print_rows(mount: MountResults) -> list[list[str]]:
+    rows = []
+    for item in mount.bill:
+        part = item.printed
+        if part is not None:
+            size, turn = (
+                " × ".join(f"{side:.0f}" for side in part.size_mm),
+                ", ".join(f"{a:g}" for a in part.turn_deg),
+            )
+            hours, plastic = f"{part.time_s / 3600:.1f}", f"{part.plastic_g:.0f}"
+            row = [item.name.replace("_", " "), item.material, str(part.plate), hours, plastic]
+            rows.append([*row, size, turn, f"{item.mass_g:.0f}"])
+    return rows
+
+
+def _hours_words(mount: MountResults) -> str:
+    total = f"{mount.prints.time_s / 3600:.1f} h and {mount.prints.plastic_g:.0f} g with supports"
+    if not mount.prints.sliced:
+        return f"{total} in all are an estimate from the parts' shapes: there was no slicer."
+    return f"{total} in all are the slicer's, for each plate; a plate's are shared among its parts by an estimate."
 
 
 def steps_section(mount: MountResults, folder: Path) -> list[content.Section]:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cad.checks.printing.print_estimate import HOURS_WITHIN
+from cad.export.printing.prints import Prints
 from cad.finding import Verdict as CheckVerdict
 from cad.loads.servo_torque import SAFETY_FACTOR
 from dives import Verdict
 from optics.feasibility.requirements import Judged, Outcome
 from reports.pages import content
 from reports.pages.mount import MountResults
+from reports.pages.tolerance import ToleranceResults
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +31,8 @@ class Standing:
         Of mirrorgaze.
     dive : Verdict, optional
         None for a design without a dive.
+    gaze_error_limit_deg : float, optional
+        RMS, as the rig requires it.
     requirements : tuple of Judged
         Of the rig file.
     """
@@ -37,6 +42,7 @@ class Standing:
     rig_digest: str
     version: str
     dive: Verdict | None
+    gaze_error_limit_deg: float | None
     requirements: tuple[Judged, ...]
 
     @property
@@ -56,17 +62,20 @@ Row = tuple[Outcome, str, str]
 """Outcome, what was judged, and in which words."""
 
 
-def standing_section(standing: Standing, mount: MountResults | None) -> content.Section:
+def standing_section(
+    standing: Standing, mount: MountResults | None, tolerance: ToleranceResults | None
+) -> content.Section:
     """The first section of a design's page: the verdict, then what it stands on."""
-    rows = standing_rows(standing, mount)
+    rows = standing_rows(standing, mount, tolerance)
     return content.section(f"Verdict: {overall(rows)}", content.judgements(rows))
 
 
-def standing_rows(standing: Standing, mount: MountResults | None) -> list[Row]:
+def standing_rows(standing: Standing, mount: MountResults | None, tolerance: ToleranceResults | None) -> list[Row]:
     """One row for each thing that a design is judged by."""
     dive = standing.dive
     return [
         *_mount_rows(mount),
+        _tolerance_row(standing.gaze_error_limit_deg, tolerance),
         (Outcome.OPEN, "dive", "not made: mirrorgaze design")
         if dive is None
         else (Outcome.PASS if dive.passed else Outcome.FAIL, "dive", "; ".join(dive.sentences)),
@@ -83,8 +92,29 @@ def overall(rows: list[Row]) -> str:
     return f"pass, as far as it was judged ({unjudged} of {len(rows)} were not)" if unjudged else "pass"
 
 
+def _tolerance_row(limit_deg: float | None, found: ToleranceResults | None) -> Row:
+    if found is None:
+        return (Outcome.OPEN, "tolerance", "not made: mirrorgaze design")
+    if limit_deg is None:
+        return (Outcome.OPEN, "tolerance", f"{found.words}; the rig has no requirements.gaze_error_deg")
+    outcome = Outcome.PASS if found.calibrated_rms_deg <= limit_deg else Outcome.FAIL
+    return (outcome, "tolerance", f"{found.words}; at most {limit_deg:g}° calibrated required")
+
+
+def _prints_row(prints: Prints) -> Row:
+    """Judged by the slicer alone: an estimate of hours says nothing of whether a part prints."""
+    plates = f"{len(prints.plates)} plate{'s' if len(prints.plates) > 1 else ''}"
+    words = f"{plates}, {prints.time_s / 3600:.1f} h, {prints.plastic_g:.0f} g with supports"
+    if not prints.sliced:
+        return (Outcome.OPEN, "prints", f"{words}, by an estimate that is within {HOURS_WITHIN:.0%}; no slicer here")
+    warnings = [warning for plate in prints.plates for warning in plate.warnings]
+    if warnings:
+        return (Outcome.FAIL, "prints", f"{words}; the slicer warns: {'; '.join(warnings)}")
+    return (Outcome.PASS, "prints", f"{words}; the slicer has no warnings")
+
+
 def _mount_rows(mount: MountResults | None) -> list[Row]:
-    """Checks and torque; a mount that fails either is not exported, so what is there has passed."""
+    """Checks, torque and prints; a mount that fails either is not exported, so what is there has passed."""
     if mount is None:
         return [(Outcome.OPEN, "mount", "not made: mirrorgaze design")]
     verdicts = [finding["verdict"] for finding in mount.checks]
@@ -102,4 +132,5 @@ def _mount_rows(mount: MountResults | None) -> list[Row]:
             "torque",
             f"the {weakest} servo has {margin:.1f} times what it needs, at least {SAFETY_FACTOR:g} required",
         ),
+        _prints_row(mount.prints),
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from cad.assembly.assembly import Assembly, build_assembly
@@ -10,28 +10,13 @@ from cad.checks.assembly_checks import MountChecks
 from cad.checks.kept_checks import kept_checks
 from cad.export.mount import export_mount
 from cad.export.printing.plate_slices import plate_findings
-from cad.loads.study import LoadStudy, load_study
+from cad.export.printing.prints import prints
+from cad.loads.study import load_study
 from reports.figures.check import write_checks
 from reports.figures.load import write_loads
-from reports.pages.mount import CHECKS_FOLDER, LOADS_FOLDER
+from reports.pages.mount import CHECKS_FOLDER, LOADS_FOLDER, CheckedMount
 from reports.progress import Log
 from rigs import Rig, RigError
-
-
-@dataclass(frozen=True, kw_only=True)
-class CheckedMount:
-    """A mount that passed its checks and whose servos are strong enough.
-
-    Attributes
-    ----------
-    assembly : Assembly
-    checks : MountChecks
-    loads : LoadStudy
-    """
-
-    assembly: Assembly
-    checks: MountChecks
-    loads: LoadStudy
 
 
 def mount_checks(assembly: Assembly, *, log: Log, slicing: bool = True) -> MountChecks:
@@ -53,7 +38,8 @@ def checked_mount(rig: Rig, *, log: Log, slicing: bool = True) -> CheckedMount:
     log : callable
         Takes lines of progress.
     slicing : bool
-        Whether print plates are sliced where there is a slicer.
+        Whether what a slicer says of the print plates is a check; it is asked for their times anyway, where there is
+        one.
 
     Raises
     ------
@@ -69,7 +55,8 @@ def checked_mount(rig: Rig, *, log: Log, slicing: bool = True) -> CheckedMount:
     loads = load_study(rig, assembly.meshes)
     if loads.problems:
         raise RigError(rig.name, loads.problems)
-    return CheckedMount(assembly=assembly, checks=checks, loads=loads)
+    log("export: print times ...")
+    return CheckedMount(assembly=assembly, checks=checks, loads=loads, prints=prints(rig, assembly.printed))
 
 
 def export_checked_mount(mount: CheckedMount, folder: Path, *, log: Log) -> list[Path]:
@@ -89,4 +76,6 @@ def export_checked_mount(mount: CheckedMount, folder: Path, *, log: Log) -> list
         write_checks(mount.checks, mount.assembly.rig, partial / CHECKS_FOLDER)
         write_loads(mount.loads, partial / LOADS_FOLDER)
 
-    return export_mount(mount.assembly, folder, log=log, steps=mount.checks.steps, add_files=add_reports)
+    return export_mount(
+        mount.assembly, folder, log=log, steps=mount.checks.steps, printed=mount.prints, add_files=add_reports
+    )

@@ -27,25 +27,42 @@ CHECK = "slicer"
 PROGRAM = "prusa-slicer"
 NO_SLICER = f"not run: no {PROGRAM} on the PATH"
 PROFILE: Mapping[str, str] = {
-    "layer-height": "0.2",
-    "first-layer-height": "0.2",
+    "layer_height": "0.2",
+    "first_layer_height": "0.2",
     "perimeters": "3",
-    "top-solid-layers": "5",
-    "bottom-solid-layers": "4",
-    "fill-density": "30%",
-    "fill-pattern": "gyroid",
-    "support-material": "1",
-    "support-material-auto": "1",
-    "support-material-threshold": "40",
-    "support-material-buildplate-only": "0",
-    "brim-width": "4",
-    "filament-diameter": "1.75",
-    "gcode-comments": "0",
+    "top_solid_layers": "5",
+    "bottom_solid_layers": "4",
+    "fill_density": "30%",
+    "fill_pattern": "gyroid",
+    "support_material": "1",
+    "support_material_auto": "1",
+    "support_material_threshold": "40",
+    "support_material_buildplate_only": "0",
+    "brim_width": "4",
+    "filament_diameter": "1.75",
+    "gcode_comments": "0",
 }
-"""Settings that are not the slicer's own; nozzle, bed and density come from the rig.
+"""Settings that are not the slicer's own; nozzle, bed, density and temperatures come from the rig.
 
 Faces at 45 degrees print without support (`cad.checks.printing.orientation`): M1's cell, on its roof, is at 45 degrees
 exactly. The slicer, told 45, supports them."""
+FILAMENTS: Mapping[str, Mapping[str, str]] = {
+    material: {
+        "filament_type": kind,
+        "temperature": str(nozzle),
+        "first_layer_temperature": str(first_nozzle),
+        "bed_temperature": str(bed),
+        "first_layer_bed_temperature": str(first_bed),
+    }
+    for material, (kind, nozzle, first_nozzle, bed, first_bed) in {
+        "abs": ("ABS", 255, 255, 110, 100),
+        "petg": ("PETG", 240, 230, 90, 85),
+        "pla": ("PLA", 210, 215, 60, 60),
+        "nylon": ("PA", 265, 265, 110, 105),
+    }.items()
+}
+"""Temperatures in degrees Celsius of the generic ABS, PETG and PLA and Fiberlogy's PA12 of PrusaSlicer's own profiles
+(PrusaResearch.ini), as the densities of `rigs.catalogue.MATERIALS`."""
 TIMEOUT_S = 300
 STATUS_LINE = re.compile(r"^(\d+ => |Slicing result|\[\d{4}-)")
 WARNING = "print warning:"
@@ -174,22 +191,40 @@ def _unpacked(stored: Mapping[str, NDArray[Any]]) -> Slice:
     return Slice(time_s=time_s, mass_g=mass_g, support_layers=int(layers), warnings=warnings)
 
 
-def _settings(mount: Mount) -> list[str]:
+def profile(mount: Mount) -> dict[str, str]:
+    """Settings by the slicer's own keys, with the printer and the material of a mount."""
     length, width, height = mount.printer_bed_mm
     own = {
-        "nozzle-diameter": f"{mount.nozzle_mm:g}",
-        "filament-density": f"{MATERIALS[mount.material].density_kg_per_m3 / 1000:g}",
-        "bed-shape": f"0x0,{length:g}x0,{length:g}x{width:g},0x{width:g}",
-        "max-print-height": f"{height:g}",
-        "center": f"{length / 2:g},{width / 2:g}",
+        "nozzle_diameter": f"{mount.nozzle_mm:g}",
+        "filament_density": f"{MATERIALS[mount.material].density_kg_per_m3 / 1000:g}",
+        "bed_shape": f"0x0,{length:g}x0,{length:g}x{width:g},0x{width:g}",
+        "max_print_height": f"{height:g}",
     }
+    return dict(sorted({**PROFILE, **FILAMENTS[mount.material], **own}.items()))
+
+
+def profile_ini(mount: Mount) -> str:
+    """Settings as a file that PrusaSlicer loads: `--load FILE`, or Import Config."""
+    length, width, height = mount.printer_bed_mm
+    printer = mount.printer or f"{length:g} x {width:g} x {height:g} mm bed, {mount.nozzle_mm:g} mm nozzle"
+    names = {
+        "filament_settings_id": f'"{mount.material.upper()}, mirrorgaze"',
+        "print_settings_id": "mirrorgaze",
+        "printer_settings_id": printer,
+    }
+    return "".join(f"{key} = {value}\n" for key, value in {**profile(mount), **names}.items())
+
+
+def _settings(mount: Mount) -> list[str]:
+    length, width, _ = mount.printer_bed_mm
     settings = []
-    for key, value in sorted({**PROFILE, **own}.items()):
+    for key, value in {**profile(mount), "center": f"{length / 2:g},{width / 2:g}"}.items():
+        option = f"--{key.replace('_', '-')}"
         # The command line takes switches without a value.
         if value == "1" and key.startswith("support"):
-            settings.append(f"--{key}")
+            settings.append(option)
         elif value != "0":
-            settings += [f"--{key}", value]
+            settings += [option, value]
     return settings
 
 

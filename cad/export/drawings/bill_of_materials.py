@@ -3,18 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
 from cad.assembly.assembly import Assembly
+from cad.checks.printing.slicer import PROFILE
+from cad.export.printing.prints import PartPrint, Prints
 from cad.loads.masses import part_bodies
 from optics.mesh import Role
 from rigs.atomic_files import csv_text
 
-COLUMNS = ("kind", "name", "count", "material", "volume_cm3", "mass_g", "size_mm", "parts")
+COLUMNS = (
+    "kind",
+    "name",
+    "count",
+    "supplier",
+    "material",
+    "volume_cm3",
+    "mass_g",
+    "size_mm",
+    "print_hours",
+    "settings",
+    "as_printed_mm",
+    "turn_deg",
+    "parts",
+)
+SUPPLIERS = {
+    "Front-surface mirror": "optics",
+    "Servo ": "model making",
+    "Round horn": "model making",
+    "Socket head cap screw": "fasteners",
+    "Heat-set insert": "fasteners",
+    "Plain washer": "fasteners",
+    "Spacer sleeve": "fasteners",
+    "Flanged plain bush": "plain bearings",
+    "Cable tie": "industrial supplies",
+    "Hose clamp": "industrial supplies",
+    "Acrylic foam tape": "industrial supplies",
+}
+"""Kind of shop by how the catalogue name of what is bought begins."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +58,8 @@ class Item:
     name : str
         Part to print, or what to order.
     count : int
+    supplier : str
+        Kind of shop; of a print "own printer".
     material : str
         Of what is printed; empty for what is bought.
     volume_cm3, mass_g : float
@@ -36,20 +68,28 @@ class Item:
         Box around one piece, along the axes of its frame.
     parts : tuple of str
         Names of the parts in the assembly.
+    printed : PartPrint, optional
+        How it is printed.
     """
 
     kind: str
     name: str
     count: int
+    supplier: str
     material: str
     volume_cm3: float
     mass_g: float
     size_mm: tuple[float, float, float]
     parts: tuple[str, ...]
+    printed: PartPrint | None = None
 
 
-def bill_of_materials(assembly: Assembly) -> list[Item]:
-    """Everything but the hull: what is printed first, then what is bought, alike pieces counted together."""
+def bill_of_materials(assembly: Assembly, printed: Prints | None = None) -> list[Item]:
+    """Everything but the hull: what is printed first, then what is bought, alike pieces counted together.
+
+    `printed` says how the prints are made, where that is known (`cad.export.printing.prints`).
+    """
+    prints = {part.name: part for part in printed.parts} if printed else {}
     rig, gaze = assembly.rig, assembly.rig.require_gaze()
     bodies = {body.name: body for group in part_bodies(rig, assembly.meshes).values() for body in group}
     lines = []
@@ -63,11 +103,13 @@ def bill_of_materials(assembly: Assembly) -> list[Item]:
                 kind="print" if part.printed else "buy",
                 name=part.name if part.printed else part.catalogue,
                 count=1,
+                supplier="own printer" if part.printed else _supplier(part.catalogue),
                 material=gaze.mount.material if part.printed else "",
                 volume_cm3=1e6 * body.volume_m3,
                 mass_g=1000 * body.mass_kg,
                 size_mm=(float(x), float(y), float(z)),
                 parts=(part.name,),
+                printed=prints.get(part.name),
             )
         )
     lines.sort(key=lambda line: (line.kind != "print", line.name if line.kind == "buy" else ""))
@@ -79,22 +121,36 @@ def write_bill(items: Sequence[Item], path: Path) -> Path:
     rows: list[Sequence[object]] = [COLUMNS]
     for item in items:
         # What is bought has its size in its name, and may lie aslant in its frame.
-        size = " x ".join(f"{side:.1f}" for side in item.size_mm) if item.kind == "print" else ""
+        size = _by(item.size_mm) if item.kind == "print" else ""
         numbers = (f"{item.volume_cm3:.2f}", f"{item.mass_g:.1f}")
-        rows.append([item.kind, item.name, item.count, item.material, *numbers, size, " ".join(item.parts)])
+        row = [item.kind, item.name, item.count, item.supplier, item.material, *numbers, size]
+        rows.append([*row, *_how_printed(item.printed), " ".join(item.parts)])
     path.write_text(csv_text(rows), encoding="utf-8")
     return path
 
 
-def _counted(alike: list[Item]) -> Item:
-    first = alike[0]
-    return Item(
-        kind=first.kind,
-        name=first.name,
-        count=len(alike),
-        material=first.material,
-        volume_cm3=first.volume_cm3,
-        mass_g=first.mass_g,
-        size_mm=first.size_mm,
-        parts=tuple(line.parts[0] for line in alike),
+def _how_printed(part: PartPrint | None) -> tuple[str, ...]:
+    if part is None:
+        return "", "", "", ""
+    turn = " ".join(f"{angle:g}" for angle in part.turn_deg)
+    return f"{part.time_s / 3600:.1f}", settings_words(), _by(part.size_mm), turn
+
+
+def settings_words() -> str:
+    """Layer, walls, infill and supports of every print."""
+    return (
+        f"{PROFILE['layer_height']} mm layers, {PROFILE['perimeters']} walls, {PROFILE['fill_density']} "
+        f"{PROFILE['fill_pattern']}, supports below {PROFILE['support_material_threshold']} degrees"
     )
+
+
+def _by(size_mm: Sequence[float]) -> str:
+    return " x ".join(f"{side:.1f}" for side in size_mm)
+
+
+def _supplier(catalogue: str) -> str:
+    return next(supplier for beginning, supplier in SUPPLIERS.items() if catalogue.startswith(beginning))
+
+
+def _counted(alike: list[Item]) -> Item:
+    return replace(alike[0], count=len(alike), parts=tuple(line.parts[0] for line in alike))

@@ -41,11 +41,3 @@ def plate_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
         if findings[-1].problem is not None:
             findings += [slice_finding(parts[name], mount) for name in names]
     return findings
-
-
-def print_time_s(rig: Rig, meshes: Sequence[PartMesh]) -> float | None:
-    """Time in which all print plates are printed, as the slicer estimates it; None without a slicer."""
-    program, mount = slicer_path(), rig.require_gaze().mount
-    if program is None:
-        return None
-    return sum(slice_stl(program, plate_stl(plate), mount).time_s for plate in print_plates(rig, meshes))

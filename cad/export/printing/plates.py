@@ -89,6 +89,15 @@ def write_plates(rig: Rig, meshes: Sequence[PartMesh], folder: Path) -> list[Pat
     return written
 
 
+def write_upright(rig: Rig, meshes: Sequence[PartMesh], folder: Path) -> list[Path]:
+    """Write each printed part as `NAME.stl` as it stands on the bed, its box in the bed's corner, millimetres."""
+    written = []
+    for mesh in meshes:
+        written.append(folder / f"{mesh.name}.stl")
+        written[-1].write_bytes(plate_stl([_upright(mesh, rig.require_gaze().mount).mesh]))
+    return written
+
+
 def plate_stl(plate: Sequence[PartMesh]) -> bytes:
     """A plate as a binary STL in the bed's frame, millimetres."""
     vertices_m, faces, _ = merge(plate)

@@ -24,7 +24,9 @@ def design(
     no_dive: Annotated[bool, typer.Option("--no-dive", help="Leave the dive out, which takes longest.")] = False,
     only: Annotated[
         list[str] | None,
-        typer.Option(metavar="STAGE", help="Make this stage and no other: coverage, outside, mount, views or dive."),
+        typer.Option(
+            metavar="STAGE", help="Make this stage alone: coverage, outside, mount, tolerance, views or dive."
+        ),
     ] = None,
     json: JsonOption = False,
 ) -> None:

@@ -81,14 +81,15 @@ def check(
 def _judge(rig: Rig, assembly: Assembly | None) -> list[Judged]:
     """Requirements of a rig; the print time's only of a mount that was built."""
     from cad.assembly.meshes import rig_meshes
-    from cad.export.printing.plate_slices import print_time_s
+    from cad.export.printing.prints import prints
     from optics.feasibility.requirements import judged
     from reports.studies.requirements import achieved_by
 
     print_step("requirements ...")
     achieved = achieved_by(rig, rig_meshes(rig))
     if assembly is not None:
-        achieved = replace(achieved, print_time_s=print_time_s(rig, assembly.printed))
+        printed = prints(rig, assembly.printed)
+        achieved = replace(achieved, print_time_s=printed.time_s if printed.sliced else None)
     return judged(rig.requirements, achieved)
 
 

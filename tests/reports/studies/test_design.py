@@ -89,7 +89,7 @@ def test_report_opens_without_a_network(made):
     html = (made[0] / "report.html").read_text(encoding="utf-8")
     dive_images = len(CAPTIONS) + len(list((made[0] / "dive/key_frames").iterdir()))
     sources = re.findall(r"""src\s*=\s*["']([^"']*)""", html)
-    assert len(sources) == len(study.GAZES_DEG) + len(VIEWPOINTS) + 4 + dive_images
+    assert len(sources) == len(study.GAZES_DEG) + len(VIEWPOINTS) + 5 + dive_images
     assert all(source.startswith("data:image/png;base64,") for source in sources)
     assert not re.search(r"https?://|<script|@import|url\(", html)
 
@@ -111,7 +111,7 @@ def test_the_page_begins_with_what_the_design_is_judged_to_be(made):
     assert f"<p>Revision not stated, {marks}, 2026-11-03.</p>" in html
     manifest = json.loads((folder / "mount/manifest.json").read_text(encoding="utf-8"))
     assert manifest["rig"]["sha256"].startswith(standing["rig_digest"])
-    assert "<h2>Verdict: fail (1 of 3)</h2>" in html
+    assert "<h2>Verdict: fail (1 of 5)</h2>" in html
     assert not standing["dive"]["passed"]
     assert standing["dive"]["sentences"][0].startswith("never acquired: ")
     assert f"<td>dive</td><td>{standing['dive']['sentences'][0]}</td>" in html
@@ -217,9 +217,9 @@ def test_the_page_shows_what_was_made_and_says_what_was_not(made, tmp_path):
     assert lines == ["coverage ...", f"{page} shows coverage"]
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["coverage"] == json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["coverage"]
-    assert [name for name in STAGES if summary[name] is None] == ["outside", "mount", "views", "dive"]
+    assert [name for name in STAGES if summary[name] is None] == ["outside", "mount", "tolerance", "views", "dive"]
     html = page.read_text(encoding="utf-8")
-    assert "Not made: outside, mount, views, dive." in html
+    assert "Not made: outside, mount, tolerance, views, dive." in html
     assert html.count("<img") == 2
     assert "Dive:" not in html
     assert "views/*.png" not in html
@@ -263,7 +263,7 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
     assert "Not made: views, dive." in (folder / "report.html").read_text(encoding="utf-8")
     lines = []
     made_design(folder, lines.append)
-    assert lines[:4] == [*(f"{stage}: done before" for stage in ("coverage", "outside", "mount")), "views ..."]
+    assert lines[:5] == [*(f"{stage}: done before" for stage in STAGES[:4]), "views ..."]
     for name in ("report.html", "summary.json", "coverage/poses.csv", "views/target.png"):
         assert (folder / name).read_bytes() == (made[0] / name).read_bytes(), name
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 
 import pytest
+import trimesh
 
 from cad.export.drawings.bill_of_materials import bill_of_materials
+from cad.export.printing.prints import prints
 from optics.mesh import Role
 from rigs.catalogue import MATERIALS
 
@@ -52,3 +54,28 @@ def test_the_bill_says_which_mirror_and_which_servo_to_buy(aqua2):
     assert all("protected aluminium" in name and "edges sealed" in name for name in mirrors)
     assert "Servo hs5086wp-paper, rated to 1 m" in names
     assert "Socket head cap screw ISO 4762 M3x8 A4-70, on the shaft of servo hs5086wp-paper" in names
+
+
+def test_the_bill_says_where_to_buy_and_how_to_print(built):
+    """Each catalogue name of every preset has its kind of shop; what is not known of prints is left empty."""
+    rig, printed = built.rig, built.printed
+    items = bill_of_materials(built, prints(rig, printed, slicing=False))
+    assert all(item.supplier for item in items)
+    assert {item.supplier for item in items if item.kind == "print"} == {"own printer"}
+    assert [item.name for item in items if item.printed] == [mesh.name for mesh in printed]
+    assert bill_of_materials(built)[0].printed is None
+
+
+def test_the_printed_parts_lie_apart_as_they_are_printed(exported):
+    """What is in `print` is what the bill says is printed, with plates and profile; its boxes are the bill's."""
+    with (exported.folder / "bom.csv").open(encoding="utf-8", newline="") as file:
+        rows = {row["name"]: row for row in csv.DictReader(file) if row["kind"] == "print"}
+    there = {path.name for path in (exported.folder / "print").iterdir()}
+    assert {name for name in there if not name.startswith("plate_")} == {f"{name}.stl" for name in rows} | {
+        "prusaslicer.ini"
+    }
+    for name, row in rows.items():
+        bounds = trimesh.load_mesh(exported.folder / f"print/{name}.stl").bounds
+        assert bounds[0] == pytest.approx([0, 0, 0], abs=1e-4)
+        assert bounds[1] == pytest.approx([float(side) for side in row["as_printed_mm"].split(" x ")], abs=0.06)
+        assert float(row["print_hours"]) > 0

@@ -74,8 +74,8 @@ def test_a_preset_s_plates_hold_its_printed_parts_on_the_bed(built):
 
 
 def test_stl_and_3mf_of_a_plate_hold_the_same(exported):
-    stl = trimesh.load_mesh(exported.folder / "plates" / "plate_1.stl")
-    scene = trimesh.load_scene(exported.folder / "plates" / "plate_1.3mf")
+    stl = trimesh.load_mesh(exported.folder / "print" / "plate_1.stl")
+    scene = trimesh.load_scene(exported.folder / "print" / "plate_1.3mf")
     # Six decimals of a millimetre in one, single precision in the other.
     assert stl.bounds == pytest.approx(scene.bounds, abs=1e-4)
     assert stl.volume == pytest.approx(sum(mesh.volume for mesh in scene.geometry.values()), rel=1e-5)
