@@ -209,6 +209,7 @@ def test_a_change_is_judged_and_undo_restores_the_bytes(page, folder):
     page.get_by_role("tab", name="Design").click()
     page.get_by_role("button", name="Undo").click()
     assert waited_for(page, lambda: kept.read_bytes() == before)
+    assert waited_for(page, lambda: slider(page, "M2 width (mm)").input_value() == "80")
 
 
 def test_saves_a_rig_file(page, folder):
