@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from cad.colours import colour
-from cad.poses import body_from_group
-from optics.gaze.kinematics import forward_gaze
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
@@ -32,9 +30,6 @@ CONE = (42, 157, 143)
 TARGET = (200, 30, 30)
 FRUSTUM_M = 0.06
 SHELL_M = 1.0
-HANDLE_M, HANDLE_AWAY_M = 0.018, 0.35
-"""Radius of what the gaze is dragged by, and how far from the gimbal it is."""
-BESIDE_M = 0.8
 VIEWPOINT = ((1.9, 1.6, 1.0), (0.15, 0.0, -0.1))
 """Where the page looks from, and what at."""
 
@@ -47,18 +42,10 @@ class RigScene:
     server : ViserServer
     picked : callable
         Takes the name of a part that is clicked.
-    pulled : callable
-        Takes the direction (body frame) that the gaze is dragged to.
     """
 
-    def __init__(
-        self,
-        server: viser.ViserServer,
-        picked: Callable[[str], None],
-        pulled: Callable[[FloatArray], None],
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, picked: Callable[[str], None]) -> None:
         self._scene, self._picked = server.scene, picked
-        self._beside: list[Any] = []
         self._parts: dict[str, Any] = {}
         self._layout: Layout | None = None
         server.initial_camera.position, server.initial_camera.look_at = VIEWPOINT
@@ -68,12 +55,6 @@ class RigScene:
         self._scene.add_light_ambient("/light", intensity=1.2)
         self._frames = {group: self._scene.add_frame(name, show_axes=False) for group, name in FRAMES.items()}
         self._scene.add_frame("/body", axes_length=0.1, axes_radius=0.002)
-        self._handle = self._scene.add_icosphere("/gaze, to be dragged", radius=HANDLE_M, color=CONE)
-
-        @self._handle.on_drag
-        async def _(event: viser.SceneNodeDragEvent[Any]) -> None:
-            if self._layout is not None:
-                pulled(np.array(event.end_position) - self._layout.body_from_gimbal.translation)
 
     def lay_out(self, rig: Rig) -> None:
         """Draw what follows from the rig's numbers alone: camera, port's axis, mirrors."""
@@ -102,8 +83,6 @@ class RigScene:
         ):
             frame = self._frames[group]
             frame.wxyz, frame.position = pose.rotation.as_quat(scalar_first=True), pose.translation
-        gaze = forward_gaze(self._layout, q1, q2).direction
-        self._handle.position = self._layout.body_from_gimbal.translation + HANDLE_AWAY_M * gaze
 
     def put_parts(self, parts: Parts) -> None:
         """Draw the parts of hull and mount in the place of those before."""
@@ -112,27 +91,6 @@ class RigScene:
             self._parts.pop(gone).remove()
         for mesh in parts.meshes:
             self._put(mesh)
-
-    def put_beside(self, parts: Parts) -> None:
-        """Draw another rig to the left of this one, its joints at zero or as near as they come."""
-        for before in self._beside:
-            before.remove()
-        layout, joints = Layout.from_rig(parts.rig), parts.rig.require_gaze().joints
-        q1, q2 = (float(np.radians(np.clip(0, joint.min_deg, joint.max_deg))) for joint in (joints.pan, joints.tilt))
-        place = RigidTransform.from_translation([0.0, BESIDE_M, 0.0])
-        self._beside = [
-            self._scene.add_mesh_simple(
-                f"/beside/{mesh.name}",
-                mesh.vertices_m,
-                mesh.faces,
-                color=colour(mesh.role),
-                flat_shading=True,
-                side="double",
-                **_placed(place * body_from_group(layout, mesh.group, q1, q2)),
-            )
-            for mesh in parts.meshes
-        ]
-        self._beside.append(self._scene.add_label("/beside/name", parts.rig.name, position=(0.0, BESIDE_M, 0.25)))
 
     def show_light(self, view: View) -> None:
         """Draw central ray, gaze cone and target of a view."""
@@ -214,5 +172,5 @@ def _placed(pose: RigidTransform) -> dict[str, Any]:
 
 def _glb(mesh: trimesh.Trimesh) -> bytes:
     file = io.BytesIO()
-    mesh.export(file, file_type="glb", include_normals=True)
+    mesh.export(file, file_type="glb")
     return file.getvalue()

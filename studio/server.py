@@ -48,12 +48,10 @@ def served(session: Session, *, port: int = 0, width_px: int = 640) -> Iterator[
                 f"--port {port}: expected a free port; {server.get_port()} is one, without --port any is found"
             )
         studio = Studio(session, width_px=width_px)
-        page = Page(server, studio)
         try:
-            page.open()
+            Page(server, studio).open()
             yield door.address(server.get_port())
         finally:
-            page.close()
             studio.close()
     finally:
         with redirect_stdout(StringIO()):

@@ -90,7 +90,8 @@ def _gazes(rig: Rig, variant: Variant, view: FloatArray, times_s: FloatArray) ->
     gimbal = Gimbal(Layout.from_rig(rig))
     search = Search(gimbal, JointSpeeds.from_rig(rig), view, likely_first=variant.likely_first)
     search.begin(gimbal.middle)
-    return np.array([search.advance(seconds) for seconds in np.diff(times_s, prepend=0.0).tolist()])
+    steps_s = np.diff(times_s, prepend=0.0).tolist()
+    return np.array([search.advance(seconds, gimbal.middle) for seconds in steps_s])
 
 
 def _first(times_s: FloatArray, flags: np.typing.NDArray[np.bool_]) -> float | None:

@@ -42,6 +42,9 @@ class CropFollower:
     beyond_reach = False
     """Nor does it know of a target that is out of the crop."""
 
+    last_seen = None
+    """Nor where it was, once it is out of it."""
+
     doubted = False
     """Nor does it weigh what it follows."""
 

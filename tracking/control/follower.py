@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from optics.kernels.arrays import FloatArray
+from tracking.estimation.direction_filter import Bearing
 from tracking.perception import Crop
 from tracking.records import Blob
 
@@ -27,6 +31,8 @@ class Observation:
     crop : Crop
     blobs : tuple of Blob
         What may be the target in the crop.
+    robot : array, shape (crop height, crop width), optional
+        uint8: 255 where the crop may show the robot itself; without it, nowhere.
     """
 
     time_s: float
@@ -35,6 +41,14 @@ class Observation:
     q_command: FloatArray
     crop: Crop
     blobs: tuple[Blob, ...]
+    robot: NDArray[np.uint8] | None = None
+
+    def shows(self, point_px: tuple[float, float]) -> bool:
+        """Whether a point of the crop would show a target: it lies in the crop, and not on the robot."""
+        x, y = point_px
+        if not (0 <= x < self.crop.width_px and 0 <= y < self.crop.height_px):
+            return False
+        return self.robot is None or self.robot[int(y), int(x)] == 0
 
 
 class Follower(Protocol):
@@ -64,6 +78,10 @@ class Follower(Protocol):
     @property
     def known(self) -> bool:
         """Whether there is an estimate."""
+
+    @property
+    def last_seen(self) -> tuple[Bearing, float] | None:
+        """Where the target was last seen, and at which time, seconds; None when it does not know directions."""
 
     def forget(self) -> None:
         """Drop the estimate."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,20 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 from tracking.control.follower import Observation
 from tracking.control.pointing import Pointing
-from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
+from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.track_evidence import TrackEvidence
 from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
+from tracking.perception.cut_blobs import cut_sides, middle_of_cut
 from tracking.records import Blob
+
+WIDEST_GATE_RAD = math.radians(15.0)
+"""Of an expected direction: three of four targets of the arena are within 9 degrees of it after 2 s. What is seen
+further off is a candidate of the search, which asks for more than one image."""
+
+PLACE_TELLS_RAD = math.radians(3.0)
+"""Spread of the expected direction up to which its place alone makes a blob the target's: beyond, it must look like it
+as one does of which nothing is known."""
 
 GATE = 3.0
 """Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
@@ -55,8 +65,11 @@ class GazeFollower:
         self._before: tuple[float, FloatArray] | None = None
         self._rad_per_px = math.sqrt(scale.prod())
         self._filter = DirectionFilter(noise)
+        self._steady = DirectionFilter(replace(noise, acceleration_deg=noise.steady_acceleration_deg))
         self._evidence = TrackEvidence()
+        self._whole_px2: float | None = None
         self._seen = False
+        self._last_seen: tuple[Bearing, float] | None = None
 
     @property
     def doubted(self) -> bool:
@@ -79,21 +92,31 @@ class GazeFollower:
         """Whether there is an estimate."""
         return self._filter.bearing is not None
 
+    @property
+    def last_seen(self) -> tuple[Bearing, float] | None:
+        """Where the target was last seen, and at which time, seconds; its rate is what it was steadily."""
+        return self._last_seen
+
     def expect(self, observation: Observation) -> tuple[float, float] | None:
         """Predict the direction."""
         self._note_rates(observation)
         self._filter.predict(observation.time_s)
+        self._steady.predict(observation.time_s)
         return self._expected_px(observation)
 
     def update(self, observation: Observation) -> tuple[Blob, ...]:
         """Correct the direction by the ray of the centroid of the blobs that are the target's."""
         blobs = self._likeliest(tuple(blob for blob in observation.blobs if self._may_be_target(blob, observation)))
-        centroid_px = weighted_centroid(blobs)
-        if centroid_px is not None:
-            direction = self._direction(centroid_px, observation)
+        if blobs:
+            middle_px, doubt = self._middle_px(blobs, observation)
+            direction = self._direction(middle_px, observation)
             if direction is not None:
-                self._filter.update(direction)
+                self._filter.update(direction, doubt)
+                self._steady.update(direction, doubt)
                 self._evidence.update(blobs[0].log_odds, observation.interval_s)
+        elif self._seen and self._steady.bearing is not None:
+            self._filter.coast(self._steady.bearing.rate)
+            self._last_seen = None if self._filter.bearing is None else (self._filter.bearing, observation.time_s)
         self._seen = bool(blobs)
         return blobs
 
@@ -105,22 +128,60 @@ class GazeFollower:
         images = math.floor(self._latency_s / observation.interval_s) + 1
         return self._pointing.command(bearing, images * observation.interval_s, observation.q, seen=self._seen)
 
+    def _middle_px(self, blobs: tuple[Blob, ...], observation: Observation) -> tuple[tuple[float, float], float]:
+        """Where the target's middle is in the crop, and the standard deviation that its being cut adds, radians."""
+        centroid_px = weighted_centroid(blobs)
+        assert centroid_px is not None  # there are blobs
+        if len(blobs) > 1:
+            return centroid_px, 0.0
+        blob = blobs[0]
+        crop, robot = observation.crop, observation.robot
+        sides = cut_sides(blob, np.zeros((crop.height_px, crop.width_px), bool) if robot is None else robot > 0)
+        if sides == (0, 0):
+            self._whole_px2 = blob.area_px
+            return centroid_px, 0.0
+        if self._whole_px2 is None or blob.area_px >= self._whole_px2:
+            return centroid_px, self._radius(blob.area_px)
+        middle_px = middle_of_cut(blob, sides, math.sqrt(self._whole_px2 / math.pi))
+        return middle_px, math.dist(middle_px, centroid_px) * self._rad_per_px / 2
+
+    def _radius(self, area_px: float) -> float:
+        """Angle that the radius of a disc of an area of the crop subtends, radians."""
+        return math.sqrt(area_px / math.pi) * self._rad_per_px
+
     def forget(self) -> None:
         """Drop the estimate; of what was doubted, remember where it was."""
         if self.doubted and self.direction is not None and self._before is not None:
             self._evidence.drop(self.direction, self._before[0])
         self._evidence.forget()
         self._filter.forget()
+        self._steady.forget()
+        self._whole_px2, self._last_seen = None, None
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         before = None if self._before is None else [self._before[0], self._before[1].tolist()]
-        return {"filter": self._filter.snapshot(), "before": before, "evidence": self._evidence.snapshot()}
+        last = self._last_seen
+        return {
+            "filter": self._filter.snapshot(),
+            "steady": self._steady.snapshot(),
+            "seen": self._seen,
+            "last_seen": None if last is None else [last[0].direction.tolist(), last[0].rate.tolist(), last[1]],
+            "before": before,
+            "evidence": self._evidence.snapshot(),
+            "whole_px2": self._whole_px2,
+        }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
         self._filter.restore(snapshot["filter"])
+        self._steady.restore(snapshot["steady"])
+        self._seen, last = snapshot["seen"], snapshot["last_seen"]
+        self._last_seen = (
+            None if last is None else (Bearing(direction=np.array(last[0]), rate=np.array(last[1])), last[2])
+        )
         self._evidence.restore(snapshot["evidence"])
+        self._whole_px2 = snapshot["whole_px2"]
         before = snapshot["before"]
         self._before = None if before is None else (before[0], np.array(before[1]))
 
@@ -147,12 +208,14 @@ class GazeFollower:
         direction = self._direction(blob.centroid_px, observation)
         if direction is None:
             return False
+        likely = blob.log_odds >= ACQUIRED_LOG_ODDS
         if expected is None:
-            likely = blob.log_odds >= ACQUIRED_LOG_ODDS
             return likely and not self._evidence.is_clutter(direction, observation.time_s)
+        if not likely and self._filter.expected_spread > PLACE_TELLS_RAD:
+            return False
         apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
-        radius = math.sqrt(blob.area_px / math.pi) * self._rad_per_px
-        return apart <= GATE * self._filter.expected_spread + radius
+        gate = min(GATE * self._filter.expected_spread, WIDEST_GATE_RAD)
+        return apart <= gate + self._radius(blob.area_px)
 
     def _expected_px(self, observation: Observation) -> tuple[float, float] | None:
         if self.direction is None or observation.crop.empty:

@@ -1,4 +1,4 @@
-"""Paths of the joints: the functional check, the scan of everything within reach, the search around a place."""
+"""Paths of the joints: the functional check and the scan of everything within reach."""
 
 from __future__ import annotations
 
@@ -11,9 +11,6 @@ from numpy.typing import ArrayLike
 from optics.gaze.motion import JointSpeeds, move_time
 from optics.kernels.arrays import FloatArray
 from tracking.estimation.gimbal import Gimbal
-
-STEEPEST = 0.25
-"""Least |cos 2t| that a search widens its steps of pan for; nearer to the zenith tilt alone covers the view."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,28 +76,6 @@ def raster_path(gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray) -> JointP
     """
     rasters = [_strips(gimbal, across, float(step[across]) / (1, 2)[across]) for across in (0, 1)]
     return min((JointPath.through(raster, speeds) for raster in rasters), key=lambda path: path.duration_s)
-
-
-def outward_path(gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray, centre: FloatArray, rings: int) -> JointPath:
-    """Search around joint values, in rectangles that grow by a step each time round, as far as the limits let it.
-
-    Parameters
-    ----------
-    gimbal, speeds, step
-        As for `raster_path`.
-    centre : array, shape (2,)
-        Where the search begins, radians.
-    rings : int
-        How many times round.
-    """
-    corners = [(0, 0)]
-    for ring in range(1, rings + 1):
-        corners += [(ring, 1 - ring), (ring, ring), (-ring, ring), (-ring, -ring)]
-    corners.append((rings, -rings))
-    _, tilt = gimbal.angles(centre)
-    in_joints = step / [max(abs(math.cos(2 * tilt)), STEEPEST), 2.0]
-    path = np.clip(centre + np.array(corners) * in_joints, gimbal.lowest, gimbal.highest)
-    return JointPath.through(path, speeds)
 
 
 def _strips(gimbal: Gimbal, across: int, step: float) -> FloatArray:

@@ -12,7 +12,9 @@ mind, it is taken. Else the plan is: to let a target pass beside the zenith with
 time, to wait at a limit. A direction out of reach is followed by the nearest gaze within the limits.
 
 A target that is not seen is not planned for: where it will be in two seconds is a guess, and a mirror that has turned
-round for it does not see it come back.
+round for it does not see it come back. Only where this way does not show the place that it is expected in, and another
+pan angle will by the time that pan has got there, is there nothing to lose: so a target that goes round the robot is
+met again behind it, over the other half of the tilt.
 """
 
 from __future__ import annotations
@@ -67,9 +69,9 @@ class Pointing:
         self._pan_limits, tilt_limits = gimbal.limits(0), gimbal.limits(1)
         self._elevations = (2 * tilt_limits[0], 2 * tilt_limits[1])
         self._nodes = np.linspace(*self._pan_limits, PAN_NODES)
+        self._pan_speed = speeds.pan
         self._most = NODES_PER_STEP * float(self._nodes[1] - self._nodes[0])
         self._times_s = self._most / speeds.pan * np.arange(1, STEPS + 1)
-        self._axes = np.array([np.cos(self._nodes), np.sin(self._nodes)])
 
     def command(self, bearing: Bearing, ahead_s: float, q: FloatArray, *, seen: bool = True) -> FloatArray:
         """Joint values to ask for, shape (2,), radians.
@@ -91,9 +93,10 @@ class Pointing:
             later = self._gimbal.in_gimbal([bearing.after(seconds).direction for seconds in self._times_s.tolist()])
             pan = self._pan((x, y), later, pan_now)
         else:
-            pan = min(self._exact_pans((x, y), pan_now), key=lambda exact: abs(exact - pan_now))
+            near = min(self._exact_pans((x, y), pan_now), key=lambda exact: abs(exact - pan_now))
+            pan = self._met_again(bearing, ahead_s, pan_now, near)
         # Tilt follows from the pan that will be reached, which may still be on its way.
-        most = self._most * ahead_s / float(self._times_s[0])
+        most = self._pan_speed * ahead_s
         reached = min(max(pan, pan_now - most), pan_now + most)
         elevation = math.atan2(z, x * math.cos(reached) + y * math.sin(reached))
         middle = (self._elevations[0] + self._elevations[1]) / 2
@@ -101,11 +104,11 @@ class Pointing:
 
     def beyond_reach(self, direction: FloatArray) -> bool:
         """Whether no gaze within the limits has a direction, a unit vector of the body frame, in its view."""
-        return bool(self._losses(self._gimbal.in_gimbal(direction)[np.newaxis]).min() >= 1)
+        return bool(self._losses(self._gimbal.in_gimbal(direction)[np.newaxis], self._nodes).min() >= 1)
 
     def _pan(self, level: tuple[float, float], later: FloatArray, pan_now: float) -> float:
         """Pan angle to ask for, radians."""
-        losses = self._losses(later)
+        losses = self._losses(later, self._nodes)
         least = losses[-1]
         for loss in losses[-2::-1]:
             least = loss + cv2.erode(least, IN_REACH).ravel()
@@ -119,13 +122,24 @@ class Pointing:
                 return exact
         return float(self._nodes[best])
 
-    def _losses(self, directions: FloatArray) -> FloatArray:
-        """What is lost of the view, shape (n, nodes), for directions in the gimbal's frame, shape (n, 3).
+    def _met_again(self, bearing: Bearing, ahead_s: float, pan_now: float, near: float) -> float:
+        """Pan angle to ask for while the target is not seen: the nearest one, or where it will come in view."""
+        pans = np.append(self._nodes, near)
+        arrivals_s = np.maximum(np.abs(pans - pan_now) / self._pan_speed, ahead_s)
+        later = self._gimbal.in_gimbal([bearing.after(seconds).direction for seconds in arrivals_s.tolist()])
+        met = np.minimum(self._losses(later, pans).diagonal(), 1.0)
+        best = int(np.argmin(met))
+        waiting = self._losses(later[best : best + 1], pans[-1:])[0, 0]
+        return float(pans[best]) if met[best] < min(met[-1], waiting, 1.0) - MARGIN else near
+
+    def _losses(self, directions: FloatArray, pans: FloatArray) -> FloatArray:
+        """What is lost of the view, shape (n, m), for directions in the gimbal's frame, shape (n, 3), and m pans.
 
         The square of the angle from the direction to the nearest gaze, 1 at the view's edge and hardly more beyond.
         """
-        forward = directions[:, :2] @ self._axes
-        aside = directions[:, 1:2] * self._axes[0] - directions[:, :1] * self._axes[1]
+        cosines, sines = np.cos(pans), np.sin(pans)
+        forward = directions[:, :2] @ [cosines, sines]
+        aside = directions[:, 1:2] * cosines - directions[:, :1] * sines
         lowest, highest = self._elevations
         off_middle = np.arctan2(directions[:, 2:], forward) - (lowest + highest) / 2
         off_middle = np.abs(off_middle - TURN * np.round(off_middle / TURN))

@@ -66,8 +66,8 @@ def likely_directions(gimbal: Gimbal, view: FloatArray) -> Directions:
     up, around = (each.ravel() for each in np.meshgrid(elevation, azimuth, indexing="ij"))
     body = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1)
     direction = gimbal.in_gimbal(body)
-    pan, tilt = _grid(gimbal, cell, cell / 2)
-    within = _seen(direction, pan, tilt, view).any(axis=(0, 1))
+    pan, tilt = pose_grid(gimbal, cell, cell / 2)
+    within = seen_from(direction, pan, tilt, view).any(axis=(0, 1))
     likely = ANYWHERE + np.exp(-0.5 * (up / math.radians(LEVEL_DEG)) ** 2)
     solid_angle = np.cos(up)[within] * cell * cell
     probability = likely[within] * solid_angle
@@ -85,8 +85,8 @@ def likely_path(gimbal: Gimbal, speeds: JointSpeeds, step: FloatArray) -> JointP
         What the view sees safely in passing, across and upwards, radians of gaze.
     """
     there = likely_directions(gimbal, step)
-    pan, tilt = _grid(gimbal, float(step[0]) / FINENESS, float(step[1]) / 2 / FINENESS)
-    starts, ends, seen = _sweeps(pan, tilt, _seen(there.direction, pan, tilt, step))
+    pan, tilt = pose_grid(gimbal, float(step[0]) / FINENESS, float(step[1]) / 2 / FINENESS)
+    starts, ends, seen = _sweeps(pan, tilt, seen_from(there.direction, pan, tilt, step))
     lasting_s = move_time(speeds, starts, ends)
     points, unseen = [_angles(gimbal, gimbal.middle)], np.ones(len(there.probability), dtype=bool)
     while there.solid_angle[unseen].sum() > LEFT_OUT * there.solid_angle.sum():
@@ -114,14 +114,14 @@ def first_seen_s(
 def in_view(gimbal: Gimbal, q: FloatArray, direction: FloatArray, view: FloatArray) -> NDArray[np.bool_]:
     """Which unit vectors, gimbal's frame, shape (n, 3), lie in the view at joint values, shape (n,)."""
     pan, tilt = gimbal.angles(q)
-    return np.asarray(_seen(direction, np.array([pan]), np.array([tilt]), view)[0, 0])
+    return np.asarray(seen_from(direction, np.array([pan]), np.array([tilt]), view)[0, 0])
 
 
 def _angles(gimbal: Gimbal, q: FloatArray) -> FloatArray:
     return np.array(gimbal.angles(q))
 
 
-def _grid(gimbal: Gimbal, pan_step: float, tilt_step: float) -> tuple[FloatArray, FloatArray]:
+def pose_grid(gimbal: Gimbal, pan_step: float, tilt_step: float) -> tuple[FloatArray, FloatArray]:
     """Pan and tilt in the gimbal's frame over their ranges, at most a step apart."""
     return tuple(
         np.linspace(low, high, math.ceil((high - low) / step) + 1)
@@ -129,7 +129,7 @@ def _grid(gimbal: Gimbal, pan_step: float, tilt_step: float) -> tuple[FloatArray
     )  # type: ignore[return-value]
 
 
-def _seen(direction: FloatArray, pan: FloatArray, tilt: FloatArray, view: FloatArray) -> NDArray[np.bool_]:
+def seen_from(direction: FloatArray, pan: FloatArray, tilt: FloatArray, view: FloatArray) -> NDArray[np.bool_]:
     """Which directions lie in the view, across and upwards, shape (pans, tilts, n)."""
     cosine, sine = np.cos(pan)[:, np.newaxis], np.sin(pan)[:, np.newaxis]
     x, y, z = direction.T

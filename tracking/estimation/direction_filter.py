@@ -37,16 +37,21 @@ class DirectionNoise:
     acceleration_deg : float
         Root of the spectral density of the target's angular acceleration, degrees/s^1.5: the rate changes by so much
         within a second. 20 is a diver at 2 m who turns round at half a knot.
+    steady_acceleration_deg : float
+        The same of one that is not seen: which of its turns are meant to last is seen over seconds, not from image to
+        image. With 0.7 degrees of noise 9 of 10 targets of the arena are within half a view of 10 degrees after 1.5 s
+        at the rate that 1 to 5 leave; at the rate that 20 leave, 6 of 10.
     first_rate_deg_per_s : float
         Standard deviation of the rate of a target just found.
     """
 
     measurement_deg: float = 0.5
     acceleration_deg: float = 20.0
+    steady_acceleration_deg: float = 3.0
     first_rate_deg_per_s: float = 20.0
 
     def __post_init__(self) -> None:
-        for name in ("measurement_deg", "acceleration_deg", "first_rate_deg_per_s"):
+        for name in ("measurement_deg", "acceleration_deg", "steady_acceleration_deg", "first_rate_deg_per_s"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise ValueError(f"expected {name} above 0, got {getattr(self, name)}")
 
@@ -112,8 +117,15 @@ class DirectionFilter:
             self._estimate = Estimate(mean=np.array([bearing.direction, bearing.rate]), covariance=predicted.covariance)
         self._time_s = time_s
 
-    def update(self, direction: ArrayLike) -> float:
-        """Take in a measured direction, a unit vector of shape (3,), at the time of the last prediction.
+    def update(self, direction: ArrayLike, doubt: float = 0.0) -> float:
+        """Take in a measured direction at the time of the last prediction.
+
+        Parameters
+        ----------
+        direction : array, shape (3,)
+            Unit vector, body frame.
+        doubt : float
+            Standard deviation on each axis, radians, that this measurement has beside the usual one.
 
         Returns
         -------
@@ -124,11 +136,17 @@ class DirectionFilter:
         if self._estimate is None:
             self._estimate = Estimate(mean=np.array([measured, np.zeros(3)]), covariance=self._first)
             return 0.0
-        correction = update(self._estimate, measured[np.newaxis], OBSERVED, self._measurement)
+        correction = update(self._estimate, measured[np.newaxis], OBSERVED, self._measurement + doubt**2)
         self._estimate = Estimate(
             mean=_on_the_sphere(correction.estimate.mean), covariance=correction.estimate.covariance
         )
         return correction.innovation_squared
+
+    def coast(self, rate: ArrayLike) -> None:
+        """Go on at another rate of the direction, shape (3,), rad/s; what lies along the direction is dropped."""
+        if self._estimate is not None:
+            mean = _on_the_sphere(np.array([self._estimate.mean[0], rate]))
+            self._estimate = Estimate(mean=mean, covariance=self._estimate.covariance)
 
     def forget(self) -> None:
         """Start again without a bearing."""

@@ -118,7 +118,6 @@ class TrackingLoop:
         self._check = check_path(self._gimbal, speeds, check_s) if check_s > 0 else None
         self._state = BehaviourState()
         self._q_command = self._gimbal.middle
-        self._q_seen = self._gimbal.middle
         self._first_s: float | None = None
         self._last_s = math.nan
         self._intervals: list[float] = []
@@ -157,6 +156,7 @@ class TrackingLoop:
             q_command=self._q_command,
             crop=crop,
             blobs=(),
+            robot=robot,
         )
         expected = self._follower.expect(observation)
         if self._by_contrast:
@@ -166,8 +166,6 @@ class TrackingLoop:
         looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
         observation = replace(observation, blobs=detection.blobs if looking else ())
         blobs = self._follower.update(observation)
-        if blobs:
-            self._q_seen = q
         if looking:
             detection = taken(detection, blobs)
         before = self._state
@@ -176,7 +174,7 @@ class TrackingLoop:
             self._variant.behaviour,
             elapsed_s=elapsed_s,
             found=bool(blobs),
-            expected=expected is not None and _within(expected, crop),
+            expected=expected is not None and observation.shows(expected),
             beyond_reach=self._follower.beyond_reach,
             doubted=self._follower.doubted,
         )
@@ -212,7 +210,6 @@ class TrackingLoop:
             "waited": self._state.waited,
             "seen": self._state.seen,
             "q_command": self._q_command.tolist(),
-            "q_seen": self._q_seen.tolist(),
             "first_s": self._first_s,
             "last_s": None if math.isnan(self._last_s) else self._last_s,
             "intervals": list(self._intervals),
@@ -227,7 +224,6 @@ class TrackingLoop:
             **{name: snapshot[name] for name in ("hits", "missed", "unseen", "waited", "seen")},
         )
         self._q_command = np.array(snapshot["q_command"])
-        self._q_seen = np.array(snapshot["q_seen"])
         self._first_s = snapshot["first_s"]
         self._last_s = math.nan if snapshot["last_s"] is None else snapshot["last_s"]
         self._intervals = list(snapshot["intervals"])
@@ -264,16 +260,16 @@ class TrackingLoop:
         if before.mode is not Mode.SCAN:
             self._search_on(before, observation)
         self._follower.forget()
-        return self._search.advance(self._intervals[-1] if self._intervals else 0.0)
+        return self._search.advance(self._intervals[-1] if self._intervals else 0.0, observation.q)
 
     def _search_on(self, before: BehaviourState, observation: Observation) -> None:
         """Begin a search, or take up the one that something else of the target's colour has broken off."""
-        outwards = self._variant.rescan == "outwards"
-        if before.mode is Mode.CHECK or not outwards:
+        lost = self._follower.last_seen if self._variant.rescan == "reachable" else None
+        long_seen = before.seen > self._variant.behaviour.predict_frames
+        if lost and long_seen and not self._follower.doubted:
+            self._search.begin_lost(lost[0], observation.time_s - lost[1])
+        elif before.mode is Mode.CHECK or self._variant.rescan == "raster" or long_seen:
             self._search.begin(observation.q)
-        elif before.seen > self._variant.behaviour.predict_frames and not self._follower.doubted:
-            # Around where it was last seen: predictions of a target that turns or stops lead away from it.
-            self._search.begin(observation.q, self._q_seen)
         else:
             # It was something else, or seen in fewer images than it has been missed in since.
             self._search.resume(observation.q)
@@ -296,10 +292,6 @@ def _servo_latency_s(rig: Rig) -> float:
     """From a command to the slower motor's answer: on average it waits for half a period of the pulses."""
     gaze = rig.require_gaze()
     return max(servo.pulse_period_ms / 2 + servo.latency_ms for servo in (gaze.servos.pan, gaze.servos.tilt)) / 1000
-
-
-def _within(point_px: tuple[float, float], crop: Crop) -> bool:
-    return 0 <= point_px[0] < crop.width_px and 0 <= point_px[1] < crop.height_px
 
 
 def _pair(values: FloatArray) -> tuple[float, float]:

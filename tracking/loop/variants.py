@@ -22,8 +22,8 @@ class Variant:
         Eq. 6 on samples, or the exact train.
     law : {"paper-literal", "paper", "gaze"}
         Eqs. 8 to 15 as printed, as meant, or directions through the train.
-    rescan : {"raster", "outwards"}
-        How a lost target is searched: everywhere at once, or around where it was lost first.
+    rescan : {"raster", "reachable"}
+        How a lost target is searched: everywhere at once, or where it can have gone first.
     likely_first : bool
         Whether the search of everything begins where a target is likely to be; else it is a raster.
     ignores_robot : bool
@@ -45,7 +45,7 @@ class Variant:
     name: str
     corners: Literal["interpolated", "exact"]
     law: Literal["paper-literal", "paper", "gaze"]
-    rescan: Literal["raster", "outwards"]
+    rescan: Literal["raster", "reachable"]
     likely_first: bool
     ignores_robot: bool
     contrast: bool
@@ -98,7 +98,7 @@ VARIANTS = {
             name="default",
             corners="exact",
             law="gaze",
-            rescan="outwards",
+            rescan="reachable",
             likely_first=True,
             ignores_robot=True,
             contrast=True,

@@ -118,3 +118,65 @@ def test_what_was_doubted_is_not_acquired_again():
     # Elsewhere it may be the target.
     elsewhere, _ = observation(IMAGES, np.array([math.cos(0.1), math.sin(0.1), 0.0]), 0.0)
     assert following.update(weighed(elsewhere, 3.0))
+
+
+def leaving(time_s):
+    """A target that goes to the side at 6 degrees/s."""
+    azimuth, elevation = math.radians(6 * time_s), math.radians(10)
+    level = math.cos(elevation)
+    return np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
+
+
+def cut_observation(image, edge_x_px, radius_px=40):
+    """What is left of a disc of its pixels on the right of the robot's edge, while the mirror stands."""
+    time_s, q = image * INTERVAL_S, np.array([0.0, math.radians(5)])
+    crop = Crop.of(CORNERS.corners(q))
+    x, y = crop.from_image([SIGHT_LINES.pixel(leaving(time_s), q)])[0].tolist()
+    columns, rows = np.meshgrid(np.arange(crop.width_px), np.arange(crop.height_px))
+    robot = np.where(columns < edge_x_px, np.uint8(255), np.uint8(0))
+    shown = ((columns - x) ** 2 + (rows - y) ** 2 < radius_px**2) & (robot == 0)
+    if not shown.any():
+        return None
+    columns, rows = columns[shown], rows[shown]
+    box = (columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1)
+    blob = Blob(
+        centroid_px=(float(columns.mean()), float(rows.mean())),
+        area_px=float(shown.sum()),
+        box_px=tuple(int(each) for each in box),
+        circularity=1.0,
+    )
+    return Observation(time_s=time_s, interval_s=INTERVAL_S, q=q, q_command=q, crop=crop, blobs=(blob,), robot=robot)
+
+
+def test_a_target_that_the_robot_cuts_does_not_seem_to_stop():
+    """It goes behind the robot's edge at 6 degrees/s, and its centroid ever more slowly.
+
+    Expected: a second after its last sliver it is sought within 1.5 degrees of where it is, a sixth of how far it has
+    gone since it was whole; taken for whole, three times as far off.
+    """
+    off = []
+    for told in (True, False):
+        following, image = follower(0.0), 0
+        while (seen := cut_observation(image, edge_x_px=100.0)) is not None:
+            following.expect(seen)
+            following.update(seen if told else replace(seen, robot=None))
+            image, last = image + 1, seen
+        for _ in range(30):
+            nothing = replace(last, time_s=image * INTERVAL_S, blobs=())
+            following.expect(nothing)
+            following.update(nothing)
+            image += 1
+        direction, target = following.direction, leaving((image - 1) * INTERVAL_S)
+        off.append(math.degrees(math.atan2(np.linalg.norm(np.cross(direction, target)), direction @ target)))
+    assert off[0] < 1.5
+    assert off[1] > 3 * off[0]
+
+
+def test_what_the_robot_hides_says_nothing():
+    seen, _ = observation(0, np.array([1.0, 0.0, 0.0]), 0.0)
+    robot = np.zeros((seen.crop.height_px, seen.crop.width_px), dtype=np.uint8)
+    robot[:, :100] = 255
+    seen = replace(seen, robot=robot)
+    assert seen.shows((100.0, 20.0))
+    assert not seen.shows((99.0, 20.0))
+    assert not seen.shows((-0.5, 20.0))

@@ -138,6 +138,35 @@ def test_where_the_limits_end_pan_turns_round_once_and_in_one_go():
     assert turned_back == 2
 
 
+@pytest.mark.parametrize("rate_deg_per_s", [12, 25])
+def test_a_target_unseen_beyond_the_joints_is_met_again_on_the_other_side(rate_deg_per_s):
+    """It was lost at 80 degrees, beyond pan's end, and goes on: pan is there, half a turn on, when it comes in view.
+
+    The gap is 25 degrees less half a view at each end; a turn of pan takes 2.6 s. The slower one is met as it comes in
+    view, the faster one as soon as pan has got there.
+    """
+    rate = math.radians(rate_deg_per_s)
+    path = lambda time_s: direction(80 + rate_deg_per_s * time_s, 10)  # noqa: E731
+    pointing, q, errors = Pointing(GIMBAL, SPEEDS, HALF_VIEW), np.array([math.radians(77.5), math.radians(5)]), []
+    for frame in range(150):
+        now = path(frame * FRAME_S)
+        bearing = Bearing(direction=now, rate=rate * np.cross([0.0, 0.0, 1.0], now))
+        q = servos(q, pointing.command(bearing, FRAME_S, q, seen=False))
+        errors.append(angle_deg(GIMBAL.gaze(q), path((frame + 1) * FRAME_S)))
+    met_s = (np.array(errors) > math.degrees(HALF_VIEW)).nonzero()[0][-1] * FRAME_S
+    assert met_s <= max(155 / 60, (102.5 - 80) / rate_deg_per_s) + 2 * FRAME_S
+    assert errors[-1] < 5
+
+
+@pytest.mark.parametrize("azimuth_deg", [70.0, 90.0])
+def test_an_unseen_target_that_stands_is_waited_for_where_pan_is(azimuth_deg):
+    """In view it hides behind something, between both ways nothing shows it: neither is a reason to turn round."""
+    pointing, q = Pointing(GIMBAL, SPEEDS, HALF_VIEW), np.array([math.radians(77.5), math.radians(5)])
+    for _ in range(60):
+        q = servos(q, pointing.command(still(azimuth_deg, 10), FRAME_S, q, seen=False))
+    assert math.degrees(q[0]) == pytest.approx(min(azimuth_deg, 77.5), abs=0.01)
+
+
 def test_noise_does_not_change_its_mind():
     """Half a degree of noise on a target between both ways, level at the side: pan stays on the one it is on."""
     rng = np.random.default_rng(6)

@@ -77,7 +77,7 @@ def test_a_target_ahead_is_in_view_at_once_and_one_above_much_later(path, there)
 def test_a_search_begins_again_at_its_beginning(path):
     search = Search(GIMBAL, SPEEDS, VIEW, likely_first=True)
     search.begin(GIMBAL.middle)
-    seen = np.array([search.advance(0.1) for _ in range(round(path.duration_s / 0.1) + 60)])
+    seen = np.array([search.advance(0.1, GIMBAL.middle) for _ in range(round(path.duration_s / 0.1) + 60)])
     np.testing.assert_allclose(seen[0], path.at(0.1), atol=1e-9)
     # The last command of the path, the way back to its beginning, and the path again.
     assert (np.abs(np.diff(seen, axis=0)).max(axis=1) <= 0.1 * SPEEDS.pan + 1e-9).sum() >= len(seen) - 2

@@ -1,0 +1,98 @@
+"""Where a lost target is sought: where it can have gone, not where images have shown that it is not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from optics.gaze.motion import JointSpeeds
+from optics.layout import Layout
+from rigs import Rig
+from tracking.control.lost_target import GIVEN_UP_S, LostTarget
+from tracking.control.search import OVERLAP, Search
+from tracking.control.search_plan import in_view
+from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.gimbal import Gimbal
+
+RIG = Rig.load("aqua2")
+GIMBAL = Gimbal(Layout.from_rig(RIG))
+SPEEDS = JointSpeeds.from_rig(RIG)
+VIEW = np.radians([22.0, 17.0])
+STEP = (1 - OVERLAP) * VIEW
+INTERVAL_S = 1 / 30
+
+
+def direction(azimuth_deg, elevation_deg):
+    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
+    level = math.cos(elevation)
+    return np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
+
+
+def last_seen(azimuth_deg, elevation_deg, rate_deg_per_s):
+    """A target that went round to the left when it was last seen."""
+    there = direction(azimuth_deg, elevation_deg)
+    return Bearing(direction=there, rate=math.radians(rate_deg_per_s) * np.cross([0.0, 0.0, 1.0], there))
+
+
+def found_after_s(searched, truth, q, longest_s=20.0):
+    """When three images running have the target in view, of servos that turn at their speed; None when never."""
+    seen = 0
+    for image in range(round(longest_s / INTERVAL_S)):
+        there = GIMBAL.in_gimbal(truth(image * INTERVAL_S))[np.newaxis]
+        seen = seen + 1 if in_view(GIMBAL, q, there, STEP)[0] else 0
+        if seen == 3:
+            return image * INTERVAL_S
+        most = np.array([SPEEDS.pan, SPEEDS.tilt]) * INTERVAL_S
+        q = q + np.clip(searched.advance(INTERVAL_S, q) - q, -most, most)
+    return None
+
+
+@pytest.mark.parametrize(
+    ("turned_to_deg", "soonest"),
+    [
+        # Last seen at 10 degrees, 20 degrees/s to the left, 1 s ago: it is where it was expected, has stopped
+        # or has turned back.
+        ((30, 0), 0.5),
+        ((10, 0), 1.5),
+        ((-10, 0), 2.0),
+    ],
+)
+def test_what_a_lost_target_can_have_done_is_looked_at_soon(turned_to_deg, soonest):
+    search = Search(GIMBAL, SPEEDS, VIEW, likely_first=True)
+    search.begin_lost(last_seen(10, 0, 20), 1.0)
+    begin = GIMBAL.joint_values(math.radians(30), 0.0)
+    assert found_after_s(search, lambda time_s: direction(*turned_to_deg), begin) < soonest
+
+
+def test_what_comes_out_from_behind_something_is_met_where_it_went_in():
+    """It was hidden while it stood: the places that did not show it are looked at again."""
+    search = Search(GIMBAL, SPEEDS, VIEW, likely_first=True)
+    search.begin_lost(last_seen(10, 0, 0), 1.0)
+    hidden_s = 3.0
+    truth = lambda time_s: direction(10, 0) if time_s > hidden_s else direction(180, -80)  # noqa: E731
+    found_s = found_after_s(search, truth, GIMBAL.joint_values(math.radians(10), 0.0))
+    assert found_s - hidden_s < 2.0
+
+
+def test_a_gaze_leaves_what_it_has_seen_without_the_target():
+    """The first gaze is where the target was expected; a second later pan or tilt has gone to see elsewhere."""
+    lost = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(0, 0, 0), 0.5)
+    first = lost.next_pose(GIMBAL.middle, 0.0)
+    np.testing.assert_allclose(GIMBAL.gaze(first), [1, 0, 0], atol=0.15)
+    later = [lost.next_pose(first, INTERVAL_S) for _ in range(30)]
+    assert max(math.acos(GIMBAL.gaze(each) @ GIMBAL.gaze(first)) for each in later) > STEP[1] / 2
+
+
+def test_after_a_while_it_may_be_anywhere():
+    search, everything = (Search(GIMBAL, SPEEDS, VIEW, likely_first=True) for _ in range(2))
+    search.begin_lost(last_seen(0, 0, 0), GIVEN_UP_S - 1.5 * INTERVAL_S)
+    for _ in range(2):
+        search.advance(INTERVAL_S, GIMBAL.middle)
+    everything.begin(GIMBAL.middle)
+    everything.advance(INTERVAL_S, GIMBAL.middle)
+    for _ in range(30):
+        np.testing.assert_array_equal(
+            search.advance(INTERVAL_S, GIMBAL.middle), everything.advance(INTERVAL_S, GIMBAL.middle)
+        )

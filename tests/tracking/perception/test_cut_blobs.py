@@ -1,0 +1,59 @@
+"""Where the middle of a disc is of which the view shows a part."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tracking.perception.cut_blobs import cut_sides, middle_of_cut
+from tracking.records import Blob
+
+WIDTH_PX, HEIGHT_PX, RADIUS_PX = 320, 240, 30.0
+
+
+def part_of_disc(middle_px, hidden):
+    """What is left of a disc where nothing is hidden, as a detector would report it."""
+    columns, rows = np.meshgrid(np.arange(WIDTH_PX), np.arange(HEIGHT_PX))
+    shown = ((columns - middle_px[0]) ** 2 + (rows - middle_px[1]) ** 2 < RADIUS_PX**2) & ~hidden
+    columns, rows = columns[shown], rows[shown]
+    first = int(columns.min()), int(rows.min())
+    return Blob(
+        area_px=float(shown.sum()),
+        centroid_px=(float(columns.mean()), float(rows.mean())),
+        box_px=(*first, int(np.ptp(columns)) + 1, int(np.ptp(rows)) + 1),
+        circularity=1.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("middle_px", "sides"),
+    [
+        ((160.0, 120.0), (0, 0)),
+        ((10.0, 120.0), (-1, 0)),
+        ((-15.0, 120.0), (-1, 0)),
+        ((315.0, 120.0), (1, 0)),
+        ((160.0, -12.0), (0, -1)),
+        ((160.0, 235.0), (0, 1)),
+        ((310.0, 230.0), (1, 1)),
+    ],
+)
+def test_a_disc_at_the_crops_edge_is_completed(middle_px, sides):
+    """To a pixel, where the centroid of what is left is off by up to 25."""
+    hidden = np.zeros((HEIGHT_PX, WIDTH_PX), dtype=bool)
+    blob = part_of_disc(middle_px, hidden)
+    assert cut_sides(blob, hidden) == sides
+    np.testing.assert_allclose(middle_of_cut(blob, sides, RADIUS_PX), middle_px, atol=1.0)
+
+
+def test_the_robot_cuts_as_the_crops_edge_does():
+    hidden = np.zeros((HEIGHT_PX, WIDTH_PX), dtype=bool)
+    hidden[:, 180:] = True
+    blob = part_of_disc((175.0, 100.0), hidden)
+    assert cut_sides(blob, hidden) == (1, 0)
+    np.testing.assert_allclose(middle_of_cut(blob, (1, 0), RADIUS_PX), (175.0, 100.0), atol=1.0)
+
+
+def test_what_is_as_large_as_the_whole_is_not_moved():
+    hidden = np.zeros((HEIGHT_PX, WIDTH_PX), dtype=bool)
+    blob = part_of_disc((29.0, 120.0), hidden)
+    assert middle_of_cut(blob, (-1, 0), RADIUS_PX / 2) == blob.centroid_px

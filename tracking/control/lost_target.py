@@ -1,0 +1,158 @@
+"""Where a target that was lost can have gone, and where to look for it next.
+
+A few hundred places stand for what is known: each goes on from where the target was last estimated, at a rate of its
+own about the estimated one, from standing still to turning away. A place that an image had in view without showing the
+target loses weight, and slowly gains it again, since what hid the target may let it go. Where to look next is the
+gaze that has most weight in view when the servos get there, divided by the time that this takes, as among the sweeps
+of a search for a target of which nothing is known (`search_plan`; Stone 1975, Theory of Optimal Search, chapter 9, for
+targets that move).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from optics.gaze.motion import JointSpeeds
+from optics.kernels.arrays import FloatArray
+from tracking.control.search_plan import in_view, pose_grid, seen_from
+from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.gimbal import Gimbal
+
+PLACES = 256
+
+GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
+
+GOLDEN_RATIO = (math.sqrt(5) - 1) / 2
+
+TURNED = 1.5
+"""Times its rate by which the rate has changed at most: one that comes back half as fast as it went."""
+
+MOST_RATE = math.radians(20.0)
+"""That the target's rate is off by at most; half of the places are within a quarter of it."""
+
+SEEN_S = 0.1
+"""Time in view after which a place that does not show the target has lost two thirds of its weight: three images."""
+
+REGAINED_S = 5.0
+"""After which it has regained two thirds of what it lost."""
+
+LOOK_S = 0.1
+"""Least time of a look: a mirror that stops at a place to see something must slow down first."""
+
+GIVEN_UP_S = 6.0
+"""After which the target may be anywhere."""
+
+GRID = 0.5
+"""Of a view, between gazes that are weighed."""
+
+ARRIVALS_S = np.array([0.1, 0.25, 0.5, 1.0, 1.75, 2.5])
+"""Times at which the places are extrapolated; a gaze takes the nearest to when the servos get there."""
+
+
+class LostTarget:
+    """A search around where a target was lost.
+
+    Parameters
+    ----------
+    gimbal : Gimbal
+    speeds : JointSpeeds
+        The servos'.
+    view : array, shape (2,)
+        What the view sees safely in passing, across and upwards, radians.
+    bearing : Bearing
+        Of the target when it was last seen.
+    age_s : float
+        Since then.
+    """
+
+    def __init__(self, gimbal: Gimbal, speeds: JointSpeeds, view: FloatArray, bearing: Bearing, age_s: float):
+        self._gimbal, self._speeds, self._view, self._bearing = gimbal, speeds, view, bearing
+        self._grid = pose_grid(gimbal, GRID * float(view[0]), GRID * float(view[1]) / 2)
+        self._places = _Places(gimbal, bearing)
+        self._weights: FloatArray = np.ones(PLACES)
+        self._age_s = age_s
+        self._goal: FloatArray | None = None
+        self._goal_s = 0.0
+
+    @property
+    def given_up(self) -> bool:
+        """Whether the target may be anywhere by now."""
+        return self._age_s > GIVEN_UP_S
+
+    def next_pose(self, q: FloatArray, passed_s: float) -> FloatArray:
+        """Joint values to ask for, shape (2,), after an image taken at `q` that did not show the target."""
+        self._age_s += passed_s
+        seen = in_view(self._gimbal, q, self._places.after(self._age_s), self._view)
+        self._weights[seen] *= math.exp(-passed_s / SEEN_S)
+        self._weights += (1 - self._weights) * -math.expm1(-passed_s / REGAINED_S)
+        self._goal_s -= passed_s
+        if self._goal is None or self._goal_s <= 0:
+            pan, tilt, travel_s = self._best(*self._gimbal.angles(q))
+            self._goal, self._goal_s = self._gimbal.joint_values(pan, tilt), travel_s + LOOK_S
+        return self._goal
+
+    def snapshot(self) -> dict[str, Any]:
+        """State as plain numbers."""
+        return {
+            "direction": self._bearing.direction.tolist(),
+            "rate": self._bearing.rate.tolist(),
+            "weights": self._weights.tolist(),
+            "age_s": self._age_s,
+            "goal": None if self._goal is None else self._goal.tolist(),
+            "goal_s": self._goal_s,
+        }
+
+    @classmethod
+    def restored(cls, snapshot: dict[str, Any], gimbal: Gimbal, speeds: JointSpeeds, view: FloatArray) -> LostTarget:
+        """A search that goes on from a snapshot."""
+        bearing = Bearing(direction=np.array(snapshot["direction"]), rate=np.array(snapshot["rate"]))
+        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"])
+        search._weights = np.array(snapshot["weights"])
+        search._goal = None if snapshot["goal"] is None else np.array(snapshot["goal"])
+        search._goal_s = snapshot["goal_s"]
+        return search
+
+    def _best(self, pan: float, tilt: float) -> tuple[float, float, float]:
+        """Pan and tilt of the gaze that gains most per second, and the time to get there."""
+        pans, tilts = self._grid
+        travel_s = np.maximum(
+            (np.abs(pans - pan) / self._speeds.pan)[:, np.newaxis], np.abs(tilts - tilt) / self._speeds.tilt
+        )
+        arrival = np.abs(travel_s[..., np.newaxis] + LOOK_S / 2 - ARRIVALS_S).argmin(axis=-1)
+        gain = np.zeros(travel_s.shape)
+        for index, seconds in enumerate(ARRIVALS_S.tolist()):
+            then = arrival == index
+            rows, columns = then.any(axis=1), then.any(axis=0)
+            if rows.any():
+                there = self._places.after(self._age_s + seconds)
+                seen = seen_from(there, pans[rows], tilts[columns], self._view) @ self._weights
+                gain[np.ix_(rows, columns)] = np.where(then[np.ix_(rows, columns)], seen, gain[np.ix_(rows, columns)])
+        best = np.unravel_index(int((gain / (travel_s + LOOK_S)).argmax()), gain.shape)
+        return float(pans[best[0]]), float(tilts[best[1]]), float(travel_s[best])
+
+
+class _Places:
+    """Places that a target can have gone to, in the gimbal's frame, by the time since it was lost."""
+
+    def __init__(self, gimbal: Gimbal, bearing: Bearing):
+        self._direction = gimbal.in_gimbal(bearing.direction)
+        rate = gimbal.in_gimbal(bearing.rate)
+        across = np.linalg.svd(self._direction[np.newaxis])[2][1:]
+        index = np.arange(PLACES) + 0.5
+        # A spiral of points whose distances grow as the square of their share: dense about the estimated rate.
+        off = MOST_RATE * (index / PLACES) ** 2
+        turn = GOLDEN_ANGLE * index
+        around = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        # Every second one has kept its rate, the others have slowed down, stopped or turned back.
+        kept = np.where(np.arange(PLACES) % 2 == 0, 1.0, 1 - TURNED * (GOLDEN_RATIO * np.arange(PLACES) % 1))
+        rates = kept[:, np.newaxis] * rate + (off[:, np.newaxis] * around) @ across
+        self._speeds = np.linalg.norm(rates, axis=1)
+        self._along = rates / np.maximum(self._speeds, np.finfo(float).tiny)[:, np.newaxis]
+
+    def after(self, seconds: float) -> FloatArray:
+        """Unit vectors, shape (PLACES, 3), each along its great circle."""
+        angle = (self._speeds * seconds)[:, np.newaxis]
+        return np.asarray(np.cos(angle) * self._direction + np.sin(angle) * self._along)

@@ -1,0 +1,70 @@
+"""A target of which the crop's edge or the robot hides a part: where its middle is.
+
+The centroid of what is left stays in view while the target goes out of it: a target that swims on would seem to slow
+down and stop at the edge. Its other side is still where it is, one radius from the middle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracking.records import Blob
+
+AT_EDGE_PX = 4
+"""From a blob within which an edge cuts it: a cell of the detector, and the smear of one."""
+
+CUT_SHARE = 0.3
+"""Of a side's length along which it must be hidden to be cut there: the chord of a disc that has lost 2 % of its height
+is as long."""
+
+
+def cut_sides(blob: Blob, hidden: NDArray[np.bool_]) -> tuple[int, int]:
+    """On which sides of its box a blob is cut.
+
+    Parameters
+    ----------
+    blob : Blob
+    hidden : array, shape (crop height, crop width)
+        Pixels that do not show a target; beyond the crop none does.
+
+    Returns
+    -------
+    across, down : int
+        -1 when it is cut on the left (at the top), 1 on the right (at the bottom), 0 on neither or both.
+    """
+    x, y, width, height = blob.box_px
+    beside = np.ones((height + 2 * AT_EDGE_PX, width + 2 * AT_EDGE_PX), dtype=bool)
+    top, left = y - AT_EDGE_PX, x - AT_EDGE_PX
+    inside = hidden[max(top, 0) : y + height + AT_EDGE_PX, max(left, 0) : x + width + AT_EDGE_PX]
+    first_row, first_column = max(-top, 0), max(-left, 0)
+    beside[first_row : first_row + inside.shape[0], first_column : first_column + inside.shape[1]] = inside
+    middle_rows, middle_columns = beside[AT_EDGE_PX:-AT_EDGE_PX], beside[:, AT_EDGE_PX:-AT_EDGE_PX]
+    cut = [
+        float(strip.any(axis=axis).mean()) > CUT_SHARE
+        for strip, axis in (
+            (middle_rows[:, :AT_EDGE_PX], 1),
+            (middle_rows[:, -AT_EDGE_PX:], 1),
+            (middle_columns[:AT_EDGE_PX], 0),
+            (middle_columns[-AT_EDGE_PX:], 0),
+        )
+    ]
+    return cut[1] - cut[0], cut[3] - cut[2]
+
+
+def middle_of_cut(blob: Blob, sides: tuple[int, int], radius_px: float) -> tuple[float, float]:
+    """Middle of a disc of a known radius that is cut on some sides: one radius from those that are not.
+
+    Along an axis on which no side is cut, or on which there is as much of it as of the whole, it is the centroid.
+    """
+    first, size = blob.box_px[:2], blob.box_px[2:]
+    x, y = (
+        _one_radius_from(low - 0.5, extent, side, radius_px) if side and extent < 2 * radius_px else centroid
+        for centroid, side, low, extent in zip(blob.centroid_px, sides, first, size, strict=True)
+    )
+    return x, y
+
+
+def _one_radius_from(low: float, extent: float, side: int, radius: float) -> float:
+    """Middle of a whole whose other end than the cut one is where the part's is."""
+    return low + radius if side > 0 else low + extent - radius
