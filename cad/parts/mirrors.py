@@ -16,6 +16,7 @@ from typing import Literal
 from build123d import Axis, Ellipse, Part, Pos, Solid, extrude
 
 from cad.parts.hardware import Hardware, counterbored_hole, head_height_mm, insert, insert_hole, screw_in_insert
+from cad.parts.mirror_sides import BOND_HOLE_DIAMETER_MM, smallest_side_mm
 from cad.shapes import Limits, along_z, box, cylinder, single_solid
 from optics.mesh import Group
 from optics.mirror_outline import OUTLINES, Centred, Octagon
@@ -33,12 +34,7 @@ BED_MM = 0.5
 RIM_MM = 2.0
 LIP_OVERLAP_MM = 1.5
 LIP_THICKNESS_MM = 1.2
-BOND_HOLE_DIAMETER_MM = 8.0
-SMALLEST_SIDE_MM = 2 * (BOND_HOLE_DIAMETER_MM + 2.0)
-"""Of a plate: its bonding holes are half a side apart, and 2 mm of floor stay between them."""
 VENT_DIAMETER_MM = 4.0
-SMALLEST_CUT_SIDE_MM = 30.0
-"""Of a plate without corners: below, the bonding holes come out from under it."""
 SMALLEST_VENT_INSET_MM = 5.0
 HEAD_MM = 9.0
 """How far the floor reaches beyond the mirror's upper edge to carry the clip."""
@@ -257,7 +253,7 @@ def _check(mirror: FlatMirror) -> None:
         )
     for key in ("width_mm", "height_mm"):
         size = getattr(mirror, key)
-        least = SMALLEST_SIDE_MM if mirror.outline == "rectangle" else SMALLEST_CUT_SIDE_MM
+        least = smallest_side_mm(mirror)
         if size < least:
             raise ValueError(
                 f"{_section(mirror)}.{key} = {size:g}: expected at least {least:g}, below which the holes in the floor "

@@ -312,7 +312,7 @@ def _nothing_fits(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortf
         body = _manifold(hull)
         if any(not _refusal(rig_of(other, item, way, changed.pinned), body) for way, item in ranked[:ASKED]):
             return f"{found}; there is room {words}"
-    return f"{found}; look at {CAMERA}, and at the hull's axes: mirrorgaze show draws them"
+    return f"{found}; try another {CAMERA} (new: --camera-mm) or other axes of the hull (new: --forward, --up)"
 
 
 def _lack_text(lack_mm: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import tomlkit
 
 from cad.assembly.hull_surface import file_hull_distance
 from cad.checks.rig_problems import rig_problems
+from cad.parts.mirror_sides import smallest_side_mm
 from optics.mesh import Role
 from optics.sizing.drivers import SideDriver
 from optics.sizing.sizing import Sizing
@@ -77,8 +79,20 @@ def apply_sizes(sizing: Sizing, file: Path) -> None:
     save_document(document, file)
 
 
+def mountable(sizing: Sizing) -> Sizing:
+    """The sizing with mirrors that are at least as large as their cells need."""
+    if sizing.rig is None:
+        return sizing
+    sides = {}
+    for name in ("fold_mirror", "gaze_mirror"):
+        plate = getattr(sizing.rig.require_gaze(), name)
+        least = smallest_side_mm(plate)
+        sides[name] = {key: max(getattr(plate, key), least) for key in ("width_mm", "height_mm")}
+    return replace(sizing, rig=sizing.rig.with_gaze(**sides))
+
+
 def purchase(sizing: Sizing) -> str:
-    """What to buy for a sizing, and why; empty where there are no mirrors to buy.
+    """What to buy for a sizing (`mountable`), and why; empty where there are no mirrors to buy.
 
     Front-surface mirrors are sold cut to size, to +-1.5 mm (First Surface Mirror LLC, "Glass technical specifications",
     firstsurfacemirror.com: enhanced aluminium on float glass, 94 % or more); stock sizes are few, and a plate larger

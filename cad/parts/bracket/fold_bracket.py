@@ -24,7 +24,8 @@ from cad.parts.flange import (
     hull_side,
 )
 from cad.parts.hardware import clearance_diameter_mm
-from cad.parts.mirrors import BOND_HOLE_DIAMETER_MM, mirror_tray
+from cad.parts.mirror_sides import BOND_HOLE_DIAMETER_MM
+from cad.parts.mirrors import mirror_tray
 from cad.shapes import Limits, along_y, along_z, box, cylinder, location_mm, prism, single_solid
 
 ROOF_CORNER_MM = 6.0

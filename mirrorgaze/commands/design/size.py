@@ -76,7 +76,7 @@ def size(
     from optics.sizing.gaze_range import GazeRange
     from optics.sizing.limits import Request
     from optics.sizing.sizing import size_mirrors
-    from reports.studies.sizing import apply_sizes, driver_sentence, purchase, sizing_as_dict, write_sizing
+    from reports.studies.sizing import apply_sizes, driver_sentence, mountable, purchase, sizing_as_dict, write_sizing
     from rigs import Rig
 
     if apply:
@@ -92,7 +92,7 @@ def size(
         angle_tolerance=float(np.radians(angle_tolerance_deg)),
     )
     print_step("sizes ...")
-    sizing = size_mirrors(loaded, request, file_hull_distance(loaded))
+    sizing = mountable(size_mirrors(loaded, request, file_hull_distance(loaded)))
     drivers = side_drivers(loaded, request)
     if json:
         print_json(sizing_as_dict(sizing, drivers))

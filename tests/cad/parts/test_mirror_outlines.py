@@ -3,10 +3,10 @@
 import pytest
 from build123d import Pos
 
+from cad.parts.mirror_sides import SMALLEST_CUT_SIDE_MM
 from cad.parts.mirrors import (
     FIT_MM,
     LIP_OVERLAP_MM,
-    SMALLEST_CUT_SIDE_MM,
     clip_screws,
     mirror_clip,
     mirror_plate,

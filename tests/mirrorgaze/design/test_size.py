@@ -151,3 +151,13 @@ def test_bad_input_is_a_sentence(own, arguments, words):
 def test_a_rig_without_mirrors_is_refused():
     result = mirrorgaze("size", "bench")
     assert (result.exit_code, "expected a rig with mirrors, got 'bench'" in result.stderr) == (2, True)
+
+
+def test_what_is_ordered_and_applied_can_be_mounted(own):
+    """For one pixel ahead the light needs less of M1 than its cell does, whose least side an octagon's is 30 mm."""
+    ahead = ("--window", "0.01", "--azimuth-deg", "-1", "1", "--elevation-deg", "-1", "1", "--outline", "octagon")
+    result = mirrorgaze("size", "mine.toml", *ahead, "--apply")
+    assert result.exit_code == 0, result.stderr
+    mirror = Rig.load("mine.toml").gaze.fold_mirror
+    assert (mirror.width_mm, mirror.height_mm) == (30, 30)
+    assert "M1 30 x 30 x 3 mm" in result.stdout
