@@ -14,7 +14,7 @@ from collections.abc import Callable
 import typer
 
 from mirrorgaze.commands.calibration import calibrate, calibrate_study
-from mirrorgaze.commands.design import compare_designs, coverage, design, search, size, tolerance
+from mirrorgaze.commands.design import compare_designs, coverage, design, search, share, size, tolerance
 from mirrorgaze.commands.dives import (
     angular_speed,
     arena,
@@ -45,6 +45,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         tolerance.tolerance,
         search.search,
         compare_designs.compare_designs,
+        share.share,
     ),
     "Mount": (place.place, export.export, loads.loads),
     "Optics": (gaze.gaze, virtual_camera.virtual_camera, port.port, water.water),

@@ -73,19 +73,29 @@ def mount_results(made: CheckedMount, files: Iterable[str], folder: Path) -> Mou
 
 
 def bill_blocks(mount: MountResults) -> list[content.Block]:
-    """Tables of what is printed and of what is bought, with the mass of all pieces of a line."""
-    bought = [
-        [str(item.count), item.name, item.supplier, f"{item.count * item.mass_g:.1f}"]
-        for item in mount.bill
-        if item.kind != "print"
-    ]
+    """Tables of what is printed and of what is bought, with the mass of all pieces of a line, and sums."""
+    printed, bought = bill_tables(mount.bill)
     mass_g = sum(item.count * item.mass_g for item in mount.bill)
     return [
-        content.table(PRINT_HEADER, _print_rows(mount), numbers=[2, 3, 4, 7]),
+        printed,
         content.paragraph(f"Settings of every print: {mount.settings}. {_hours_words(mount)}"),
-        content.table(["Pieces", "To buy", "From", "Mass (g)"], bought, numbers=[0, 3]),
+        bought,
         content.paragraph(f"All of it weighs {mass_g:.0f} g; prints are counted as solid, as loads are."),
     ]
+
+
+def bill_tables(bill: Iterable[Item]) -> tuple[content.Table, content.Table]:
+    """Tables of what is printed, and of what is bought."""
+    bill = tuple(bill)
+    bought = [
+        [str(item.count), item.name, item.supplier, f"{item.count * item.mass_g:.1f}"]
+        for item in bill
+        if item.kind != "print"
+    ]
+    return (
+        content.table(PRINT_HEADER, _print_rows(bill), numbers=[2, 3, 4, 7]),
+        content.table(["Pieces", "To buy", "From", "Mass (g)"], bought, numbers=[0, 3]),
+    )
 
 
 PRINT_HEADER = (
@@ -100,9 +110,9 @@ PRINT_HEADER = (
 )
 
 
-def _print_rows(mount: MountResults) -> list[list[str]]:
+def _print_rows(bill: Iterable[Item]) -> list[list[str]]:
     rows = []
-    for item in mount.bill:
+    for item in bill:
         part = item.printed
         if part is not None:
             size, turn = (

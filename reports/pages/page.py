@@ -27,13 +27,15 @@ from reports.pages.content import (
 )
 
 TEMPLATE = Path(__file__).parent / "page.html"
+STYLE = Path(__file__).parent / "page.css"
 MEDIA_TYPES = {".png": "image/png", ".svg": "image/svg+xml", ".mp4": "video/mp4"}
 
 
 def page(title: str, blocks: Iterable[Block]) -> str:
     """Whole page of a report."""
     template = Template(TEMPLATE.read_text(encoding="utf-8"))
-    return template.substitute(title=escape(title), body="\n".join(map(html, blocks)))
+    style = STYLE.read_text(encoding="utf-8")
+    return template.substitute(title=escape(title), style=style, body="\n".join(map(html, blocks)))
 
 
 @singledispatch

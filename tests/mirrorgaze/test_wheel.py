@@ -26,6 +26,8 @@ DATA = (
     "optics/water/data/port_materials.json",
     "scenes/light/data/astm_g173_350_750.csv",
     "dives/presets/spiral.toml",
+    "reports/pages/explorer.html",
+    "reports/pages/page.css",
     "reports/pages/page.html",
     "reports/pages/pdf.typ",
     *(f"{package}/py.typed" for package in PACKAGES),

@@ -1,0 +1,1 @@
+"""One file for colleagues who have no Python."""
