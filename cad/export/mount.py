@@ -10,6 +10,7 @@ from cad.checks.printing.slicer import profile_ini
 from cad.checks.sequence.steps import Step, assembly_steps
 from cad.export.drawings.bill_of_materials import bill_of_materials, write_bill
 from cad.export.drawings.drawings import write_drawings
+from cad.export.drawings.drill_template import write_drill_template
 from cad.export.drawings.exploded import write_steps
 from cad.export.drawings.manifest import rig_text, write_manifest
 from cad.export.printing.plates import write_plates, write_upright
@@ -81,6 +82,7 @@ def export_mount(
         write_robot(assembly, partial / "robot")
         log("export: drawings ...")
         write_drawings(assembly, items, partial / "drawings")
+        write_drill_template(rig, partial / "drawings/drill_template.pdf")
         log("export: assembly steps ...")
         write_steps(assembly, assembly_steps(assembly) if steps is None else steps, partial / "assembly")
         add_files(partial)

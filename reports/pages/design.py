@@ -9,7 +9,15 @@ from optics.coverage.summary import CoverageSummary, name_of
 from reports.figures.plotting import OUTCOME_NAMES
 from reports.pages import content
 from reports.pages.dive import DiveResults, dive_section
-from reports.pages.mount import MountResults, bill_blocks, checks_section, loads_section, mount_files, steps_section
+from reports.pages.mount import (
+    MountResults,
+    bill_blocks,
+    checks_section,
+    drawings_section,
+    loads_section,
+    mount_files,
+    steps_section,
+)
 from reports.pages.standing import Standing, standing_section
 from reports.pages.tolerance import ToleranceResults, tolerance_section
 from rigs import Rig
@@ -95,7 +103,7 @@ def design_blocks(rig: Rig, standing: Standing, results: DesignResults, folder: 
         *([] if results.coverage is None else [_coverage_section(results.coverage, folder)]),
         *_mount_sections(results, folder),
         *([] if results.tolerance is None else [tolerance_section(results.tolerance, folder)]),
-        *([] if dive is None else [dive_section(dive, folder / DIVE)]),
+        *([] if dive is None else [dive_section(dive, folder / DIVE, beside=f"{DIVE}/")]),
         content.section("Rig", content.table(["", ""], rig.facts)),
         content.section("Files", content.listed([*_files(results), *([] if mount is None else mount_files(mount))])),
         content.section("What this leaves out", content.bullets(LIMITS)),
@@ -130,7 +138,7 @@ def _mount_sections(results: DesignResults, folder: Path) -> list[content.Sectio
         shown += bill_blocks(mount)
     sections = [content.section("Mount", *shown)] if shown else []
     if mount is not None:
-        sections += steps_section(mount, folder)
+        sections += [*steps_section(mount, folder), *drawings_section(mount, folder)]
         sections += [checks_section(mount, folder / "mount"), loads_section(mount, folder / "mount")]
     return sections
 

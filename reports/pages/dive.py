@@ -19,6 +19,9 @@ CAPTIONS = (
     "What the paper could not give: the true angle between optical axis and target, why it was not found, the mode.",
 )
 
+OVERLAY = "overlay.mp4"
+VIDEO_CAPTION = "The camera's images with the loop's crop, what it detected and how the joints stood."
+
 Metrics = dict[str, Any]
 
 
@@ -58,14 +61,15 @@ def dive_page(title: str, results: DiveResults, folder: Path) -> str:
     return page.page(title, [content.Title(name=title), dive_section(results, folder)])
 
 
-def dive_section(results: DiveResults, folder: Path) -> content.Section:
-    """Section on a dive, whose images lie in its folder."""
+def dive_section(results: DiveResults, folder: Path, *, beside: str = "") -> content.Section:
+    """Section on a dive, whose images lie in its folder; `beside` is that folder's name, seen from the report's."""
     dive, metrics = results.dive, results.metrics
     return content.section(
         f"Dive: {results.name}",
         content.paragraph(dive.get("description", "")),
         content.tiles(key_numbers(metrics)),
         content.paragraph(results.story),
+        *_video(results, folder, beside),
         *(content.figure(folder / file, caption) for file, caption in zip(results.figures, CAPTIONS, strict=True)),
         *_gallery(results.key_frames, folder),
         *_losses(results.losses),
@@ -112,6 +116,13 @@ def verdict(metrics: Metrics, frames: Frames) -> str:
     else:
         story = f"{lost} times and found again {'every time' if back == lost else f'{back} times'}"
     return f"{held}. It was lost {story}. Causes: {_listed(metrics['loss_causes'])}."
+
+
+def _video(results: DiveResults, folder: Path, beside: str) -> list[content.Video]:
+    if not results.key_frames:
+        return []
+    still = folder / results.key_frames[0][0]
+    return [content.Video(file=f"{beside}{OVERLAY}", still=still, caption=VIDEO_CAPTION)]
 
 
 def _gallery(key_frames: list[tuple[str, str]], folder: Path) -> list[content.Gallery]:

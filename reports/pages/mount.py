@@ -138,6 +138,24 @@ def steps_section(mount: MountResults, folder: Path) -> list[content.Section]:
     return [content.section("How to put it together", content.gallery(images))] if images else []
 
 
+def drawings_section(mount: MountResults, folder: Path) -> list[content.Section]:
+    """Section of the drawings, assembly first, and of the drill template; none of a mount without drawings."""
+    sheets = sorted(
+        (file for file in mount.files if Path(file).parent.name == "drawings" and file.endswith(".svg")),
+        key=lambda file: (Path(file).stem != "assembly", file),
+    )
+    if not sheets:
+        return []
+    template = [file for file in mount.files if file.endswith("drill_template.pdf")]
+    line = (
+        content.file_line("Holes in the hull, 1:1 to print", template)
+        if template
+        else ("No hole in the hull: nothing is screwed into it.",)
+    )
+    images = (content.figure(folder / sheet, Path(sheet).stem.replace("_", " ")) for sheet in sheets)
+    return [content.section("Drawings", content.Paragraph(line=line), *images)]
+
+
 def _steps(folder: Path) -> tuple[tuple[str, str], ...]:
     """Image, named from a report's folder, and words of each step that the mount's export wrote down."""
     guide = folder / "mount" / ASSEMBLY_FOLDER / "steps.md"

@@ -9,13 +9,12 @@ from pathlib import Path
 from dives.metrics.frames import Frames
 from dives.metrics.holding import losses
 from reports.figures.dive import write_dive_figures
-from reports.pages.dive import DiveResults, dive_page, verdict
+from reports.pages.dive import OVERLAY, DiveResults, dive_page, verdict
 from reports.studies.key_frames import key_frames, save_key_frames
 from rigs.atomic_files import write_text
 from tracking.log import read_log
 
 NEEDED = ("dive.toml", "rig.toml", "log.parquet", "metrics.json")
-OVERLAY = "overlay.mp4"
 
 
 def write_dive_report(folder: Path) -> Path:

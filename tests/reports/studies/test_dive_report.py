@@ -106,7 +106,8 @@ def test_the_section_has_numbers_figures_images_and_losses(folder):
     assert f"{metrics['visible_fraction']:.1%}" in section
     assert f"{metrics['gaze_error_held_rms_deg']:.2f}°" in section
     assert "1 of 1" in section
-    assert section.count("data:image/png;base64,") == 3 + 3
+    assert section.count("data:image/png;base64,") == 3 + 3 + 1
+    assert '<source src="overlay.mp4" type="video/mp4">' in section
     assert "<td>saturated</td>" in section
     # 550 frames after the check; 100 of them before the target came into view, 30 each in the sun and off colour.
     for cause, count in (("not in view", 100), ("saturated", 30), ("colour", 30)):
