@@ -13,7 +13,7 @@ from cad.loads.masses import part_bodies
 from optics.coverage.coverage import compute_coverage, stepped_joints
 from optics.mesh import PartMesh
 from rigs import Rig
-from studio.results import Covered, Fineness, Judgement, Parts
+from studio.results import Checked, Covered, Fineness, Judgement, Parts
 from studio.shell import shell_of
 from studio.surroundings import Surroundings
 
@@ -71,3 +71,31 @@ def light_of(rig: Rig, surroundings: Surroundings) -> Rig:
 
     prepare(surroundings.scene(rig), rig, rig_meshes(rig))
     return rig
+
+
+def checks_of(rig: Rig) -> Checked:
+    """All checks of a rig's mount, built; takes half a minute."""
+    # Solids take seconds to import, and no other analysis needs them when meshes are in the cache.
+    from cad.assembly.assembly import build_assembly  # noqa: PLC0415
+    from cad.checks.clearance import clearance  # noqa: PLC0415
+    from cad.export.printing.prints import prints  # noqa: PLC0415
+    from reports.figures.check import summary_rows  # noqa: PLC0415
+    from reports.studies.mount_export import mount_checks  # noqa: PLC0415
+
+    assembly = build_assembly(rig)
+    checks = mount_checks(assembly, log=lambda line: None)
+    gaps: dict[str, float] = {}
+    for finding in checks.of(clearance.CHECK):
+        # What is meant to be near, such as a bush on its shaft, has limits of its own.
+        if finding.figure is not None and (finding.limit or 0.0) >= rig.require_gaze().mount.clearance_mm:
+            for name in finding.subject.split():
+                gaps[name] = min(finding.figure, gaps.get(name, finding.figure))
+    printed = None if checks.problems else prints(rig, assembly.printed)
+    return Checked(
+        rig=rig,
+        rows=tuple(summary_rows(checks)),
+        problems=tuple(str(problem) for problem in checks.problems),
+        clearance_mm=gaps,
+        print_s={} if printed is None else {part.name: part.time_s for part in printed.parts},
+        sliced=printed is not None and printed.sliced,
+    )

@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from optics.gaze.kinematics import inverse_gaze
+from optics.layout import Layout
 from rigs import Rig, RigError
 from studio.design import change_at
-from studio.lines import change_line, view_line
-from studio.results import Covered, Judgement, Parts, View, ViewRequest
+from studio.lines import change_line, command_line, view_line
+from studio.results import Checked, Covered, Judgement, Parts, View, ViewRequest
 from studio.session import Session
 from studio.surroundings import Overlay, Surroundings
 from studio.workers import Asked, Failed, Worker
@@ -22,14 +25,9 @@ from studio.workers import Asked, Failed, Worker
 REST_S = 1.0
 """How long nothing moves before the light is found in full."""
 
-VIEW, JUDGEMENT, COARSE, PARTS, FINE, LIGHT = (
-    "image",
-    "checks",
-    "coarse coverage",
-    "mount",
-    "fine coverage",
-    "full light",
-)
+VIEW, JUDGEMENT, COARSE, PARTS, FINE = "image", "rig", "coarse coverage", "mount", "fine coverage"
+LIGHT, CHECKS = "full light", "checks of the mount"
+OTHER_PARTS, OTHER_COVERAGE = "mount of the other rig", "coverage of the other rig"
 
 
 @dataclass(frozen=True)
@@ -40,8 +38,10 @@ class Heard:
     ----------
     changed : callable
         The rig is another; takes it.
-    view, parts, covered, judged : callable
+    view, parts, covered, judged, checked : callable
         Take results.
+    other_parts, other_covered : callable
+        Take those of the rig beside.
     said : callable
         Takes a sentence, and whether it is one of something wrong.
     did : callable
@@ -53,30 +53,33 @@ class Heard:
     parts: Callable[[Parts], None] = lambda parts: None
     covered: Callable[[Covered], None] = lambda covered: None
     judged: Callable[[Judgement], None] = lambda judged: None
+    checked: Callable[[Checked], None] = lambda checked: None
+    other_parts: Callable[[Parts], None] = lambda parts: None
+    other_covered: Callable[[Covered], None] = lambda covered: None
     said: Callable[[str, bool], None] = lambda sentence, wrong: None
     did: Callable[[str], None] = lambda line: None
 
 
 @dataclass
 class Crew:
-    """The processes: one for images, one for analyses, one for full light, each behind what is more urgent."""
+    """The processes: one for images, one for analyses, one for what takes long, each behind what is more urgent."""
 
     images: Asked
     analyses: Asked
-    light: Asked
+    slow: Asked
 
     @classmethod
     def of(cls, answered: Callable[[str, Any], None]) -> Crew:
         """Three processes; they start when they are first asked."""
         return cls(
             images=Worker((VIEW,), answered),
-            analyses=Worker((JUDGEMENT, COARSE, PARTS, FINE), answered, nice=5),
-            light=Worker((LIGHT,), answered, nice=15),
+            analyses=Worker((JUDGEMENT, COARSE, PARTS, FINE, OTHER_PARTS, OTHER_COVERAGE), answered, nice=5),
+            slow=Worker((LIGHT, CHECKS), answered, nice=15),
         )
 
     def close(self) -> None:
         """End all."""
-        for worker in (self.images, self.analyses, self.light):
+        for worker in (self.images, self.analyses, self.slow):
             worker.close()
 
 
@@ -113,6 +116,7 @@ class Studio:
         self.pose = Pose(q1_deg=q1, q2_deg=q2, width_px=width_px)
         self._meshes: Parts | None = None
         self._lit: tuple[Rig, Surroundings] | None = None
+        self._checked: Rig | None = None
         self._rest: threading.Timer | None = None
         self._lock = threading.RLock()
         self._closed = False
@@ -134,6 +138,31 @@ class Studio:
         """Move the joints, as far as their limits let them."""
         self.pose.q1_deg, self.pose.q2_deg = within(self.session.rig, q1_deg, q2_deg)
         self._look()
+
+    def look_towards(self, direction: ArrayLike) -> bool:
+        """Turn the gaze to a direction of the body frame, by the nearest joint values; False out of their reach."""
+        x, y, z = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
+        layout = Layout.from_rig(self.session.rig)
+        found = np.degrees(inverse_gaze(layout, float(np.arctan2(y, x)), float(np.arcsin(z))))
+        if not len(found):
+            return False
+        here = np.array([self.pose.q1_deg, self.pose.q2_deg])
+        q1, q2 = found[np.abs(found - here).sum(axis=1).argmin()]
+        self.turn(float(q1), float(q2))
+        return True
+
+    def set_beside(self, source: str) -> bool:
+        """Look at another rig too, a preset or a file; says what is wrong with it."""
+        try:
+            other = Rig.load(source)
+            other.require_gaze()
+        except (OSError, ValueError) as error:
+            self.heard.said(str(error), True)
+            return False
+        self._crew.analyses.ask(OTHER_PARTS, "studio.analyses:parts_of", other)
+        self._crew.analyses.ask(OTHER_COVERAGE, "studio.analyses:coverage_of", other, None, "coarse")
+        self.heard.did(command_line(["compare-designs", self.session.autosave.name, source]))
+        return True
 
     def surround(self, **changes: Any) -> None:
         """Change world, water or light."""
@@ -199,6 +228,9 @@ class Studio:
         rig = self.session.rig
         self.pose.q1_deg, self.pose.q2_deg = within(rig, self.pose.q1_deg, self.pose.q2_deg)
         self.heard.changed(rig)
+        if self._checked not in (None, rig):
+            self._checked = None
+            self._crew.slow.stop_work(CHECKS)
         known = self._meshes is not None and self._meshes.rig == rig
         analyses = self._crew.analyses
         analyses.ask(JUDGEMENT, "studio.analyses:judgement_of", rig)
@@ -248,20 +280,28 @@ class Studio:
         with self._lock:
             if self._meshes is None or self._closed:
                 return
-            wanted = (self._meshes.rig, self.pose.surroundings)
-            self.heard.did(view_line(self.session.autosave.name, self._request(self._meshes.rig)))
-            if wanted == self._lit:
-                return
-            self._lit = wanted
-            self._crew.light.stop_work(LIGHT)
-            self._crew.light.ask(LIGHT, "studio.analyses:light_of", *wanted)
+            rig = self._meshes.rig
+            self.heard.did(view_line(self.session.autosave.name, self._request(rig)))
+            wanted = (rig, self.pose.surroundings)
+            if wanted != self._lit:
+                self._lit = wanted
+                self._crew.slow.stop_work(LIGHT)
+                self._crew.slow.ask(LIGHT, "studio.analyses:light_of", *wanted)
+            if rig != self._checked:
+                self._checked = rig
+                self._crew.slow.ask(CHECKS, "studio.analyses:checks_of", rig)
 
     def _answered(self, topic: str, answer: Any) -> None:
         if self._closed:
             return
         if isinstance(answer, Failed):
-            self._lit = None if topic == LIGHT else self._lit
-            self.heard.said(f"{topic}: {answer.sentence}", True)
+            self._failed(topic, answer)
+        elif topic == OTHER_PARTS:
+            self.heard.other_parts(answer)
+        elif topic == OTHER_COVERAGE:
+            self.heard.other_covered(answer)
+        elif isinstance(answer, Checked):
+            self.heard.checked(answer)
         elif isinstance(answer, View):
             self.heard.view(answer)
         elif isinstance(answer, Judgement):
@@ -272,6 +312,12 @@ class Studio:
             self._have_parts(answer)
         elif topic == LIGHT:
             self._look(full=True)
+
+    def _failed(self, topic: str, failed: Failed) -> None:
+        if topic in (LIGHT, CHECKS) and failed.stopped:
+            return
+        self._lit = None if topic == LIGHT else self._lit
+        self.heard.said(f"{topic}: {failed.sentence}", True)
 
     def _have_parts(self, parts: Parts) -> None:
         self._meshes = parts

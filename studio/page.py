@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import threading
 import time
 from collections import deque
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -12,13 +14,18 @@ from typing import Any
 import numpy as np
 import viser
 
+from optics.kernels.arrays import FloatArray
 from rigs import Rig
+from studio.commands import Ended, Runner
 from studio.controller import Heard, Studio
 from studio.design import Number, choices, numbers, value_at
-from studio.results import Covered, Judgement, Parts, View
+from studio.lines import command_line, dive_words, search_words, size_words
+from studio.results import Checked, Covered, Judgement, Parts, View
 from studio.rig_scene import RigScene
 from studio.surroundings import OVERLAYS, RIGS_WATER, TARGETS, WORLDS
 
+SEARCHED_RIGS = 4
+"""Designs of a search that become rig files."""
 LINES_KEPT = 12
 """Of the actions that are shown as commands or Python."""
 WATERS = (RIGS_WATER, "I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
@@ -42,9 +49,12 @@ class Page:
         self._parts: Parts | None = None
         self._judged: Judgement | None = None
         self._covered: Covered | None = None
+        self._checked: Checked | None = None
+        self._picked: str | None = None
         self._inputs: dict[str, Any] = {}
         self._lock = threading.RLock()
-        self._scene = RigScene(server, self._pick)
+        self._scene = RigScene(server, self._pick, self._pull)
+        self._runner = Runner(studio.session.autosave.parent, self._command_said)
         server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(30, 110, 140))
         server.gui.set_panel_label(f"mirrorgaze studio: {studio.session.rig.name}")
         self._camera_panel(server)
@@ -55,6 +65,9 @@ class Page:
             parts=self._have_parts,
             covered=self._have_coverage,
             judged=self._have_judgement,
+            checked=self._have_checks,
+            other_parts=self._scene.put_beside,
+            other_covered=self._have_other,
             said=self._say,
             did=self._did,
         )
@@ -72,7 +85,7 @@ class Page:
 
     def _camera_panel(self, server: viser.ViserServer) -> None:
         rig, pose = self._studio.session.rig, self._studio.pose
-        panel = self._gui.add_panel()
+        panel = self._gui.add_panel(order=-1)
         panel.dock_left()
         panel.set_width(CAMERA_WIDTH_PX)
         height = round(pose.width_px * rig.camera.height_px / rig.camera.width_px)
@@ -117,7 +130,7 @@ class Page:
     def _controls(self, server: viser.ViserServer) -> None:
         server.gui.main_panel.dock_right()
         server.gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self._said = self._gui.add_markdown("")
+        self._said = self._gui.add_html("")
         tabs = self._gui.add_tab_group()
         with tabs.add_tab("Design"):
             self._design_tab()
@@ -125,8 +138,8 @@ class Page:
             self._verdict_tab()
         with tabs.add_tab("Water"):
             self._water_tab()
-        with tabs.add_tab("File"):
-            self._file_tab()
+        with tabs.add_tab("Work"):
+            self._work_tab()
         with tabs.add_tab("Lines"):
             self._gui.add_markdown("What was done, newest first, as commands and Python:")
             self._shown_lines = self._gui.add_html("")
@@ -167,7 +180,7 @@ class Page:
         self._shell_shown = self._gui.add_checkbox("show the covered sphere", True)
         self._shell_shown.on_update(lambda _: self._show_shell())
         self._legend = self._gui.add_html("")
-        self._picked_part = self._gui.add_markdown("Click a part to read its name and mass.")
+        self._picked_part = self._gui.add_markdown("Click a part to read its name, mass, print time and clearance.")
 
     def _water_tab(self) -> None:
         around = self._studio.pose.surroundings
@@ -187,21 +200,108 @@ class Page:
         sensor = self._gui.add_checkbox("as the image sensor takes it", False)
         sensor.on_update(lambda _: self._studio.show(sensor=sensor.value))
 
-    def _file_tab(self) -> None:
+    def _work_tab(self) -> None:
         session = self._studio.session
-        own = session.own_file
-        name = self._gui.add_text("rig file", str(own or Path.cwd() / f"my-{session.rig.name}.toml"))
-        save, back = self._gui.add_button("Save"), self._gui.add_button("Back to the file")
+        self._progress = self._gui.add_progress_bar(0.0, visible=False)
+        self._stop = self._gui.add_button("Stop", visible=False)
+        self._stop.on_click(lambda _: self._runner.stop())
+        with self._gui.add_folder("Rig file"):
+            own = session.own_file
+            name = self._gui.add_text("file", str(own or Path.cwd() / f"my-{session.rig.name}.toml"))
+            self._button("Save", lambda: self._studio.save(Path(name.value)))
+            self._button("Back to the file", self._studio.back_to_file)
+            self._gui.add_markdown(
+                f"Every change is kept in `{session.autosave.name}`; the next start goes on from there."
+            )
+        with self._gui.add_folder("Size the mirrors for a window", expand_by_default=False):
+            window = self._gui.add_text("window", "0.2", hint="0.2 of the image's sides, 320x240 px or 20x15deg")
+            azimuth = self._gui.add_vector2("azimuth, from and to (deg)", (-60.0, 60.0), step=1.0)
+            elevation = self._gui.add_vector2("elevation, from and to (deg)", (-30.0, 30.0), step=1.0)
+            self._button(
+                "Size",
+                lambda: self._run(size_words(self._file, window.value, azimuth.value, elevation.value), changes=True),
+            )
+        with self._gui.add_folder("Place again", expand_by_default=False):
+            self._gui.add_markdown(
+                "Camera, mirrors and anchors anew on a hull from a file, as far as they are not pinned."
+            )
+            self._button("Place", lambda: self._run(("place", self._file), changes=True))
+        with self._gui.add_folder("Search around here", expand_by_default=False):
+            designs = self._gui.add_slider("designs", 500, 20_000, 500, 2_000)
+            take = self._gui.add_slider("design of the table", 1, SEARCHED_RIGS, 1, 1)
+            self._button("Search", lambda: self._run(search_words(self._file, self._out, designs.value)))
+            self._button(
+                "Take the design",
+                lambda: self._run(search_words(self._file, self._out, designs.value, take.value), changes=True),
+            )
+        with self._gui.add_folder("Export the mount", expand_by_default=False):
+            self._button("Export", lambda: self._run(("export", self._file, "-o", f"{self._out}/mount")))
+        with self._gui.add_folder("Short dive", expand_by_default=False):
+            seconds = self._gui.add_slider("duration (s)", 5, 60, 5, 15)
+            self._button("Dive", lambda: self._dive(seconds.value))
+        with self._gui.add_folder("Beside another rig", expand_by_default=False):
+            other = self._gui.add_text("preset or file", "bluerov2")
+            self._button("Put it beside", lambda: self._studio.set_beside(other.value))
+            self._beside = self._gui.add_html("")
+        self._output = self._gui.add_html("")
 
-        @save.on_click
+    @property
+    def _file(self) -> str:
+        """Rig file of commands, which run in its folder."""
+        return self._studio.session.autosave.name
+
+    @property
+    def _out(self) -> str:
+        """Folder for what commands write."""
+        return f"out/{self._studio.session.rig.name}-studio"
+
+    def _button(self, label: str, act: Callable[[], object]) -> None:
+        @self._gui.add_button(label).on_click
         def _(_: Any) -> None:
-            self._studio.save(Path(name.value))
+            act()
 
-        @back.on_click
-        def _(_: Any) -> None:
-            self._studio.back_to_file()
+    def _run(self, words: Sequence[str], *, changes: bool = False, then: Callable[[], None] = lambda: None) -> None:
+        """Run a command; one that `changes` the rig file has it read back when it ends well."""
 
-        self._gui.add_markdown(f"Every change is kept in `{session.autosave}`; the next start goes on from there.")
+        def ended(end: Ended) -> None:
+            self._progress.visible = self._stop.visible = False
+            self._output.content = _preformatted(end.lines)
+            if end.stopped:
+                self._say(f"{words[0]}: stopped", False)
+            elif not end.good:
+                self._say(f"{words[0]}: {end.lines[-1] if end.lines else 'it said nothing'}", True)
+            else:
+                self._say(f"{words[0]}: done", False)
+                if changes:
+                    self._studio.read_back()
+                then()
+
+        if not self._runner.run(words, ended):
+            self._say("another command runs still: wait, or stop it", True)
+            return
+        self._did(command_line(words))
+        self._output.content = ""
+        _set(self._progress, 0.0)
+        self._progress.visible = self._stop.visible = True
+
+    def _command_said(self, line: str, share: float | None) -> None:
+        self._output.content = _preformatted([line])
+        if share is not None:
+            _set(self._progress, 100 * share)
+
+    def _dive(self, seconds: int) -> None:
+        folder = f"{self._out}/dive-{time.strftime('%H%M%S')}"
+        words = dive_words(self._studio.session.autosave, folder, seconds, self._studio.pose.surroundings)
+
+        def watch() -> None:
+            film = self._studio.session.autosave.parent / folder / "overlay.mp4"
+            self._output.content += film_html(film.read_bytes())
+
+        self._run(words, then=watch)
+
+    def close(self) -> None:
+        """Stop what runs."""
+        self._runner.stop()
 
     # What the studio says.
 
@@ -228,6 +328,31 @@ class Page:
             self._show_shell()
             self._show_verdict()
 
+    def _have_other(self, other: Covered) -> None:
+        if self._covered is None:
+            return
+        rows = (
+            ("covered", "{:.1%}", "covered"),
+            ("upper half", "{:.1%}", "upper"),
+            ("lower half", "{:.1%}", "lower"),
+            ("mean field of view", "{:.0f} msr", "mean_msr"),
+            ("resolution", "{:.1f} px/deg", "pixels_per_degree"),
+        )
+        table = "".join(
+            f"<tr><td>{name}&ensp;</td>"
+            + "".join(f"<td>{shown.format(getattr(each, key))}&ensp;</td>" for each in (self._covered, other))
+            + "</tr>"
+            for name, shown, key in rows
+        )
+        names = f"<tr><th></th><th>this rig</th><th>{escape(other.rig.name)}</th></tr>"
+        self._beside.content = f'<table style="font-size:0.9em">{names}{table}</table>'
+
+    def _have_checks(self, checked: Checked) -> None:
+        with self._lock:
+            self._checked = checked
+            self._show_verdict()
+        self._show_pick()
+
     def _have_judgement(self, judged: Judgement) -> None:
         with self._lock:
             self._judged = judged
@@ -238,10 +363,12 @@ class Page:
             return
         self._scene.show_shell(self._covered.shell, visible=self._shell_shown.value)
         rows = [("seen, darker by more poses", (42, 157, 143), self._covered.covered), *self._covered.shell.blind]
-        self._legend.content = "".join(
-            f'<div><span style="display:inline-block;width:0.9em;height:0.9em;background:rgb{colour}"></span> '
-            f"{escape(name)}: {share:.1%}</div>"
-            for name, colour, share in rows
+        self._legend.content = _padded(
+            "".join(
+                f'<div><span style="display:inline-block;width:0.9em;height:0.9em;background:rgb{colour}"></span> '
+                f"{escape(name)}: {share:.1%}</div>"
+                for name, colour, share in rows
+            )
         )
 
     def _show_verdict(self) -> None:
@@ -254,29 +381,56 @@ class Page:
                 ("usable field of view", f"{covered.mean_msr:.0f} msr mean, {covered.most_msr:.0f} msr at most"),
                 ("resolution", f"{covered.pixels_per_degree:.1f} px per degree"),
             ]
+        if self._checked is not None and self._checked.print_s:
+            hours, source = (
+                sum(self._checked.print_s.values()) / 3600,
+                "sliced" if self._checked.sliced else "estimated",
+            )
+            rows.append(("print time", f"{hours:.1f} h, {source}"))
         if self._parts is not None:
             mass = 1000 * sum(self._parts.mass_kg.values())
             rows.append(("mount", f"{mass:.0f} g, {len(self._parts.mass_kg)} parts"))
         table = "".join(f"<tr><td>{escape(name)}&ensp;</td><td><b>{escape(text)}</b></td></tr>" for name, text in rows)
-        self._verdict.content = f"{self._checks()}<table>{table}</table>"
+        self._verdict.content = _padded(f"{self._checks()}<table>{table}</table>")
 
     def _checks(self) -> str:
         if self._judged is None:
             return ""
-        if not self._judged.sentences:
-            return f'<p style="color:{GREEN}">&#10003; good: nothing in the way by its numbers</p>'
-        return "".join(f'<p style="color:{RED}">&#10007; {escape(each)}</p>' for each in self._judged.sentences)
+        if self._judged.sentences:
+            return "".join(_mark(each, wrong=True) for each in self._judged.sentences)
+        said = _mark("the rig: nothing in the way by its numbers", wrong=False)
+        checked = self._checked
+        if checked is None or checked.rig != self._studio.session.rig:
+            return said + '<p style="margin:0.2em 0">the mount is checked when nothing moves, about a minute ...</p>'
+        said += "".join(_mark(each, wrong=True) for each in checked.problems)
+        return said + "".join(_row_mark(*row) for row in checked.rows)
 
     def _pick(self, name: str) -> None:
-        if self._parts is None:
+        self._picked = name
+        self._show_pick()
+
+    def _show_pick(self) -> None:
+        name = self._picked
+        if self._parts is None or name is None:
             return
         mass = self._parts.mass_kg.get(name)
-        weight = "" if mass is None else f", {1000 * mass:.1f} g"
-        self._picked_part.content = f"**{name.replace('_', ' ')}**{weight}"
+        facts = [f"**{name.replace('_', ' ')}**"] + ([] if mass is None else [f"{1000 * mass:.1f} g"])
+        if self._checked is not None and name in self._checked.print_s:
+            facts.append(f"{self._checked.print_s[name] / 3600:.1f} h to print")
+        if self._checked is not None and name in self._checked.clearance_mm:
+            facts.append(f"{self._checked.clearance_mm[name]:.1f} mm clear of what moves past it")
+        self._picked_part.content = ", ".join(facts)
+
+    def _pull(self, direction: FloatArray) -> None:
+        """Turn the gaze to where it is dragged."""
+        if self._studio.look_towards(direction):
+            pose = self._studio.pose
+            _set(self._q1, pose.q1_deg)
+            _set(self._q2, pose.q2_deg)
+            self._scene.turn(pose.q1_deg, pose.q2_deg)
 
     def _say(self, sentence: str, wrong: bool) -> None:
-        mark = "&#10007;" if wrong else "&#10003;"
-        self._said.content = f'<span style="color:{RED if wrong else GREEN}">{mark} {escape(sentence)}</span>'
+        self._said.content = _padded(_mark(sentence, wrong=wrong))
 
     def _did(self, line: str) -> None:
         with self._lock:
@@ -284,9 +438,36 @@ class Page:
                 return
             self._lines.appendleft(line)
             text = "\n".join(self._lines)
-        self._shown_lines.content = f'<pre style="white-space:pre-wrap;user-select:text">{escape(text)}</pre>'
+        self._shown_lines.content = _preformatted([text])
 
 
 def _set(handle: Any, value: Any) -> None:
     if handle.value != value:
         handle.value = value
+
+
+def _padded(html: str) -> str:
+    """HTML as far from the panel's edges as its inputs are."""
+    return f'<div style="padding:0 0.8em;font-size:0.875em">{html}</div>'
+
+
+def _mark(sentence: str, *, wrong: bool) -> str:
+    mark, colour = ("&#10007;", RED) if wrong else ("&#10003;", GREEN)
+    return f'<p style="color:{colour};margin:0.2em 0">{mark} {escape(sentence)}</p>'
+
+
+def _row_mark(check: str, counts: str, nearest: str) -> str:
+    return f'<div title="{escape(nearest)}">{_mark(f"{check}: {counts}", wrong="failed" in counts)}</div>'
+
+
+def _preformatted(lines: Iterable[str]) -> str:
+    text = escape("\n".join(lines))
+    return _padded(
+        f'<pre style="white-space:pre-wrap;overflow-wrap:anywhere;user-select:text;font-size:0.8em">{text}</pre>'
+    )
+
+
+def film_html(film: bytes) -> str:
+    """A film in the page itself: the server has no other files."""
+    source = f"data:video/mp4;base64,{base64.b64encode(film).decode()}"
+    return f'<video src="{source}" controls autoplay muted loop style="width:100%"></video>'

@@ -161,3 +161,30 @@ class Judgement:
 
     rig: Rig
     sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checked:
+    """What the checks of a built mount found.
+
+    Attributes
+    ----------
+    rig : Rig
+    rows : tuple of (str, str, str)
+        Check, how many findings passed, and the one that is nearest to its limit.
+    problems : tuple of str
+        What is wrong.
+    clearance_mm : dict
+        Smallest proven gap of each part that others move past, by its name.
+    print_s : dict
+        Print time of each printed part, by its name; empty when something is wrong.
+    sliced : bool
+        Whether a slicer says so, or it is estimated.
+    """
+
+    rig: Rig
+    rows: tuple[tuple[str, str, str], ...]
+    problems: tuple[str, ...]
+    clearance_mm: dict[str, float]
+    print_s: dict[str, float]
+    sliced: bool

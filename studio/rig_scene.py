@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -13,12 +14,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from cad.colours import colour
+from cad.poses import body_from_group
+from optics.gaze.kinematics import forward_gaze
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.mirror_outline import mirror_outline
 from rigs import Rig
 from rigs.gaze import FlatMirror
+from scenes.light.srgb import srgb_decode
 from studio.results import Parts, Shell, View
 
 FRAMES = {Group.FIXED: "/fixed", Group.PAN: "/pan", Group.TILT: "/m2"}
@@ -30,6 +34,10 @@ CONE = (42, 157, 143)
 TARGET = (200, 30, 30)
 FRUSTUM_M = 0.06
 SHELL_M = 1.0
+UNLIT = "KHR_materials_unlit"
+HANDLE_M, HANDLE_AWAY_M = 0.018, 0.35
+"""Radius of what the gaze is dragged by, and how far from the gimbal it is."""
+BESIDE_M = 0.8
 VIEWPOINT = ((1.9, 1.6, 1.0), (0.15, 0.0, -0.1))
 """Where the page looks from, and what at."""
 
@@ -42,10 +50,18 @@ class RigScene:
     server : ViserServer
     picked : callable
         Takes the name of a part that is clicked.
+    pulled : callable
+        Takes the direction (body frame) that the gaze is dragged to.
     """
 
-    def __init__(self, server: viser.ViserServer, picked: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        picked: Callable[[str], None],
+        pulled: Callable[[FloatArray], None],
+    ) -> None:
         self._scene, self._picked = server.scene, picked
+        self._beside: list[Any] = []
         self._parts: dict[str, Any] = {}
         self._layout: Layout | None = None
         server.initial_camera.position, server.initial_camera.look_at = VIEWPOINT
@@ -55,6 +71,12 @@ class RigScene:
         self._scene.add_light_ambient("/light", intensity=1.2)
         self._frames = {group: self._scene.add_frame(name, show_axes=False) for group, name in FRAMES.items()}
         self._scene.add_frame("/body", axes_length=0.1, axes_radius=0.002)
+        self._handle = self._scene.add_icosphere("/gaze, to be dragged", radius=HANDLE_M, color=CONE)
+
+        @self._handle.on_drag
+        async def _(event: viser.SceneNodeDragEvent[Any]) -> None:
+            if self._layout is not None:
+                pulled(np.array(event.end_position) - self._layout.body_from_gimbal.translation)
 
     def lay_out(self, rig: Rig) -> None:
         """Draw what follows from the rig's numbers alone: camera, port's axis, mirrors."""
@@ -83,6 +105,8 @@ class RigScene:
         ):
             frame = self._frames[group]
             frame.wxyz, frame.position = pose.rotation.as_quat(scalar_first=True), pose.translation
+        gaze = forward_gaze(self._layout, q1, q2).direction
+        self._handle.position = self._layout.body_from_gimbal.translation + HANDLE_AWAY_M * gaze
 
     def put_parts(self, parts: Parts) -> None:
         """Draw the parts of hull and mount in the place of those before."""
@@ -91,6 +115,27 @@ class RigScene:
             self._parts.pop(gone).remove()
         for mesh in parts.meshes:
             self._put(mesh)
+
+    def put_beside(self, parts: Parts) -> None:
+        """Draw another rig to the left of this one, its joints at zero or as near as they come."""
+        for before in self._beside:
+            before.remove()
+        layout, joints = Layout.from_rig(parts.rig), parts.rig.require_gaze().joints
+        q1, q2 = (float(np.radians(np.clip(0, joint.min_deg, joint.max_deg))) for joint in (joints.pan, joints.tilt))
+        place = RigidTransform.from_translation([0.0, BESIDE_M, 0.0])
+        self._beside = [
+            self._scene.add_mesh_simple(
+                f"/beside/{mesh.name}",
+                mesh.vertices_m,
+                mesh.faces,
+                color=colour(mesh.role),
+                flat_shading=True,
+                side="double",
+                **_placed(place * body_from_group(layout, mesh.group, q1, q2)),
+            )
+            for mesh in parts.meshes
+        ]
+        self._beside.append(self._scene.add_label("/beside/name", parts.rig.name, position=(0.0, BESIDE_M, 0.25)))
 
     def show_light(self, view: View) -> None:
         """Draw central ray, gaze cone and target of a view."""
@@ -118,13 +163,11 @@ class RigScene:
 
     def show_shell(self, shell: Shell, *, visible: bool) -> None:
         """Draw the covered sphere."""
-        colours = np.concatenate([shell.colours, np.full((len(shell.colours), 1), 255, dtype=np.uint8)], axis=1)
-        # One normal for all: a colour of the legend is that colour everywhere.
-        normals = np.tile([0.0, 0.0, 1.0], (len(shell.vertices), 1))
-        mesh = trimesh.Trimesh(
-            shell.vertices, shell.faces, process=False, vertex_colors=colours, vertex_normals=normals
-        )
-        self._scene.add_glb("/covered sphere", _glb(mesh), scale=SHELL_M, visible=visible, cast_shadow=False)
+        # A GLB's colours are linear.
+        linear = np.round(255 * srgb_decode(shell.colours / 255)).astype(np.uint8)
+        colours = np.concatenate([linear, np.full((len(linear), 1), 255, dtype=np.uint8)], axis=1)
+        mesh = trimesh.Trimesh(shell.vertices, shell.faces, process=False, vertex_colors=colours)
+        self._scene.add_glb("/covered sphere", unlit_glb(mesh), scale=SHELL_M, visible=visible, cast_shadow=False)
 
     def _node(self, mesh: PartMesh) -> str:
         return f"{FRAMES[mesh.group]}/{mesh.name}"
@@ -170,7 +213,20 @@ def _placed(pose: RigidTransform) -> dict[str, Any]:
     return {"wxyz": pose.rotation.as_quat(scalar_first=True), "position": pose.translation}
 
 
-def _glb(mesh: trimesh.Trimesh) -> bytes:
+def unlit_glb(mesh: trimesh.Trimesh) -> bytes:
+    """GLB of a mesh whose colours are shown as they are: a colour of the legend is that colour everywhere."""
     file = io.BytesIO()
     mesh.export(file, file_type="glb")
-    return file.getvalue()
+    glb = file.getvalue()
+    # Twelve bytes of header, then chunks: length, kind, content; the first is JSON.
+    length = int.from_bytes(glb[12:16], "little")
+    described = json.loads(glb[20 : 20 + length])
+    described["extensionsUsed"] = [UNLIT]
+    described["materials"] = [{"extensions": {UNLIT: {}}}]
+    for primitive in described["meshes"][0]["primitives"]:
+        primitive["material"] = 0
+    text = json.dumps(described).encode()
+    text += b" " * (-len(text) % 4)
+    rest = glb[20 + length :]
+    size = 20 + len(text) + len(rest)
+    return glb[:8] + size.to_bytes(4, "little") + len(text).to_bytes(4, "little") + glb[16:20] + text + rest

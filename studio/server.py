@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -12,6 +13,12 @@ from studio.controller import Studio
 from studio.session import Session
 
 MISSING = "the studio needs viser, which is not installed: pip install 'mirrorgaze[studio]'"
+
+
+def check_viser() -> None:
+    """Raise a `ValueError` that says what to do when viser is missing."""
+    if importlib.util.find_spec("viser") is None:
+        raise ValueError(MISSING)
 
 
 @contextmanager
@@ -31,10 +38,9 @@ def served(session: Session, *, port: int = 0, width_px: int = 640) -> Iterator[
     ValueError
         When viser is missing, or the port is taken.
     """
-    try:
-        import viser  # noqa: PLC0415  (an extra)
-    except ImportError:
-        raise ValueError(MISSING) from None
+    check_viser()
+    import viser  # noqa: PLC0415  (an extra)
+
     from studio.door import LOOPBACK, Door  # noqa: PLC0415
     from studio.page import Page  # noqa: PLC0415
 
@@ -48,11 +54,14 @@ def served(session: Session, *, port: int = 0, width_px: int = 640) -> Iterator[
                 f"--port {port}: expected a free port; {server.get_port()} is one, without --port any is found"
             )
         studio = Studio(session, width_px=width_px)
+        page = Page(server, studio)
         try:
-            Page(server, studio).open()
+            page.open()
             yield door.address(server.get_port())
         finally:
+            page.close()
             studio.close()
+            session.close()
     finally:
         with redirect_stdout(StringIO()):
             server.stop()

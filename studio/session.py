@@ -143,6 +143,12 @@ class Session:
         """Take over what a command wrote into the autosaved file, as one step."""
         return self.replace(read_toml(self.autosave, source=str(self.autosave)))
 
+    def close(self) -> None:
+        """Take the kept file away when it says nothing that the rig file does not say."""
+        with self._lock:
+            if self._text == text_for(self._file, self.autosave.parent):
+                self.autosave.unlink(missing_ok=True)
+
     def _step(self, text: str, gesture: tuple[str, ...]) -> None:
         rig = self._parsed(text)
         now = self._clock()

@@ -23,10 +23,10 @@ JOIN_S = 5.0
 
 @dataclass(frozen=True)
 class Failed:
-    """What went wrong with a piece of work, in a sentence; `is_input` when the rig or scene is what is wrong."""
+    """What went wrong with a piece of work, in a sentence; `stopped` when that was asked for."""
 
     sentence: str
-    is_input: bool
+    stopped: bool = False
 
 
 class Asked(Protocol):
@@ -61,6 +61,7 @@ class Worker:
         self._condition = threading.Condition()
         self._closed = False
         self._running: str | None = None
+        self._stopped = False
         self._process: SpawnProcess | None = None
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
@@ -79,6 +80,7 @@ class Worker:
         with self._condition:
             self._pending.pop(topic, None)
             if self._running == topic and self._process is not None:
+                self._stopped = True
                 self._process.terminate()
 
     def close(self) -> None:
@@ -104,7 +106,7 @@ class Worker:
                 work, arguments = self._pending.pop(topic)
                 if pipe is None or self._process is None or not self._process.is_alive():
                     pipe = self._start()
-                self._running = topic
+                self._running, self._stopped = topic, False
             try:
                 pipe.send((work, arguments))
                 answer = pipe.recv()
@@ -115,7 +117,7 @@ class Worker:
                 if self._closed:
                     return
             if pipe is None:
-                answer = Failed(f"the process that was at {topic!r} ended before it was done", is_input=False)
+                answer = Failed("its process ended before it was done", stopped=self._stopped)
             self._answered(topic, answer)
 
     def _start(self) -> Connection:
@@ -144,6 +146,6 @@ def _done(work: str, arguments: tuple[Any, ...]) -> Any:
     try:
         return resolve_name(work)(*arguments)
     except ValueError as error:
-        return Failed(str(error), is_input=True)
+        return Failed(str(error))
     except Exception as error:
-        return Failed(f"{type(error).__name__}: {error}", is_input=False)
+        return Failed(f"{type(error).__name__}: {error}")

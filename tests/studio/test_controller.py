@@ -1,10 +1,24 @@
 """The studio without page and processes: what it asks, what it drops, what it says."""
 
+import numpy as np
 import pytest
 
 from rigs import Rig
 from studio import controller
-from studio.controller import COARSE, FINE, JUDGEMENT, LIGHT, PARTS, VIEW, Crew, Heard, Studio
+from studio.controller import (
+    CHECKS,
+    COARSE,
+    FINE,
+    JUDGEMENT,
+    LIGHT,
+    OTHER_COVERAGE,
+    OTHER_PARTS,
+    PARTS,
+    VIEW,
+    Crew,
+    Heard,
+    Studio,
+)
 from studio.results import Parts
 from studio.session import Session
 from studio.surroundings import Surroundings
@@ -35,7 +49,7 @@ class Desk:
 @pytest.fixture
 def studio(tmp_path, monkeypatch):
     monkeypatch.setattr(controller, "REST_S", 1e6)
-    desks = Crew(images=Desk(), analyses=Desk(), light=Desk())
+    desks = Crew(images=Desk(), analyses=Desk(), slow=Desk())
     studio = Studio(Session("aqua2", folder=tmp_path), crew=lambda answered: desks)
     studio.desks, studio.said, studio.lines = desks, [], []
     studio.heard = Heard(said=lambda *each: studio.said.append(each), did=studio.lines.append)
@@ -97,18 +111,42 @@ def test_full_light_is_found_once_at_rest_and_what_is_stale_is_stopped(studio):
     have_parts(studio)
     studio._rested()
     studio._rested()
-    assert studio.desks.light.topics() == ["stop", LIGHT]
+    assert studio.desks.slow.topics() == ["stop", LIGHT, CHECKS]
     studio.desks.images.asked.clear()
     studio._answered(LIGHT, studio.session.rig)
     assert studio.desks.images.asked[0][1].full
     studio.surround(depth_m=9.0)
     studio._rested()
-    assert studio.desks.light.topics() == ["stop", LIGHT]
+    assert studio.desks.slow.topics() == ["stop", LIGHT]
     assert "--depth-m 9" in studio.lines[-1]
+    studio.change("gaze_mirror.width_mm", 66.0)
+    assert studio.desks.slow.asked == [("stop", CHECKS)]
+
+
+def test_the_gaze_goes_where_it_is_dragged(studio):
+    studio.start()
+    azimuth, elevation = np.radians([25.0, 14.0])
+    level = np.cos(elevation)
+    assert studio.look_towards(2 * np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]))
+    assert (studio.pose.q1_deg, studio.pose.q2_deg) == pytest.approx((25.0, 7.0))
+    assert not studio.look_towards([0.0, 0.0, -1.0])
+    assert (studio.pose.q1_deg, studio.pose.q2_deg) == pytest.approx((25.0, 7.0))
+
+
+def test_another_rig_is_looked_at_beside(studio):
+    studio.start()
+    studio.desks.analyses.asked.clear()
+    assert studio.set_beside("bluerov2")
+    assert studio.desks.analyses.topics() == [OTHER_PARTS, OTHER_COVERAGE]
+    assert studio.lines[-1].startswith("mirrorgaze compare-designs .aqua2-")
+    assert not studio.set_beside("nothing")
+    assert not studio.set_beside("bench")
+    assert "expected a rig with mirrors" in studio.said[-1][0]
 
 
 def test_what_fails_is_said(studio):
-    studio._answered(PARTS, Failed("no such mount", is_input=True))
+    studio._answered(PARTS, Failed("no such mount"))
+    studio._answered(CHECKS, Failed("its process ended before it was done", stopped=True))
     assert studio.said == [("mount: no such mount", True)]
 
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import urllib.error
 import urllib.request
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -41,8 +42,9 @@ RED = 2.0
 LOOKS = 100
 HARMLESS = "favicon"
 
-READ_IMAGE = """() => {
+READ_IMAGE = """async () => {
   const image = document.querySelector('img');
+  await image.decode();
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
   canvas.getContext('2d').drawImage(image, 0, 0);
@@ -107,7 +109,17 @@ def page(browser, served):
 
 def image(page):
     """What the page shows of the camera, shape (height, width, 3)."""
-    png = base64.b64decode(page.evaluate(READ_IMAGE).partition(",")[2])
+    # An image that another one replaces while it is decoded cannot be read.
+    for _ in range(LOOKS):
+        with suppress(playwright.Error):
+            return pixels(page.evaluate(READ_IMAGE))
+        page.wait_for_timeout(50)
+    pytest.fail("the page shows no image")
+
+
+def pixels(source):
+    """Pixels of a PNG in a data address."""
+    png = base64.b64decode(source.partition(",")[2])
     return cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_COLOR)[..., ::-1].astype(np.float64)
 
 
@@ -197,16 +209,28 @@ def test_a_change_is_judged_and_undo_restores_the_bytes(page, folder):
     page.get_by_role("tab", name="Design").click()
     page.get_by_role("button", name="Undo").click()
     assert waited_for(page, lambda: kept.read_bytes() == before)
+    assert waited_for(page, lambda: slider(page, "M2 width (mm)").input_value() == "80")
 
 
 def test_saves_a_rig_file(page, folder):
     put(page, "M2 width (mm)", 90)
-    page.get_by_role("tab", name="File").click()
-    page.get_by_role("button", name="Save").click()
+    kept = next(folder.glob(".aqua2-*.studio.toml"))
+    assert waited_for(page, lambda: "width_mm = 90" in kept.read_text())
+    page.get_by_role("tab", name="Work").click()
+    page.get_by_role("button", name="Save", exact=True).click()
     file = folder / "my-aqua2.toml"
     page.get_by_text(re.compile("my-aqua2.toml: saved")).wait_for()
     assert Rig.load(file).gaze.gaze_mirror.width_mm == 90
     assert "# nominal (d1 of figure 3)" in file.read_text()
+
+
+def test_two_browsers_see_the_same_rig(browser, served, page):
+    with browser.new_context() as context:
+        other = context.new_page()
+        other.goto(served.address)
+        slider(other, "q1, pan (deg)").wait_for()
+        put(page, "q1, pan (deg)", 12)
+        assert waited_for(page, lambda: slider(other, "q1, pan (deg)").input_value() == "12")
 
 
 @pytest.mark.parametrize(

@@ -138,3 +138,12 @@ def test_a_users_file_is_kept_beside_it(tmp_path):
     session.undo()
     session.back_to_file()
     assert session.rig.gaze.gaze_mirror.width_mm == 66.0
+
+
+def test_nothing_is_left_of_a_session_that_changed_nothing(session):
+    session.change({"gaze_mirror.width_mm": 66.0})
+    session.close()
+    assert session.autosave.is_file()
+    session.undo()
+    session.close()
+    assert not session.autosave.exists()

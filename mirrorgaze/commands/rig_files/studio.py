@@ -26,17 +26,17 @@ def studio(
     """Open a rig on a local web page.
 
     Turn the joints, change the design, see what follows. Prints an address that works on this machine only, and only
-    with the token in it; Ctrl-C ends it. Each change is
-    kept in a file beside the rig's (of a preset, in the working directory), from which the next start goes on; the rig
-    file itself changes when you save it.
+    with the token in it; Ctrl-C ends it. Each change is kept in a file beside the rig's (of a preset, in the working
+    directory), from which the next start goes on; the rig file itself changes when you save it.
 
     \b
     Example:
       mirrorgaze studio aqua2 --open
     """
-    from studio.server import serve_until_interrupted
+    from studio.server import check_viser, serve_until_interrupted
     from studio.session import Session
 
+    check_viser()
     session = Session(rig)
 
     def opened(address: str) -> None:
