@@ -20,7 +20,7 @@ from rigs.atomic_files import write_text
 
 STATE_FILE = ".stages.json"
 
-STAGES_VERSION = 7
+STAGES_VERSION = 8
 """Raised when a stage computes or writes something else for the same rig and settings."""
 
 Log = Callable[[str], None]

@@ -25,16 +25,22 @@ POLE_DEG = 88
 
 
 @dataclass(frozen=True, kw_only=True)
-class GridSummary(CoverageSummary):
-    """A coverage in numbers, with the largest step of the joints, the triangles of all parts, and what would help.
+class OpenedSummary(CoverageSummary):
+    """A coverage in numbers, with what to change for each blind patch."""
 
-    `covered_range` says how far the covered fraction is off, `openings` what to change for each blind patch.
+    openings: tuple[Opening, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GridSummary(OpenedSummary):
+    """A coverage in numbers, with the largest step of the joints and the triangles of all parts.
+
+    `covered_range` says how far the covered fraction is off.
     """
 
     step_deg: float
     triangles: int
     covered_range: CoveredRange
-    openings: tuple[Opening, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,8 +77,8 @@ def coverage_page(rig: Rig, results: CoverageResults, figures: Path) -> str:
         content.section(
             "Directions",
             image("coverage.png", _CAPTIONS["coverage"]),
-            _blind_table(found.blind_patches),
-            *_openings_table(found),
+            blind_table(found.blind_patches),
+            *openings_blocks(found),
         ),
         content.section(
             "Usable field of view",
@@ -151,7 +157,8 @@ def _shares(found: CoverageSummary) -> list[list[str]]:
     ]
 
 
-def _blind_table(patches: tuple[BlindPatch, ...]) -> content.Block:
+def blind_table(patches: tuple[BlindPatch, ...]) -> content.Block:
+    """Table of the largest blind patches and what blinds them."""
     if not patches:
         return content.paragraph("No direction is blind.")
     words = {cause_name(cause): name for cause, name in CAUSE_NAMES.items()}
@@ -178,7 +185,7 @@ def _range(covered: CoveredRange) -> str:
     return f"{covered.low:.1%} to {covered.high:.1%}"
 
 
-def _openings_table(found: GridSummary) -> tuple[content.Block, ...]:
+def openings_blocks(found: OpenedSummary) -> tuple[content.Block, ...]:
     """What to change for each patch, the most that is gained first."""
     if not found.openings:
         return (content.paragraph("No change of one number opens a blind patch without taking more elsewhere."),)

@@ -8,6 +8,7 @@ from pathlib import Path
 from optics.coverage.summary import CoverageSummary, name_of
 from reports.figures.plotting import OUTCOME_NAMES
 from reports.pages import content
+from reports.pages.coverage import OpenedSummary, blind_table, openings_blocks
 from reports.pages.dive import DiveResults, dive_section
 from reports.pages.mount import (
     MountResults,
@@ -81,7 +82,7 @@ class Exterior:
 class DesignResults:
     """What the page reports of a design, and a summary holds for machines; None for what was not made."""
 
-    coverage: CoverageSummary | None = None
+    coverage: OpenedSummary | None = None
     outside: Exterior | None = None
     mount: MountResults | None = None
     tolerance: ToleranceResults | None = None
@@ -116,7 +117,7 @@ def _views_section(views: Views, folder: Path) -> content.Section:
     return content.section("What the camera sees", content.gallery(images))
 
 
-def _coverage_section(found: CoverageSummary, folder: Path) -> content.Section:
+def _coverage_section(found: OpenedSummary, folder: Path) -> content.Section:
     return content.section(
         "Usable field of view and coverage",
         content.figure(folder / "coverage/usable_fov.png", f"{found.poses} poses over the joint ranges"),
@@ -125,6 +126,8 @@ def _coverage_section(found: CoverageSummary, folder: Path) -> content.Section:
             "All directions around the robot, equal areas equal; red: where the axis can point",
         ),
         content.table(["Where the image goes, mean over all poses", "Share"], _shares(found), numbers=[1]),
+        blind_table(found.blind_patches),
+        *openings_blocks(found),
     )
 
 

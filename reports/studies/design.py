@@ -21,7 +21,9 @@ from cad.export.drawings.manifest import HASH_DIGITS, rig_hash
 from dives import Dive, dive_verdict, run_dive
 from dives.validation import validation_dive
 from optics.coverage.coverage import compute_coverage
-from optics.coverage.summary import CoverageSummary, coverage_summary
+from optics.coverage.openings.openings import blind_openings
+from optics.coverage.summary import coverage_summary
+from optics.feasibility.feasibility import feasibility_problems
 from optics.feasibility.requirements import Achieved, judged
 from optics.gaze.kinematics import inverse_gaze
 from optics.kernels.arrays import FloatArray
@@ -30,6 +32,7 @@ from optics.tolerance.tolerance import PERCENTILES, tolerance_study
 from reports.figures.plotting import draw_usable_fov
 from reports.figures.sphere import draw_coverage
 from reports.figures.tolerance import write_tolerances
+from reports.pages.coverage import OpenedSummary
 from reports.pages.design import DIVE, DesignResults, DesignView, Exterior, Views
 from reports.pages.dive import DiveResults
 from reports.pages.mount import CheckedMount, MountResults, mount_results
@@ -140,7 +143,7 @@ def design(
     made_before = stages.recall("mount", MountResults) is not None
     mount = _checked_mount(rig, log) if "mount" in only and not made_before else None
     makers: dict[str, tuple[type[Any], Callable[[], tuple[Any, list[Path]]]]] = {
-        "coverage": (CoverageSummary, lambda: _coverage(rig, folder, grid)),
+        "coverage": (OpenedSummary, lambda: _coverage(rig, folder, grid)),
         "outside": (Exterior, lambda: _outside(rig, folder)),
         "mount": (MountResults, lambda: _mount(mount or _checked_mount(rig, log), folder, log)),
         "tolerance": (ToleranceResults, lambda: _tolerance(rig, folder)),
@@ -263,10 +266,11 @@ def _outside(rig: Rig, folder: Path) -> tuple[Exterior, list[Path]]:
     return Exterior(files=tuple(f"views/{path.name}" for path in files), caption=EXTERIOR_CAPTION), files
 
 
-def _coverage(rig: Rig, folder: Path, grid: MapGrid) -> tuple[CoverageSummary, list[Path]]:
+def _coverage(rig: Rig, folder: Path, grid: MapGrid) -> tuple[OpenedSummary, list[Path]]:
     layout = Layout.from_rig(rig)
     q1, q2 = (joint.values(grid.poses) for joint in (layout.pan, layout.tilt))
-    result = compute_coverage(rig, rig_meshes(rig), q1=q1, q2=q2, columns=grid.columns, rows=grid.rows)
+    meshes = rig_meshes(rig)
+    result = compute_coverage(rig, meshes, q1=q1, q2=q2, columns=grid.columns, rows=grid.rows)
     target = folder / "coverage"
     target.mkdir(parents=True, exist_ok=True)
     files = [target / name for name in ("usable_fov.png", "coverage.png", "poses.csv", "sphere.csv")]
@@ -274,7 +278,15 @@ def _coverage(rig: Rig, folder: Path, grid: MapGrid) -> tuple[CoverageSummary, l
     draw_coverage(result, rig, files[1])
     write_poses(result, rig, files[2])
     write_sphere(result, files[3])
-    return coverage_summary(result, image_cells=(grid.columns, grid.rows)), files
+    summary = coverage_summary(result, image_cells=(grid.columns, grid.rows))
+    openings = blind_openings(
+        rig,
+        meshes,
+        result,
+        possible=lambda changed: not feasibility_problems(changed),
+        stowed=rig_meshes(rig, stowed=True) if rig.require_gaze().joints.stow else None,
+    )
+    return OpenedSummary(**vars(summary), openings=tuple(openings)), files
 
 
 def _dive(rig: Rig, dive: Dive, folder: Path, log: Log) -> tuple[DiveResults, list[Path]]:

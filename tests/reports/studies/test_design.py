@@ -19,6 +19,7 @@ from cad.checks.printing.orientation import print_findings
 from cad.export import mount
 from dives.dive import varied
 from dives.validation import validation_dive
+from optics.coverage.openings.openings import Opening
 from optics.coverage.outcome import Outcome
 from reports.pages.dive import CAPTIONS, DiveResults
 from reports.pages.mount import MountResults
@@ -45,8 +46,23 @@ SLOW_FILES = ("write_drawings", "write_steps", "write_robot")
 """Of an export: tests/cad/export look at them. What the report says of a mount does not depend on them."""
 
 
+OPENING = Opening(
+    patch=0,
+    key="gaze_mirror.width_mm",
+    before=80.0,
+    after=120.0,
+    unit="mm",
+    also="",
+    gained_sr=0.1,
+    share=0.18,
+    net_sr=0.2,
+)
+"""What to change takes seconds on any grid; tests/optics/coverage and the coverage report's tests look at it."""
+
+
 def made_design(folder, log):
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study, "blind_openings", lambda *_, **__: [OPENING])
         patch.setenv("SOURCE_DATE_EPOCH", str(DAY))
         return design(RIG, folder, log=log, dive=DIVE, grid=GRID)
 
@@ -213,7 +229,10 @@ def test_a_second_run_changes_nothing_and_repeats_nothing(made, tmp_path):
 def test_the_page_shows_what_was_made_and_says_what_was_not(made, tmp_path):
     folder = tmp_path / "aqua2"
     lines = []
-    page = design(RIG, folder, log=lines.append, dive=DIVE, grid=GRID, only=["coverage"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study, "blind_openings", lambda *_, **__: [OPENING])
+        page = design(RIG, folder, log=lines.append, dive=DIVE, grid=GRID, only=["coverage"])
+    assert "gaze_mirror.width_mm: 80 → 120 mm" in page.read_text(encoding="utf-8")
     assert lines == ["coverage ...", f"{page} shows coverage"]
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["coverage"] == json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["coverage"]
