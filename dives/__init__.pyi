@@ -14,6 +14,9 @@ from .ensembles.run import run_ensemble as run_ensemble
 from .metrics import dive_metrics as dive_metrics
 from .metrics.verdict import Verdict as Verdict
 from .metrics.verdict import dive_verdict as dive_verdict
+from .planning.plan import DivePlan as DivePlan
+from .planning.plan import plan_dive as plan_dive
+from .planning.starter import create_dive_file as create_dive_file
 from .runner import ClosedLoop as ClosedLoop
 from .runner import DiveStoppedError as DiveStoppedError
 from .runner import run_dive as run_dive

@@ -1,8 +1,6 @@
 """What a loop made of one dive of the arena, against what it could have done.
 
-A target that no gaze shows, or that something stands before, cannot be held. *Available* is it where some joint values
-show its direction past hull and mount (`optics.coverage`), and nothing of the world and no decoy lies between the gaze
-mirror's centre and its own.
+A target that no gaze shows, or that something stands before, cannot be held (`dives.planning.availability`).
 """
 
 from __future__ import annotations
@@ -19,24 +17,9 @@ from dives.metrics.frames import BoolArray, Frames, share, unit_vectors
 from dives.metrics.holding import Loss, losses, not_found_causes, runs
 from dives.metrics.pointing import pointing_metrics
 from dives.metrics.search_time import search_time_metrics
-from dives.paths import body_pose, decoy_pose, target_pose
-from dives.rendered_camera import dive_scene
-from optics.coverage.coverage import compute_coverage
-from optics.coverage.sphere import cells_of
-from optics.kernels.arrays import FloatArray
-from optics.kernels.backend import Array3f32, Bool, Float32, mi
-from optics.kernels.cache import load_or_make, result_key
-from optics.kernels.ray_scene import mesh_scene
-from optics.layout import Layout
+from dives.planning.availability import availability
 from optics.mesh import PartMesh
 from rigs import Rig
-from scenes.stage.targets import Ball
-
-COVERED_VERSION = 1
-"""Raised when the same rig is found to show other directions."""
-
-NSIDE, POSES = 32, 41
-"""Cells of 1.8 degrees, and poses along each joint's range, at most 5 degrees apart: a view is 20 wide."""
 
 SHORTEST_AVAILABLE_S = 2.0
 """A dive whose target is available for less says nothing of the loop."""
@@ -62,7 +45,7 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
         Its log.
     """
     frames = Frames.of(table)
-    available = is_available(dive, rig, parts, frames)
+    available = availability(dive, rig, parts, frames.time_s).available
     after, lasts = frames.after_acquisition, frames.lasts_s
     on = followed_thing(frames, np.array(table["detected_thing"].to_pylist(), dtype=np.str_))
     counted = [loss for loss in losses(frames) if _seconds(frames, available, loss) >= SHORTEST_LOSS_S]
@@ -86,48 +69,6 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
         "not_found_causes_frames": not_found_causes(frames, available),
         "loss_causes": [[loss.start_s, loss.duration_s, loss.cause, loss.reacquired] for loss in counted],
     }
-
-
-def is_available(dive: Dive, rig: Rig, parts: Sequence[PartMesh], frames: Frames) -> BoolArray:
-    """Whether the loop could hold the target, shape (n,)."""
-    true = unit_vectors(frames.numbers["true_azimuth_deg"], frames.numbers["true_elevation_deg"])
-    within = covered_cells(rig, parts)[cells_of(true, NSIDE)]
-    times_s = frames.time_s
-    eye = body_pose(dive, times_s).apply(Layout.from_rig(rig).body_from_gimbal.translation)
-    target = target_pose(dive, times_s).translation
-    hidden = _behind_world(dive, rig, eye, target)
-    for decoy in dive.decoys:
-        shape = decoy.load_shape()
-        if isinstance(shape, Ball):
-            hidden |= crosses_ball(eye, target, decoy_pose(dive, decoy, times_s).translation, shape.radius_m)
-    return np.asarray(within & ~hidden)
-
-
-def covered_cells(rig: Rig, parts: Sequence[PartMesh]) -> BoolArray:
-    """Cells of the sphere of directions (HEALPix, `NSIDE`) that some joint values show; from the cache when it can."""
-
-    def covered() -> BoolArray:
-        q1, q2 = (np.linspace(*joint.limits, POSES) for joint in (layout.pan, layout.tilt))
-        return compute_coverage(rig, parts, q1=q1, q2=q2, nside=NSIDE).covered
-
-    layout = Layout.from_rig(rig)
-    numbers = rig.model_dump(mode="json", include={"camera", "port", "water", "gaze"})
-    shapes = [[part.group.value, part.vertices_m, part.faces] for part in parts]
-    return load_or_make(
-        "covered directions",
-        result_key("covered directions", COVERED_VERSION, numbers, shapes, NSIDE, POSES),
-        covered,
-        pack=lambda cells: {"cells": cells},
-        unpack=lambda stored: stored["cells"],
-    )
-
-
-def crosses_ball(start: FloatArray, end: FloatArray, centre: FloatArray, radius_m: float) -> BoolArray:
-    """Whether segments pass through balls, each of shape (n, 3)."""
-    along = end - start
-    share_of_it = np.clip(((centre - start) * along).sum(axis=1) / (along**2).sum(axis=1), 0, 1)
-    nearest = start + share_of_it[:, np.newaxis] * along
-    return np.asarray(np.linalg.norm(centre - nearest, axis=1) < radius_m)
 
 
 def followed_thing(frames: Frames, detected: NDArray[np.str_]) -> NDArray[np.str_]:
@@ -156,13 +97,3 @@ def _rate(frames: Frames, available: BoolArray) -> float | None:
     true = unit_vectors(frames.numbers["true_azimuth_deg"], frames.numbers["true_elevation_deg"])
     turned = np.degrees(np.linalg.norm(np.gradient(true, frames.time_s, axis=0), axis=1))
     return float(np.percentile(turned[available], 95)) if available.any() else None
-
-
-def _behind_world(dive: Dive, rig: Rig, eye: FloatArray, target: FloatArray) -> BoolArray:
-    world = dive_scene(dive, rig).world
-    if len(world.faces) == 0:
-        return np.zeros(len(eye), dtype=bool)
-    away = np.linalg.norm(target - eye, axis=1)
-    origin, direction = (Array3f32(*each.T.astype(np.float32)) for each in (eye, (target - eye) / away[:, np.newaxis]))
-    ray = mi.Ray3f(origin, direction, Float32(away.astype(np.float32)), 0.0, [])
-    return np.asarray(mesh_scene(world.vertices_m, world.faces).ray_test(ray, coherent=True, active=Bool(True)).numpy())

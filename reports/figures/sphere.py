@@ -49,15 +49,15 @@ def draw_coverage(coverage: Coverage, rig: Rig, path: Path) -> None:
     """Map of all directions around the robot: how many poses see each, and why the blind ones are blind."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.5, 5.2), layout="constrained")
-        axes = _map_axes(figure, 111)
+        axes = map_axes(figure, 111)
         seeing = np.where(coverage.covered, coverage.poses_seeing, np.nan)
         norm = LogNorm(vmin=1, vmax=max(2, coverage.poses_seeing.max()))
-        image = _paint(axes, coverage.nside, seeing, norm)
+        image = paint(axes, coverage.nside, seeing, norm)
         causes = blind_causes(coverage)
         present = [cause for cause in CAUSE_NAMES if (causes == cause).any()]
         for cause in present:
-            _paint(axes, coverage.nside, np.where(causes == cause, 1.0, np.nan), colour=CAUSE_COLOURS[cause])
-        _outline_of_gaze(axes, rig)
+            paint(axes, coverage.nside, np.where(causes == cause, 1.0, np.nan), colour=CAUSE_COLOURS[cause])
+        outline_of_gaze(axes, rig)
         marks: list[Artist] = [Patch(facecolor=CAUSE_COLOURS[cause], edgecolor=INK, linewidth=0.4) for cause in present]
         names = [f"blind: {CAUSE_NAMES[cause]}" for cause in present]
         marks.append(Line2D([], [], color=GAZE_COLOUR, linewidth=1.2))
@@ -72,13 +72,13 @@ def draw_coverage_of_two(first: Coverage, second: Coverage, names: tuple[str, st
     """Map of the directions that both of two rigs see, or only one of them; their spheres have the same cells."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.5, 5.2), layout="constrained")
-        axes = _map_axes(figure, 111)
+        axes = map_axes(figure, 111)
         a, b = first.covered, second.covered
         shares = ((f"only {names[0]}", a & ~b), (f"only {names[1]}", b & ~a), ("both", a & b), ("neither", ~a & ~b))
         marks = []
         for (name, cells), colour in zip(shares, OF_TWO_COLOURS, strict=True):
             if cells.any():
-                _paint(axes, first.nside, np.where(cells, 1.0, np.nan), colour=colour)
+                paint(axes, first.nside, np.where(cells, 1.0, np.nan), colour=colour)
             marks.append(Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=f"{name}: {cells.mean():.1%}"))
         figure.legend(handles=marks, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
         axes.set_title(f"Directions seen through both mirrors: {names[0]} and {names[1]}", pad=14)
@@ -100,15 +100,16 @@ def draw_resolution(coverage: Coverage, rig: Rig, path: Path) -> None:
         left.set_xlabel("u (px)")
         left.set_ylabel("v (px)")
         left.set_title("Pixels per degree across the image")
-        right = _map_axes(figure, grid[1])
+        right = map_axes(figure, grid[1])
         best = np.where(coverage.covered, coverage.pixels_per_degree, np.nan)
-        image = _paint(right, coverage.nside, best, colour_map="cividis")
+        image = paint(right, coverage.nside, best, colour_map="cividis")
         right.set_title("Best that any pose gives a direction (grey: blind)", pad=14)
         figure.colorbar(image, ax=right, label="pixels per degree in the water", shrink=0.75)
         save_figure(figure, path)
 
 
-def _map_axes(figure: Figure, place: Any) -> Axes:
+def map_axes(figure: Figure, place: Any) -> Axes:
+    """Axes of a map of all directions, at a place that `Figure.add_subplot` takes; longitude is minus azimuth."""
     axes: Axes = figure.add_subplot(place, projection="mollweide")
     axes.set_facecolor(REACH_COLOUR)
     # Matplotlib counts longitude to the right; azimuth grows to the left.
@@ -124,7 +125,7 @@ def _map_axes(figure: Figure, place: Any) -> Axes:
     return axes
 
 
-def _paint(
+def paint(
     axes: Axes,
     nside: int,
     values: NDArray[np.float64],
@@ -149,7 +150,7 @@ def _paint(
     )
 
 
-def _outline_of_gaze(axes: Axes, rig: Rig) -> None:
+def outline_of_gaze(axes: Axes, rig: Rig) -> None:
     """Edge of the joint limits in gaze directions: where the optical axis itself can point."""
     layout = Layout.from_rig(rig)
     q1, q2 = layout.pan.values(181), layout.tilt.values(361)

@@ -1,4 +1,4 @@
-"""The report of a finished dive: its folder read, its figures and key frames made, and all of it on a page."""
+"""What is written of a dive: its plan before it, and the report of its folder after it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,30 @@ import json
 import tomllib
 from pathlib import Path
 
+from cad import rig_meshes
+from dives.dive import Dive
 from dives.metrics.frames import Frames
 from dives.metrics.holding import losses
+from dives.planning.plan import DivePlan, plan_dive
 from reports.figures.dive import write_dive_figures
+from reports.figures.plan import draw_plan
 from reports.pages.dive import OVERLAY, DiveResults, dive_page, verdict
 from reports.studies.key_frames import key_frames, save_key_frames
-from rigs.atomic_files import write_text
+from rigs.atomic_files import atomic_files, write_text
 from tracking.log import read_log
 
 NEEDED = ("dive.toml", "rig.toml", "log.parquet", "metrics.json")
+
+
+def write_dive_plan(dive: Dive, folder: Path) -> DivePlan:
+    """Plan a dive, and write plan.png and plan.json into a folder; nothing is rendered."""
+    rig = dive.load_rig()
+    parts = rig_meshes(rig)
+    plan = plan_dive(dive, rig, parts)
+    with atomic_files(folder) as scratch:
+        draw_plan(plan, rig, parts, scratch / "plan.png")
+        (scratch / "plan.json").write_text(json.dumps(plan.numbers(), indent=2) + "\n", encoding="utf-8")
+    return plan
 
 
 def write_dive_report(folder: Path) -> Path:

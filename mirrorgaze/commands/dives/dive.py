@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from mirrorgaze.errors import FAILED
 from mirrorgaze.options import DiveArgument, JsonOption
 from mirrorgaze.output import print_json, print_progress, print_step, print_table
+
+if TYPE_CHECKING:
+    from dives import Dive
 
 HEADLINES = {
     "acquisition_time_s": ("acquired after", "s"),
@@ -27,6 +30,19 @@ HEADLINES = {
     "losses_reacquired": ("found again", ""),
 }
 """Of the metrics, what is printed."""
+
+
+PLANNED = {
+    "available_fraction": ("target available", ""),
+    "first_available_s": ("first after", "s"),
+    "expected_first_look_s": ("search expected to take", "s"),
+    "nearest_m": ("nearest", "m"),
+    "farthest_m": ("farthest", "m"),
+    "rate_p95_deg_per_s": ("angular speed, 95 %", "deg/s"),
+    "rate_max_deg_per_s": ("angular speed, largest", "deg/s"),
+    "within_speeds_fraction": ("servos keep up", ""),
+}
+"""Of the plan's numbers, what is printed."""
 
 
 def dive(
@@ -47,6 +63,9 @@ def dive(
     no_video: Annotated[
         bool, typer.Option("--no-video", help="Write no video; render only what the loop looks at.")
     ] = False,
+    plan: Annotated[
+        bool, typer.Option("--plan", help="Only say and draw where the target goes and what shows it; render nothing.")
+    ] = False,
     check: Annotated[
         bool, typer.Option("--check/--no-check", help="Move the servos for 3 s before looking, so that they are known.")
     ] = True,
@@ -61,11 +80,15 @@ def dive(
     (errors.png, commands.png, gaze_error.png), metrics.json and dive.toml. The same command continues a dive that was
     stopped. Presets: dark, prediction, spiral, sunlit, wide-hue.
 
+    --plan writes plan.png and plan.json and ends: how long the target is available, what hides it and when, how fast
+    it is beside the servos. `mirrorgaze new NAME --dive` writes a dive file to begin with.
+
     Ends with PASS or FAIL against the [limits] of the dive file, and says what a dive that fails was due to.
 
     \b
     Example:
       mirrorgaze dive spiral -o out/spiral
+      mirrorgaze dive my-dive.toml --plan
       mirrorgaze dive my-dive.toml -o out/mine --variant paper --bag
       mirrorgaze dive spiral -o out/fast --no-video
       mirrorgaze dive spiral -o out/right --set world=blue --set target.start.azimuth_deg=52
@@ -83,6 +106,9 @@ def dive(
         )
     load_usable_rig(chosen.rig)
     folder = output or Path("out") / chosen.name
+    if plan:
+        _plan(chosen, folder, json=json)
+        return
     print_step("dive ...")
     run_dive(chosen, folder, log=print_step, progress=partial(print_progress, chosen.name))
     print_step("figures ...")
@@ -103,10 +129,25 @@ def dive(
         raise typer.Exit(FAILED if failed else 0)
     files = sorted(path.name for path in folder.iterdir() if path.is_file()) + ["bag/"] * bag
     typer.echo(f"{folder}: {', '.join(files)}")
-    print_table(_rows(metrics))
+    print_table(_rows(metrics, HEADLINES))
     typer.echo(verdict.line)
     if failed:
         raise typer.Exit(FAILED)
+
+
+def _plan(dive: Dive, folder: Path, *, json: bool) -> None:
+    from reports.studies.dive_report import write_dive_plan
+
+    print_step("plan ...")
+    plan = write_dive_plan(dive, folder)
+    numbers = plan.numbers()
+    if json:
+        print_json({**numbers, "folder": str(folder)})
+        return
+    typer.echo(f"{folder}: plan.png, plan.json")
+    print_table(_rows(numbers, PLANNED))
+    for gap in plan.gaps:
+        typer.echo(f"  {gap.from_s:.2f} to {gap.to_s:.2f} s: {gap.reason}")
 
 
 def _settings(changed: list[str]) -> dict[str, Any]:
@@ -130,9 +171,9 @@ def _metrics(folder: Path) -> dict[str, Any]:
     return metrics
 
 
-def _rows(metrics: dict[str, Any]) -> list[tuple[str, str]]:
+def _rows(metrics: dict[str, Any], labels: dict[str, tuple[str, str]]) -> list[tuple[str, str]]:
     rows = []
-    for name, (label, unit) in HEADLINES.items():
+    for name, (label, unit) in labels.items():
         value = metrics.get(name)
         text = "-" if value is None else f"{100 * value:.1f} %" if name.endswith("fraction") else f"{value:.4g}"
         rows.append((f"  {label}", f"{text} {unit}".rstrip()))

@@ -11,6 +11,8 @@ from mirrorgaze.commands.mount.place import print_placement
 from mirrorgaze.options import JsonOption
 from mirrorgaze.output import print_json, print_step, print_table
 
+DIVE_AND_HULL = "--dive --hull {}: expected one of both; a dive names its rig: --from RIG"
+
 
 def rigs(json: JsonOption = False) -> None:
     """List the preset rigs.
@@ -79,14 +81,17 @@ def new(
     camera_from: Annotated[
         str | None, typer.Option(metavar="LINK", help="Place the camera where this camera of a URDF or SDF file is.")
     ] = None,
+    dive: Annotated[
+        bool, typer.Option("--dive", help="Write a commented dive file instead; --from then names its rig.")
+    ] = False,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Write this rig file.", show_default="NAME.toml"),
+        typer.Option("--output", "-o", metavar="FILE", help="Write this file.", show_default="NAME.toml"),
     ] = None,
 ) -> None:
-    """Create a rig file from a preset or on a hull.
+    """Create a rig file or a dive file.
 
-    A preset is copied with its comments. A file that exists is never overwritten. A hull's file is opened: what it
+    A rig begins with a preset, copied with its comments, or on a hull. A file that exists is never overwritten. A hull's file is opened: what it
     holds is said, and what it is taken for and why. --unit is asked for where neither file nor size say it. The hull's
     middle becomes the body's origin, a robot's base link stays it. Camera, mirrors and anchors are placed on the hull,
     each with the reason in the rig file: `mirrorgaze place FILE` does that again after a change.
@@ -95,6 +100,7 @@ def new(
     Example:
       mirrorgaze new reef-camera --from bluerov2
       mirrorgaze new glider --hull glider.stl --unit mm --forward +y
+      mirrorgaze new harbour --dive --from glider.toml
     """
     from rigs.new_rig import create_rig_file
 
@@ -111,9 +117,14 @@ def new(
         given = [f"{option} {value}" for option, value in told.items() if value is not None]
         if given:
             raise ValueError(f"{' '.join(given)}: expected with the file of a hull only")
+        if dive:
+            _new_dive(name, file, preset, hull)
+            return
         preset = create_rig_file(name, file, preset=preset, shape=hull)
         typer.echo(f"{file}: a copy of {preset}; change it, then: mirrorgaze check {file}")
         return
+    if dive:
+        raise ValueError(DIVE_AND_HULL.format(hull))
     from mirrorgaze.loading import print_hull_notes
     from reports.studies.new_rig import new_rig_on_hull
 
@@ -134,3 +145,12 @@ def new(
     print_hull_notes(placement.rig)
     print_placement(placement)
     typer.echo(f"{file}: written; look at it: mirrorgaze show {file}; check its mount: mirrorgaze check {file} --cad")
+
+
+def _new_dive(name: str, file: Path, rig: str | None, hull: str | None) -> None:
+    from dives.planning.starter import create_dive_file
+
+    if hull is not None:
+        raise ValueError(DIVE_AND_HULL.format(hull))
+    create_dive_file(name, file, rig=rig)
+    typer.echo(f"{file}: written; change it, look at it: mirrorgaze dive {file} --plan; then: mirrorgaze dive {file}")
