@@ -127,3 +127,14 @@ def test_a_tap_on_the_map_is_answered(page):
     page.click("#map", position={"x": 0.5 * box["width"], "y": 0.3 * box["height"]})
     assert re.search(r"poses? shows? azimuth .*°, elevation 36°", page.text_content("#answer"))
     assert page.wrong == []
+
+
+def test_a_dark_screen_has_dark_paper_and_a_printer_none(page):
+    """The style is that of all pages; the browser says what it makes of it."""
+    paper = "getComputedStyle(document.body).backgroundColor"
+    page.emulate_media(color_scheme="dark")
+    dark = page.evaluate(paper)
+    page.emulate_media(color_scheme="dark", media="print")
+    printed = page.evaluate(paper)
+    page.emulate_media(color_scheme="light", media="screen")
+    assert [dark, printed, page.evaluate(paper)] == ["rgb(15, 23, 42)", "rgb(255, 255, 255)", "rgb(255, 255, 255)"]
