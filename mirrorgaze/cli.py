@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable
+from typing import Annotated
 
 import typer
 
@@ -66,13 +67,39 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
 }
 """Every command, under the headings and in the order in which `mirrorgaze --help` shows them."""
 
+EXAMPLES = {
+    "Rig files": "mirrorgaze new my-auv --hull hull.stl --unit mm",
+    "Design": "mirrorgaze design my-auv.toml -o out/my-auv --open",
+    "Mount": "mirrorgaze export my-auv.toml -o out/mount",
+    "Optics": "mirrorgaze gaze my-auv.toml --q1-deg 30 --q2-deg 10",
+    "Images": "mirrorgaze render my-auv.toml --q1-deg 30 -o view.png",
+    "Dives and tracking": "mirrorgaze dive spiral -o out/spiral --no-video",
+    "Calibration": "mirrorgaze calibrate my-auv.toml points.csv -o built.toml",
+    "Maintenance": "mirrorgaze doctor",
+}
+"""Of each heading, one line to try; shown below its commands."""
+
+
+class Commands(SectionedGroup):
+    """Every command of `mirrorgaze`."""
+
+    examples = EXAMPLES
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"mirrorgaze {version('mirrorgaze')}")
+        raise typer.Exit
+
+
 app = typer.Typer(
     name="mirrorgaze",
-    cls=SectionedGroup,
+    cls=Commands,
     help="Design, check and fly two-mirror gaze systems for the fixed cameras of underwater robots.",
     epilog="Exit status: 0 success, 1 failure, 2 bad input. 'mirrorgaze COMMAND --help' shows an example.",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode=None,  # help as plain text: it is instant, and examples keep their lines
     pretty_exceptions_enable=False,
 )
@@ -81,6 +108,15 @@ for heading, commands in COMMANDS.items():
         app.command(cls=SectionedCommand, rich_help_panel=heading)(
             with_exit_status(with_clock(with_option_groups(command)))
         )
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_print_version, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Take what stands before a command."""
 
 
 def main() -> None:

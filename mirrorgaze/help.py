@@ -7,32 +7,34 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, ClassVar
 
 from typer.core import TyperCommand, TyperGroup
 
 WIDEST_NAME = 30
 """Columns of the names, beyond which the text starts on the next line."""
 
+EXAMPLE = "e.g."
+
 NAMES_INDENT = 2
 GAP = 2
 
 
 class SectionedGroup(TyperGroup):
-    """Commands under the headings that they were added with."""
+    """Commands under the headings that they were added with, and below each an example."""
+
+    examples: ClassVar[dict[str, str]] = {}
+    """By heading."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a section of commands for each heading."""
         commands = [(name, self.commands[name]) for name in self.list_commands(ctx)]
         room = formatter.width - NAMES_INDENT - GAP - max(len(name) for name, _ in commands)
-        write_sections(
-            formatter,
-            (
-                (getattr(each, "rich_help_panel", None), (name, each.get_short_help_str(room)))
-                for name, each in commands
-            ),
-            otherwise="Commands",
-        )
+        listed = [
+            (getattr(each, "rich_help_panel", None), (name, each.get_short_help_str(room))) for name, each in commands
+        ]
+        examples = [(heading, (EXAMPLE, line)) for heading, line in self.examples.items()]
+        write_sections(formatter, [*listed, *examples], otherwise="Commands")
 
 
 class SectionedCommand(TyperCommand):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
+import webbrowser
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -14,6 +16,9 @@ if TYPE_CHECKING:
 
 TENTHS = 10
 DOTS = "..."
+
+BAR = 20
+"""Characters of the bar that fills at a terminal."""
 
 CLEAR = "\x1b[K"
 """Takes away what is left of a longer line at a terminal."""
@@ -34,6 +39,12 @@ def print_table(rows: Iterable[Sequence[str]]) -> None:
     for line in lines:
         padded = [text.ljust(width) for text, width in zip(line, widths, strict=False)]
         typer.echo("  ".join([*padded, line[-1]]))
+
+
+def open_page(path: Path) -> None:
+    """Open a written page in the user's browser; where there is none, say so."""
+    if not webbrowser.open(path.resolve().as_uri()):
+        print_note(f"{path}: found no browser to open it with")
 
 
 def print_note(line: str) -> None:
@@ -69,7 +80,8 @@ def print_progress(name: str, done: int, total: int) -> None:
     if done >= total:
         _PACES.pop(name)
     if sys.stderr.isatty():
-        typer.echo(f"\r{line}{CLEAR}", err=True, nl=done == total)
+        filled = BAR * done // total
+        typer.echo(f"\r{'█' * filled}{'░' * (BAR - filled)} {line}{CLEAR}", err=True, nl=done == total)
     elif done * TENTHS // total > (done - 1) * TENTHS // total:
         typer.echo(line, err=True)
 

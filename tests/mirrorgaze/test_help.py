@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from itertools import chain
 
 import pytest
 from typer.testing import CliRunner
 
-from mirrorgaze.cli import COMMANDS, app
+from mirrorgaze.cli import COMMANDS, EXAMPLES, app
+from tests.docs.test_command_lines import problems
 
 NAMES = [command.__name__.replace("_", "-") for command in chain(*COMMANDS.values())]
 
@@ -35,8 +37,35 @@ def test_commands_stand_under_their_headings():
     listed = re.findall(r"^(\w[\w ]*):\n((?:  .*\n)+)", help_of(), flags=re.MULTILINE)
     names = {heading: [line.split()[0] for line in block.splitlines()] for heading, block in listed}
     assert {heading: names[heading] for heading in COMMANDS} == {
-        heading: [command.__name__.replace("_", "-") for command in commands] for heading, commands in COMMANDS.items()
+        heading: [*(command.__name__.replace("_", "-") for command in commands), "e.g."]
+        for heading, commands in COMMANDS.items()
     }
+
+
+def test_the_example_below_a_heading_is_of_a_command_there():
+    assert list(EXAMPLES) == list(COMMANDS)
+    for heading, line in EXAMPLES.items():
+        assert line.split()[1] in {command.__name__.replace("_", "-") for command in COMMANDS[heading]}
+        assert problems(line) == []
+
+
+def test_the_version_is_that_of_the_package():
+    assert CliRunner().invoke(app, ["--version"]).stdout == f"mirrorgaze {version('mirrorgaze')}\n"
+
+
+def test_presets_and_rig_files_are_completed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").touch()
+    (tmp_path / "notes.txt").touch()
+    environment = {"_MIRRORGAZE_COMPLETE": "complete_bash", "COMP_CWORD": "2"}
+    for command, typed, found in (
+        ("check", "aq", ["aqua-shell", "aqua2"]),
+        ("render", "m", ["mine.toml"]),
+        ("dive", "sp", ["spiral"]),
+    ):
+        words = {**environment, "COMP_WORDS": f"mirrorgaze {command} {typed}"}
+        result = CliRunner().invoke(app, [], env=words, prog_name="mirrorgaze")
+        assert result.stdout.split() == found
 
 
 def test_no_summary_is_cut_short():

@@ -28,4 +28,7 @@ def test_a_terminal_gets_one_line(capsys, monkeypatch):
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     for done in (1, 2, 3):
         print_progress("bag", done, 3)
-    assert capsys.readouterr().err == "\rbag: 1 of 3\x1b[K\rbag: 2 of 3, 1.0 s to go\x1b[K\rbag: 3 of 3\x1b[K\n"
+    first, second, third = ("█" * filled + "░" * (20 - filled) for filled in (6, 13, 20))
+    assert capsys.readouterr().err == (
+        f"\r{first} bag: 1 of 3\x1b[K\r{second} bag: 2 of 3, 1.0 s to go\x1b[K\r{third} bag: 3 of 3\x1b[K\n"
+    )

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mirrorgaze.options import JsonOption
-from mirrorgaze.output import print_json, print_note, print_step, print_table
+from mirrorgaze.options import JsonOption, OpenOption
+from mirrorgaze.output import open_page, print_json, print_note, print_step, print_table
 
 if TYPE_CHECKING:
     from reports.studies.compare_designs import DesignComparison
@@ -21,6 +21,7 @@ def compare_designs(
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="Write a page with pictures and maps into this folder."),
     ] = None,
+    browse: OpenOption = False,
     json: JsonOption = False,
 ) -> None:
     """Compare two rigs: their keys, numbers and views.
@@ -36,8 +37,12 @@ def compare_designs(
     from reports.studies.compare_designs import compare_designs as compared
     from rigs import Rig
 
+    if browse and output is None:
+        raise ValueError("--open: expected --output DIR beside it, where the page is written")
     comparison = compared(Rig.load(first), Rig.load(second), log=print_step)
     files = [] if output is None else comparison.write(output)
+    if browse:
+        open_page(next(file for file in files if file.suffix == ".html"))
     if json:
         print_json({**comparison.numbers, "files": [str(file) for file in files]})
         return

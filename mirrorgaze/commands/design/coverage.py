@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_step, print_table
+from mirrorgaze.options import JsonOption, OpenOption, RigArgument
+from mirrorgaze.output import open_page, print_json, print_step, print_table
 
 SHOWN = 3
 """Changes that are printed; the page has all."""
@@ -23,6 +23,7 @@ def coverage(
     step_deg: Annotated[
         float, typer.Option(help="Largest step of both joints over their ranges, from 0.25 to 90 degrees.")
     ] = 1.0,
+    browse: OpenOption = False,
     json: JsonOption = False,
 ) -> None:
     """Map what a rig sees of the sphere around the robot.
@@ -42,6 +43,8 @@ def coverage(
     loaded = load_usable_rig(rig)
     folder = output or Path("out") / f"{loaded.name}-coverage"
     report = coverage_report(loaded, folder, step_deg=step_deg, log=print_step)
+    if browse:
+        open_page(report)
     results = json_format.loads((folder / "coverage.json").read_text(encoding="utf-8"))
     if json:
         print_json(results)

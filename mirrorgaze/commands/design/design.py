@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from mirrorgaze.options import JsonOption, RigArgument
-from mirrorgaze.output import print_json, print_step
+from mirrorgaze.options import JsonOption, OpenOption, RigArgument
+from mirrorgaze.output import open_page, print_json, print_step
 
 
 def design(
@@ -28,6 +28,7 @@ def design(
             metavar="STAGE", help="Make this stage alone: coverage, outside, mount, tolerance, views or dive."
         ),
     ] = None,
+    browse: OpenOption = False,
     json: JsonOption = False,
 ) -> None:
     """Design a rig: mount, views, coverage, dive, report.
@@ -59,6 +60,8 @@ def design(
     chosen = None if dive is None else Dive.load(dive)
     stages = only or [stage for stage in STAGES if not (no_dive and stage == "dive")]
     report = design_rig(loaded, output or Path("out") / loaded.name, log=print_step, dive=chosen, only=stages)
+    if browse:
+        open_page(report)
     if json:
         import json as json_format
 

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from mirrorgaze.options import RigArgument
-from mirrorgaze.output import print_step
+from mirrorgaze.options import OpenOption, RigArgument
+from mirrorgaze.output import open_page, print_step
 
 
 def share(
@@ -17,6 +17,7 @@ def share(
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Write this HTML file.", show_default="RIG-explorer.html"),
     ] = None,
+    browse: OpenOption = False,
 ) -> None:
     """Write one HTML file to explore a rig in.
 
@@ -37,4 +38,6 @@ def share(
     if not path.parent.is_dir():
         raise ValueError(f"--output {path}: expected a folder that exists, got {path.parent}")
     made = share_rig(loaded, path, log=print_step)
+    if browse:
+        open_page(made)
     typer.echo(f"{made} ({made.stat().st_size / 1e6:.1f} MB)")

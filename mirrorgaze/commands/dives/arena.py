@@ -10,8 +10,8 @@ import typer
 
 from mirrorgaze.commands.dives.ensemble import INTERRUPTED
 from mirrorgaze.errors import FAILED
-from mirrorgaze.options import JsonOption
-from mirrorgaze.output import print_json, print_step, print_table
+from mirrorgaze.options import JsonOption, OpenOption
+from mirrorgaze.output import open_page, print_json, print_step, print_table
 
 
 def arena(
@@ -34,6 +34,7 @@ def arena(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.")] = Path(
         "out/arena"
     ),
+    browse: OpenOption = False,
     json: JsonOption = False,
 ) -> None:
     """Judge a loop on dives that are drawn at random.
@@ -62,6 +63,8 @@ def arena(
     except KeyboardInterrupt:
         typer.echo(f"mirrorgaze: {output}: stopped; the same command continues from there", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    if browse:
+        open_page(output / "report.html")
     if json:
         print_json(found)
     else:
