@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
 from scenes.light.materials import Material
+from scenes.light.srgb import srgb_decode
 from scenes.surfaces.surface import Surface, double_area_vectors, surface
 
 if TYPE_CHECKING:
@@ -70,8 +71,7 @@ def check_is_file(path: Path) -> None:
 
 def linear(srgb: NDArray[Any]) -> NDArray[np.float32]:
     """Reflectance of sRGB values of 0 to 255 (IEC 61966-2-1)."""
-    value = np.asarray(srgb, dtype=np.float64) / 255
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    return srgb_decode(np.asarray(srgb, dtype=np.float64) / 255).astype(np.float32)
 
 
 def _placed(geometry: Any, pose: FloatArray) -> trimesh.Trimesh | None:
