@@ -237,7 +237,7 @@ class Page:
         with self._gui.add_folder("Export the mount", expand_by_default=False):
             self._button("Export", lambda: self._run(("export", self._file, "-o", f"{self._out}/mount")))
         with self._gui.add_folder("Short dive", expand_by_default=False):
-            seconds = self._gui.add_slider("duration (s)", 5, 60, 5, 15)
+            seconds = self._gui.add_slider("duration (s)", 10, 60, 5, 15)
             self._button("Dive", lambda: self._dive(seconds.value))
         with self._gui.add_folder("Beside another rig", expand_by_default=False):
             other = self._gui.add_text("preset or file", "bluerov2")

@@ -19,11 +19,14 @@ GENERATED = ("reference/command_line/index.md", "reference/rig_file.md", "refere
 
 _LINK = re.compile(r"(!?\[[^\]]*\]\()([^)#\s]+)([^)\s]*\))")
 
+IMAGES = (".png", ".webp")
+"""Suffixes of the pictures and films that pages show."""
+
 
 def places(root: Path) -> dict[Path, Path]:
     """Where each file of the repository that the site shows lies below the site's source folder."""
     manual = root / "docs"
-    pages = [p for p in manual.rglob("*") if p.suffix in {".md", ".png"} and manual / "site" not in p.parents]
+    pages = [p for p in manual.rglob("*") if p.suffix in {".md", *IMAGES} and manual / "site" not in p.parents]
     return {
         **{page: page.relative_to(manual) for page in sorted(pages)},
         **{page: Path("tutorials", page.name) for page in sorted((root / "notebooks").glob("*.ipynb"))},
@@ -42,7 +45,7 @@ def stage(root: Path, source: Path) -> None:
     for file, place in where.items():
         target = source / place
         target.parent.mkdir(parents=True, exist_ok=True)
-        if file.suffix == ".png":
+        if file.suffix in IMAGES:
             shutil.copyfile(file, target)
         elif file.suffix == ".ipynb":
             target.write_text(_notebook(file, where), encoding="utf-8")
