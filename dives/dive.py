@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from dives.path_files import with_path_files
 from dives.specification import DiveSpecification
 from rigs.documents.changes import with_values
 from rigs.documents.problems import Problem, SpecificationError
+from rigs.documents.toml import TomlError, parsed
 from rigs.documents.validation import validated
 from tracking.loop.variants import VARIANTS
 
@@ -137,10 +137,9 @@ def _with_own_files(dive: Dive, folder: Path) -> Dive:
 
 def _document(text: str, source: str) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        message, _, place = str(error).removesuffix(")").rpartition(" (at ")
-        raise DiveError(source, [Problem(place=place, value=None, expected=f"valid TOML: {message}")]) from None
+        return parsed(text)
+    except TomlError as error:
+        raise DiveError(source, [error.problem]) from None
 
 
 def _text_of(path: Path, source: str) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigs.atomic_files import write_text
 from rigs.documents.problems import Problem, RigError
+from rigs.documents.toml import TomlError, parsed
 
 if TYPE_CHECKING:
     import tomlkit
@@ -69,10 +69,9 @@ def read_toml(path: Path, *, source: str) -> str:
 def parse_toml(text: str, *, source: str) -> dict[str, Any]:
     """Parsed TOML; raises `RigError` with the line where it is none."""
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        message, _, place = str(error).removesuffix(")").rpartition(" (at ")
-        raise RigError(source, [Problem(place=place, value=None, expected=f"valid TOML: {message}")]) from None
+        return parsed(text)
+    except TomlError as error:
+        raise RigError(source, [error.problem]) from None
 
 
 def with_absolute_files(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -96,6 +95,9 @@ def missing_files(document: Mapping[str, Any], folder: Path) -> list[Problem]:
     for section, key in FILE_KEYS:
         if _names_a_file(document, section, key):
             named = document[section][key]
+            if "\0" in named:
+                problems.append(Problem(place=f"{section}.{key}", value=named, expected="a file's name without NUL"))
+                continue
             file = (folder / named).resolve()
             if not file.is_file():
                 expected = f"a file; there is none at {file}"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.backend import mi
-from rigs.atomic_files import atomic_file
+from rigs.atomic_files import write_bytes
 from scenes.light.srgb import srgb_encode
 from scenes.stage.frame import Frame
 from scenes.stage.scene import Scene
@@ -36,8 +36,10 @@ def write_image(image: NDArray[np.uint8], path: Path, *, light: str | None = Non
     bitmap = mi.Bitmap(np.ascontiguousarray(image))
     if light is not None:
         bitmap.metadata()["light"] = light
-    with atomic_file(path) as partial:
-        bitmap.write(str(partial))
+    # Through memory: where a file cannot be written Mitsuba raises no OSError.
+    stream = mi.MemoryStream()
+    bitmap.write(stream, mi.Bitmap.FileFormat.PNG)
+    write_bytes(path, stream.raw_buffer())
 
 
 def check_image_path(path: Path, *suffixes: str) -> None:

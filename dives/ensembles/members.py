@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -15,6 +14,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from rigs.documents.changes import with_values
+from rigs.documents.toml import TomlError, parsed
 
 SEED_KEY = "seed"
 """Of a dive's file."""
@@ -136,8 +136,8 @@ def parsed_variation(text: str) -> Choice | Range:
         except ValueError:
             raise ValueError(f"{key}: expected numbers on both sides of .., got {values!r}") from None
     try:
-        return Choice(key=key, values=tuple(tomllib.loads(f"v = [{values}]")["v"]))
-    except tomllib.TOMLDecodeError:
+        return Choice(key=key, values=tuple(parsed(f"v = [{values}]")["v"]))
+    except TomlError:
         return Choice(key=key, values=tuple(_value(part.strip()) for part in values.split(",")))
 
 
@@ -183,6 +183,6 @@ def _problems(choices: Sequence[Choice], ranges: Sequence[Range], seeds: Sequenc
 
 def _value(text: str) -> Any:
     try:
-        return tomllib.loads(f"v = {text}")["v"]
-    except tomllib.TOMLDecodeError:
+        return parsed(f"v = {text}")["v"]
+    except TomlError:
         return text

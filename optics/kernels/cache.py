@@ -138,7 +138,7 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]:
 
 def _save(path: Path, arrays: Arrays) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_file(path, shared=True) as partial:
+    with atomic_file(path) as partial:
         np.savez(partial, allow_pickle=False, **arrays)
 
 

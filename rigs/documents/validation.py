@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+import functools
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -14,6 +15,9 @@ from rigs.section import Section
 Key = str | int
 Keys = tuple[Key, ...]
 Specified = TypeVar("Specified", bound=Section)
+
+MOST_PROBLEMS = 100
+"""Nobody reads more, and a file of a hundred thousand unknown keys has as many."""
 
 WHOLE_FILE = "(whole file)"
 """Place of a problem that is not about one key."""
@@ -60,6 +64,11 @@ def validated(kind: type[Specified], document: Mapping[str, Any]) -> tuple[Speci
         else:
             break
         for keys, detail in details:
+            if len(problems) == MOST_PROBLEMS:
+                more = Problem(
+                    place=WHOLE_FILE, value=None, expected=f"fewer problems: these are the first {MOST_PROBLEMS}"
+                )
+                return None, [*problems.values(), more]
             if not _follows_from(removed, keys, detail):
                 problems.setdefault((keys, detail["type"]), _problem(keys, detail, rest, kind))
         wrong = {_removable(keys) for keys, detail in details if _can_go(keys, detail, rest)}
@@ -75,7 +84,7 @@ def _problem(keys: Keys, detail: Any, document: Mapping[str, Any], kind: type[Se
     if error == "extra_forbidden":
         return Problem(place=place, value=value, expected=_known_key(keys, document, kind))
     if error == "too_long" or (error == "missing" and isinstance(detail["loc"][-1], int)):
-        length = _nodes_at(keys, document, kind)[0]["minItems"]
+        length = next(node["minItems"] for node in _nodes_at(keys, document, kind) if "minItems" in node)
         return Problem(place=place, value=value, expected=f"a list of {length} numbers")
     if error == "missing":
         return Problem(place=place, value=None, expected="a value, but the key is missing")
@@ -103,17 +112,24 @@ def _keys_in(document: Mapping[str, Any], detail: Any) -> Keys:
     keys: list[Key] = []
     here: Any = document
     tags: list[Any] = []
-    for step in detail["loc"]:
+    location = detail["loc"]
+    if detail["type"] == "missing" and isinstance(location[-1], int):
+        location = location[:-1]  # a list that is too short: the list is what is wrong
+    for step in location:
         if step in tags:
             tags = []
             continue
-        if isinstance(step, int) and detail["type"] == "missing":
-            break  # a list that is too short: the list is what is wrong
         keys.append(step)
-        if isinstance(here, Mapping):
-            here = here.get(str(step))
+        here = _inside(here, step)
         tags = [here.get(tag) for tag in TAG_KEYS] if isinstance(here, Mapping) else []
     return tuple(keys)
+
+
+def _inside(here: Any, step: Key) -> Any:
+    """Value under a key of a table or at a place of a list; None where there is none."""
+    if isinstance(here, Mapping):
+        return here.get(str(step))
+    return here[step] if isinstance(here, Sequence) and isinstance(step, int) and step < len(here) else None
 
 
 def _follows_from(removed: set[Keys], keys: Keys, detail: Any) -> bool:
@@ -126,8 +142,7 @@ def _can_go(keys: Keys, detail: Any, document: Mapping[str, Any]) -> bool:
     """Whether an error is about one value: a whole section stays, because others are compared with it."""
     here: Any = document
     for key in keys:
-        if isinstance(here, Mapping):
-            here = here.get(key)
+        here = _inside(here, key) if isinstance(here, Mapping) else here
     return bool(keys) and here is not None and (detail["type"] == "extra_forbidden" or not isinstance(here, Mapping))
 
 
@@ -163,14 +178,26 @@ def _tags(keys: Keys, document: Mapping[str, Any], kind: type[Section]) -> str:
 
 def _nodes_at(keys: Keys, document: Mapping[str, Any], kind: type[Section]) -> list[dict[str, Any]]:
     """Parts of the JSON schema that may describe a place in the file: several where a union's tag is wrong."""
-    schema = kind.model_json_schema()
+    schema = _schema(kind)
     nodes = [schema]
     here: Any = document
     for key in keys:
         here = here[key]
-        nodes = [_resolve(node["properties"][key], schema) for node in nodes if key in node.get("properties", {})]
+        inner = [
+            node["items"] if isinstance(key, int) else node["properties"][key] for node in nodes if _has(node, key)
+        ]
+        nodes = [_resolve(node, schema) for node in inner]
         nodes = [alternative for node in nodes for alternative in _alternatives(node, schema, here)]
     return nodes
+
+
+@functools.cache
+def _schema(kind: type[Section]) -> dict[str, Any]:
+    return kind.model_json_schema()
+
+
+def _has(node: Mapping[str, Any], key: Key) -> bool:
+    return "items" in node if isinstance(key, int) else key in node.get("properties", {})
 
 
 def _alternatives(node: dict[str, Any], schema: dict[str, Any], value: Any) -> list[dict[str, Any]]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from optics.kernels.backend import another_thread, mi
 from optics.status import Region
-from rigs.atomic_files import atomic_file
+from rigs.atomic_files import write_bytes
 from scenes.stage.frame import FloatImage, Label
 from scenes.truth.ground_truth import GroundTruth
 from scenes.truth.motion import Motion, Seen
@@ -83,8 +83,11 @@ def write_layers(truth: GroundTruth, path: Path, *, light: str = "full") -> None
     header = bitmap.metadata()
     for name, value in (attributes(truth) | {"light": light}).items():
         header[name] = value
-    with atomic_file(path) as partial, another_thread():
-        bitmap.write(str(partial))
+    # Through memory: where a file cannot be written Mitsuba raises no OSError.
+    stream = mi.MemoryStream()
+    with another_thread():
+        bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
+    write_bytes(path, stream.raw_buffer())
 
 
 def _components(prefix: str, names: str, image: FloatImage) -> dict[str, NDArray[Any]]:

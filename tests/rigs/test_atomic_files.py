@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
-from rigs.atomic_files import atomic_file, atomic_files, write_bytes, write_text
+from rigs.atomic_files import PARTIAL, _remove_left_behind, atomic_file, atomic_files, write_bytes, write_text
 
 
 def names(folder):
@@ -18,7 +22,8 @@ def test_a_file_has_its_name_when_it_is_whole_and_on_the_disk(tmp_path, monkeypa
     monkeypatch.setattr(os, "fsync", lambda descriptor: synced.append(os.fstat(descriptor).st_size))
     path.write_text("before")
     with atomic_file(path) as partial:
-        assert (partial.parent, partial.name) == (tmp_path, ".rig.partial.toml")
+        assert partial.parent == tmp_path
+        assert PARTIAL.fullmatch(partial.name) and partial.suffix == ".toml"
         partial.write_text("and after")
         assert path.read_text() == "before"
     assert (path.read_text(), names(tmp_path), synced) == ("and after", ["rig.toml"], [9])
@@ -42,16 +47,62 @@ def test_writing_that_fails_changes_nothing(tmp_path):
     assert names(tmp_path) == ["new", "rig.toml"]
 
 
-def test_what_a_killed_program_left_is_overwritten(tmp_path):
-    (tmp_path / ".rig.partial.toml").write_text("half of a much longer text")
-    write_text(tmp_path / "rig.toml", "whole µ")
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from rigs.atomic_files import atomic_file, atomic_files
+with atomic_file(Path(sys.argv[1]) / "rig.toml") as partial, atomic_files(Path(sys.argv[1])) as scratch:
+    partial.write_text("half")
+    (scratch / "half").write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_a_killed_program_left_is_removed_and_what_a_living_one_writes_is_not(tmp_path):
+    """Names that a person gave are not ours to remove."""
+    (tmp_path / ".mine.partial.toml").write_text("a person's")
+    subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
+    assert len(names(tmp_path)) == 4
+    with atomic_file(tmp_path / "living.toml") as living:
+        _remove_left_behind.cache_clear()
+        write_text(tmp_path / "rig.toml", "whole µ")
+        living.write_text("lives")
     assert (tmp_path / "rig.toml").read_text(encoding="utf-8") == "whole µ"
-    assert names(tmp_path) == ["rig.toml"]
+    assert names(tmp_path) == [".mine.partial.toml", "living.toml", "rig.toml"]
 
 
-def test_a_shared_file_has_a_place_for_each_program(tmp_path):
+def test_no_link_is_followed(tmp_path, monkeypatch):
+    """Neither one that has the name of the file, nor one that foresaw the name beside it."""
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.write_text("not ours")
+    (tmp_path / "rig.toml").symlink_to(elsewhere)
+    foreseen = iter(["0" * 8, "1" * 8])
+    monkeypatch.setattr("secrets.token_hex", lambda count: next(foreseen))
+    (tmp_path / f".rig.{'0' * 8}.partial.toml").symlink_to(elsewhere)
+    _remove_left_behind(tmp_path)
+    write_text(tmp_path / "rig.toml", "ours")
+    assert elsewhere.read_text() == "not ours"
+    assert not (tmp_path / "rig.toml").is_symlink()
+
+
+def test_a_place_that_holds_no_files_is_named():
+    with pytest.raises(OSError, match=r"/proc/rig\.toml"):
+        write_text(Path("/proc/rig.toml"), "x")
+
+
+def test_a_full_disk_is_told_with_the_file_and_leaves_nothing(tmp_path, monkeypatch):
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match=r"No space left on device: .*rig\.toml"):
+        write_text(tmp_path / "rig.toml", "x")
+    assert names(tmp_path) == []
+
+
+def test_a_file_has_a_place_for_each_program(tmp_path):
     path = tmp_path / "meshes.npz"
-    with atomic_file(path, shared=True) as first, atomic_file(path, shared=True) as second:
+    with atomic_file(path) as first, atomic_file(path) as second:
         assert first != second
         assert first.suffix == second.suffix == ".npz"
         first.write_bytes(b"first")

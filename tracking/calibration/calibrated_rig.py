@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +19,7 @@ from optics.perturbation.train import PerturbedTrain
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
 from rigs.atomic_files import write_text
+from rigs.documents.toml import TomlError, parsed
 from tracking.calibration.covariance import PerturbationCovariance
 from tracking.perception.crop import runs_clockwise
 from tracking.perception.exact_corners import crop_outline_m
@@ -145,8 +145,8 @@ class CalibratedRig:
         """
         path = Path(path)
         try:
-            document = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            document = parsed(path.read_text(encoding="utf-8"))
+        except (TomlError, UnicodeDecodeError) as error:
             raise ValueError(f"{path}: expected a calibration file (TOML), got {error}") from None
         if document.get("version") != VERSION:
             raise ValueError(f"{path}: expected a calibration file of version {VERSION}, got {document.get('version')}")

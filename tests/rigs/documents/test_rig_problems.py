@@ -227,3 +227,33 @@ def test_no_document_ends_in_anything_but_a_rig_or_problems(section, value):
     rig, problems = validated(Rig, AQUA2 | {section: value})
     assert (rig is None) == bool(problems)
     assert all(str(problem) for problem in problems)
+
+
+LAMP = {"position_mm": [1.0, 2.0, 3.0], "angle_deg": 50.0, "luminous_flux_lm": 100.0}
+BAD_LAMPS = {
+    "two numbers": ({"position_mm": [1.0, 2.0]}, "lamps[1].position_mm = [1.0, 2.0]: expected a list of 3 numbers"),
+    "missing": ({"angle_deg": GONE}, "lamps[1].angle_deg: expected a value, but the key is missing"),
+    "unknown": ({"angel_deg": 50.0}, "lamps[1].angel_deg = 50.0: expected a known key; did you mean 'angle_deg'?"),
+}
+
+
+@pytest.mark.parametrize(("edit", "message"), BAD_LAMPS.values(), ids=BAD_LAMPS)
+def test_the_wrong_lamp_and_its_key_are_named(edit, message):
+    bad = {key: value for key, value in (LAMP | edit).items() if value is not GONE}
+    assert problems_of(changed(lamps=[LAMP, bad])) == [message]
+
+
+def test_a_file_name_with_nul_is_refused():
+    assert problems_of(changed(camera__response_file="a\0b.csv"))[-1] == (
+        "camera.response_file = 'a\\x00b.csv': expected a file's name without NUL"
+    )
+
+
+def test_of_many_unknown_keys_the_first_hundred_are_told():
+    """In a time that grows with the file, not with its square."""
+    text = "".join(f"unknown_{k} = 1\n" for k in range(10_000)) + preset_path("aqua2").read_text(encoding="utf-8")
+    with pytest.raises(RigError) as caught:
+        Rig.parse(text, source="rig.toml", folder=Path())
+    problems = [str(problem) for problem in caught.value.problems]
+    assert problems[0].startswith("unknown_0 = 1: expected one of the known keys camera, ")
+    assert problems[100:] == ["(whole file): expected fewer problems: these are the first 100"]
