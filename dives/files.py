@@ -17,27 +17,27 @@ from dives.journal import FOLDER, Journal
 from dives.metrics import dive_metrics
 from dives.metrics.frames import Frames
 from dives.metrics.search_time import search_time_metrics
-from dives.path_files import copied_path_files
-from dives.recorder import OVERLAY, ROWS, VIDEO
+from dives.path_files import copied_path_files, path_files
+from dives.recorder import FRAMES, OVERLAY, ROWS, VIDEO
 from rigs import Rig
-from rigs.atomic_files import atomic_file, write_text
+from rigs.atomic_files import as_digests_say, atomic_file, digest_of, write_text
 from tracking.log import LOG, read_log, write_table
 from tracking.video import concatenate
 
 VIDEO_FILE, OVERLAY_FILE, METRICS_FILE = "video.mkv", "overlay.mp4", "metrics.json"
 DIVE_FILE, RIG_FILE = "dive.toml", "rig.toml"
-IDENTITY_KEY = b"identity"
+IDENTITY_KEY, DIGESTS_KEY = b"identity", b"digests"
 
 
 def is_finished(folder: Path, identity: str) -> bool:
-    """Whether a folder holds this dive, finished; `ValueError` when it holds another."""
+    """Whether a folder holds this dive, finished and as it was then; `ValueError` when it holds another."""
     log = folder / LOG
     if not log.is_file() or (folder / FOLDER).exists():
         return False
-    found = (read_log(folder).schema.metadata or {}).get(IDENTITY_KEY, b"").decode()
-    if found != identity:
+    about = read_log(folder).schema.metadata or {}
+    if about.get(IDENTITY_KEY) != identity.encode():
         raise ValueError(f"{folder}: expected the same dive as before or a new folder; another dive is in it")
-    return True
+    return DIGESTS_KEY in about and as_digests_say(folder, json.loads(about[DIGESTS_KEY]))
 
 
 def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: str) -> None:
@@ -46,9 +46,11 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
     The rig is put beside them with every number in it: the folder can be handed on, and says how the dive was made.
     """
     table = pa.concat_tables([pq.read_table(path) for path in journal.paths(ROWS)])
+    written = [RIG_FILE, DIVE_FILE, METRICS_FILE]
     for name, file, container in ((VIDEO, VIDEO_FILE, "matroska"), (OVERLAY, OVERLAY_FILE, "mp4")):
         segments = journal.paths(name)
         if segments:
+            written.append(file)
             with atomic_file(folder / file) as partial:
                 concatenate(segments, partial, container=container, frame_rate_hz=dive.frame_rate_hz)
     write_text(folder / RIG_FILE, rig_text(rig))
@@ -56,12 +58,17 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
         # A robot's description finds the meshes that it names beside it.
         for part in hull_files(rig.file_hull.file):
             shutil.copyfile(part, folder / part.name)
+            written.append(part.name)
     recorded = copied_path_files(dive, folder).model_copy(update={"rig": RIG_FILE})
     write_text(folder / DIVE_FILE, recorded.as_toml())
     searched = search_time_metrics(rig, dive.loop_variant(), Frames.of(table))
     write_text(folder / METRICS_FILE, json_text(dive_metrics(table) | searched))
+    written += path_files(recorded).values()
+    if dive.video == "frames":
+        written += [str(image.relative_to(folder)) for image in sorted((folder / FRAMES).glob("*.png"))]
+    digests = {name: digest_of(folder / name) for name in sorted(written)}
     with atomic_file(folder / LOG) as partial:
-        write_table(table, partial, about={"identity": identity})
+        write_table(table, partial, about={"identity": identity, "digests": json.dumps(digests)})
     journal.remove()
 
 

@@ -57,6 +57,7 @@ class Recorder:
             self._frames.mkdir(parents=True, exist_ok=True)
         self._segment = journal.finished
         self._rows: list[Row] = []
+        self._images: list[Path] = []
         self._writers: dict[str, VideoWriter] = {}
         self._error: Exception | None = None
         self._waiting: queue.Queue[_Entry | _End | None] = queue.Queue(MOST_WAITING)
@@ -104,7 +105,9 @@ class Recorder:
     def _record(self, entry: _Entry) -> None:
         video = self._dive.video
         if self._frames is not None:
-            write_bytes(self._frames / f"{entry.row['frame']:06d}.png", png(entry.camera_frame.image))
+            image = self._frames / f"{entry.row['frame']:06d}.png"
+            write_bytes(image, png(entry.camera_frame.image))
+            self._images.append(image)
         elif video in ("ffv1", "h264"):
             self._writer(VIDEO, "ffv1" if video == "ffv1" else "h264").write(entry.camera_frame.image)
         if self._dive.overlay:
@@ -118,11 +121,11 @@ class Recorder:
         return self._writers[name]
 
     def _finish(self, snapshot: str) -> None:
-        names = [ROWS, *self._writers]
+        files = [self._journal.path(self._segment, name) for name in (ROWS, *self._writers)]
         self._close_writers()
-        write_table(table_of(self._rows), self._journal.path(self._segment, ROWS))
-        self._journal.finish(self._segment, snapshot, names)
-        self._rows = []
+        write_table(table_of(self._rows), files[0])
+        self._journal.finish(self._segment, snapshot, [*files, *self._images])
+        self._rows, self._images = [], []
         self._segment += 1
 
     def _close_writers(self, *, quietly: bool = False) -> None:

@@ -223,7 +223,7 @@ def _record(dive: Dive, rig: Rig, folder: Path, journal: Journal, *, log: Log, p
             assert record is not None  # the dive has that many images
             recorder.add(record.camera_frame, record.step, record.row)
             if journal.ends_segment(done) or done == dive.frames:
-                recorder.finish_segment(json.dumps(closed.snapshot(), allow_nan=True))
+                recorder.finish_segment(json.dumps(closed.snapshot()))
             progress(done, dive.frames)
     except BaseException:
         recorder.abandon()

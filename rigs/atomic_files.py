@@ -10,13 +10,14 @@ import csv
 import errno
 import fcntl
 import functools
+import hashlib
 import io
 import os
 import re
 import secrets
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -90,6 +91,17 @@ def write_bytes(path: Path, content: bytes) -> None:
     """Write a file, whole or not at all."""
     with atomic_file(path) as partial:
         partial.write_bytes(content)
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file's content."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def as_digests_say(folder: Path, digests: Mapping[str, str]) -> bool:
+    """Whether the files of a folder are there, and hold what they held when their digests were taken."""
+    return all((folder / name).is_file() and digest_of(folder / name) == digest for name, digest in digests.items())
 
 
 def sync(path: Path) -> None:

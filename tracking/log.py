@@ -156,7 +156,13 @@ def table_of(rows: Sequence[Row]) -> pa.Table:
 
 def write_table(table: pa.Table, path: Path, *, about: dict[str, str] | None = None) -> None:
     """Write a table as Parquet; equal tables give equal bytes. `about` goes into the file's metadata."""
-    pq.write_table(table.replace_schema_metadata(about or {}), path, row_group_size=ROWS_PER_GROUP, compression="zstd")
+    pq.write_table(
+        table.replace_schema_metadata(about or {}),
+        path,
+        row_group_size=ROWS_PER_GROUP,
+        compression="zstd",
+        write_page_checksum=True,
+    )
 
 
 def read_log(folder: str | Path) -> pa.Table:
@@ -173,7 +179,7 @@ def read_log(folder: str | Path) -> pa.Table:
     if not path.is_file():
         raise FileNotFoundError(f"{folder}: expected a finished dive, found no {LOG}")
     try:
-        return pq.read_table(path)
+        return pq.read_table(path, page_checksum_verification=True)
     except (pa.ArrowException, OSError) as error:
         # Damaged pages come as OSError too, but without the number of an error of the system.
         if isinstance(error, OSError) and error.errno is not None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ import pytest
 from dives import files, journal, recorder, rendered_camera, runner
 from dives.dive import Dive, varied
 from dives.runner import DiveStoppedError, run_dive
+from dives.target_size import sized
 from tracking.log import read_log
 
 pytestmark = pytest.mark.usefixtures("rough_light")
@@ -30,6 +32,7 @@ import os, signal, sys, time
 from pathlib import Path
 from scenes.baking.light_quality import LightQuality
 from dives import journal
+from dives.target_size import sized
 from dives.runner import run_dive
 from dives.dive import parse_dive
 
@@ -202,6 +205,96 @@ def test_a_damaged_log_is_a_sentence(small_dive, whole, tmp_path):
     (tmp_path / "log.parquet").write_bytes(whole["log.parquet"][:-10])
     with pytest.raises(ValueError, match=r"log\.parquet: expected the log of a dive, as Parquet, got a damaged file"):
         run_dive(small_dive, tmp_path)
+
+
+def test_a_flipped_bit_of_the_log_is_a_sentence(whole, tmp_path):
+    """In the data of a column, which is behind the file's first bytes."""
+    for at in (40, 400, 4000):
+        (tmp_path / "log.parquet").write_bytes(damaged(whole["log.parquet"], "flipped", at))
+        with pytest.raises(
+            ValueError, match=r"log\.parquet: expected the log of a dive, as Parquet, got a damaged file"
+        ):
+            read_log(tmp_path)
+
+
+def identity_of(dive: Dive) -> str:
+    rig = dive.load_rig()
+    return runner.identity_of(sized(dive, rig), rig)
+
+
+def damaged(content: bytes, how: str, at: int | None = None) -> bytes:
+    middle = len(content) // 2 if at is None else at
+    match how:
+        case "cut":
+            return content[:middle]
+        case "empty":
+            return b""
+        case _:
+            return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+
+
+def attack(file: Path, how: str) -> None:
+    if how == "missing":
+        file.unlink()
+    else:
+        file.write_bytes(damaged(file.read_bytes(), how))
+
+
+SEGMENT_ATTACKS = [
+    ("000000.video.mkv", "missing", 0),
+    ("000001.video.mkv", "flipped", 3),
+    ("000000.parquet", "cut", 0),
+    ("000001.overlay.mkv", "empty", 3),
+    ("000000.snapshot.json", "flipped", 0),
+    ("000001.snapshot.json", "cut", 3),
+]
+
+
+@pytest.mark.parametrize("attacked", SEGMENT_ATTACKS)
+def test_what_is_damaged_of_a_journal_is_made_again(small_dive, stopped, tmp_path, attacked):
+    """Stopped with two of three segments finished; it goes on before the damaged one, to the same bytes."""
+    name, how, first = attacked
+    folder = shutil.copytree(stopped, tmp_path / "dive")
+    attack(folder / "journal" / name, how)
+    found = journal.Journal(folder, identity_of(small_dive))
+    found.close()
+    assert found.frames == first
+    assert (found.snapshot() is None) == (first == 0)
+
+
+def test_a_damaged_journal_ends_in_the_same_bytes(small_dive, whole, stopped, tmp_path):
+    folder = shutil.copytree(stopped, tmp_path / "dive")
+    attack(folder / "journal" / "000001.video.mkv", "cut")
+    assert bytes_of(run_dive(small_dive, folder)) == whole
+
+
+def test_a_journal_whose_identity_is_damaged_begins_again(small_dive, stopped, tmp_path):
+    folder = shutil.copytree(stopped, tmp_path / "dive")
+    (folder / "journal" / "identity").write_bytes(b"\xff\xfe not text")
+    found = journal.Journal(folder, identity_of(small_dive))
+    found.close()
+    assert found.frames == 0
+    assert sorted(path.name for path in (folder / "journal").iterdir()) == ["identity", "lock"]
+
+
+@pytest.fixture(scope="module")
+def stopped(small_dive, tmp_path_factory) -> Path:
+    """Folder of the dive that was stopped behind its second segment."""
+    folder = tmp_path_factory.mktemp("stopped") / "dive"
+    with pytest.raises(StoppedError):
+        run_dive(small_dive, folder, progress=stop_after(7))
+    return folder
+
+
+@pytest.mark.parametrize("name", sorted(WRITTEN - {"log.parquet"}))
+@pytest.mark.parametrize("how", ["missing", "cut", "flipped"])
+def test_a_finished_dive_lacks_nothing_and_nothing_of_it_is_damaged(small_dive, whole, tmp_path, name, how):
+    for each, content in whole.items():
+        (tmp_path / each).write_bytes(content)
+    identity = identity_of(small_dive)
+    assert files.is_finished(tmp_path, identity)
+    attack(tmp_path / name, how)
+    assert not files.is_finished(tmp_path, identity)
 
 
 def test_a_folder_that_another_process_writes_into_is_refused(small_dive, tmp_path):
