@@ -6,6 +6,7 @@ a sentence. What is neither is a mistake of ours: its traceback goes into a file
 
 from __future__ import annotations
 
+import csv
 import errno
 import importlib.metadata
 import platform
@@ -75,7 +76,9 @@ def _told(error: Exception) -> tuple[int, str]:
 def _is_bad_input(error: Exception) -> bool:
     if isinstance(error, OSError):
         return isinstance(error, WRONG_PATH) or error.errno in WRONG_NAME
-    return isinstance(error, UnicodeDecodeError) or (isinstance(error, ValueError) and _comes_from_house(error))
+    return isinstance(error, UnicodeDecodeError | csv.Error) or (
+        isinstance(error, ValueError) and _comes_from_house(error)
+    )
 
 
 def _is_failure(error: Exception) -> bool:
@@ -96,17 +99,22 @@ def _comes_from_house(error: Exception) -> bool:
 
 
 def _sentence(error: Exception) -> str:
-    if isinstance(error, FileNotFoundError) and _working_folder_is_gone():
-        return "the working folder was deleted or moved; change to one that is there"
-    if isinstance(error, UnicodeDecodeError):
-        return f"expected text in UTF-8, got byte 0x{error.object[error.start]:02x} at byte {error.start}"
-    if isinstance(error, MemoryError):
-        return "there is not enough memory; ask for less (a smaller image, fewer samples), or allow more"
-    if isinstance(error, ImportError):
-        return f"a library cannot be loaded ({error}); mirrorgaze doctor says what is missing"
-    if isinstance(error, OSError) and error.strerror and error.filename:
-        return f"{error.filename}: {error.strerror}"
-    return str(error) or type(error).__name__
+    match error:
+        case FileNotFoundError() if _working_folder_is_gone():
+            sentence = "the working folder was deleted or moved; change to one that is there"
+        case OSError() if error.strerror and error.filename:
+            sentence = f"{error.filename}: {error.strerror}"
+        case UnicodeDecodeError():
+            sentence = f"expected text in UTF-8, got byte 0x{error.object[error.start]:02x} at byte {error.start}"
+        case csv.Error():
+            sentence = f"expected fields with commas between them in a CSV file, got {error}"
+        case MemoryError():
+            sentence = "there is not enough memory; ask for less (a smaller image, fewer samples), or allow more"
+        case ImportError():
+            sentence = f"a library cannot be loaded ({error}); mirrorgaze doctor says what is missing"
+        case _:
+            sentence = str(error) or type(error).__name__
+    return sentence
 
 
 def _working_folder_is_gone() -> bool:

@@ -14,6 +14,7 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 
 FEWEST_ROWS = 2
+MOST_COLUMNS = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,12 +38,14 @@ class TextTable:
     def read(cls, path: Path) -> TextTable:
         """Read a file; a `ValueError` for one that is not text or has no line."""
         lines = [
-            (number, [field.strip() for field in next(csv.reader([line]))])
+            (number, _fields(path, number, line))
             for number, line in enumerate(read_text(path).splitlines(), 1)
             if line.strip() and not line.startswith("#")
         ]
         if not lines:
             raise ValueError(f"{path}: expected a line of column names, got nothing")
+        if len(lines[0][1]) > MOST_COLUMNS:
+            raise ValueError(f"{path}: expected at most {MOST_COLUMNS} columns, got {len(lines[0][1]):,}")
         return cls(path=path, names=tuple(lines[0][1]), lines=tuple(lines[1:]))
 
     def column_problems(self, required: Sequence[str], optional: Sequence[str] = ()) -> list[str]:
@@ -68,6 +71,13 @@ class TextTable:
         """Raise a `ValueError` that says all problems, if there are any."""
         if problems:
             raise ValueError(listed_problems(str(self.path), problems))
+
+
+def _fields(path: Path, number: int, line: str) -> list[str]:
+    try:
+        return [field.strip() for field in next(csv.reader([line]))]
+    except csv.Error as error:
+        raise ValueError(f"{path}: line {number}: expected fields with commas between them, got {error}") from None
 
 
 def read_text(path: Path) -> str:

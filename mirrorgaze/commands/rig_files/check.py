@@ -35,9 +35,9 @@ def check(
     """Check a rig file, and with --cad its mount.
 
     Prints the rig's key numbers, or everything that is wrong with it, each with its key, its value and what was
-    expected; also what had to be done to a hull from a file. With --cad this takes half a minute, and longer the first
-    time when there is a slicer. With --require every requirement that the file states passes, fails, or is not judged
-    here: the gaze error is a dive's, the print time a slicer's (--cad).
+    expected. The files that it names are read as well, and what had to be done to a hull's is said. With --cad this
+    takes half a minute, and longer the first time when there is a slicer. With --require every requirement that the
+    file states passes, fails, or is not judged here: the gaze error is a dive's, the print time a slicer's (--cad).
 
     \b
     Example:
@@ -47,11 +47,12 @@ def check(
     from cad.checks.rig_problems import rig_problems
     from mirrorgaze.loading import print_hull_notes
     from rigs import Rig, RigError
+    from scenes.light.rig_spectra import spectrum_problems
 
     try:
         loaded = Rig.load(rig)
         notes = print_hull_notes(loaded)
-        problems = rig_problems(loaded)
+        problems = rig_problems(loaded) + spectrum_problems(loaded)
         if problems:
             raise RigError(rig, problems)
         if require and loaded.requirements is None:

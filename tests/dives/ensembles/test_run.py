@@ -53,7 +53,7 @@ def work(text, folder, threads):
     table = pq.read_table(HERE / "log.parquet")
     identity = json.loads((HERE / "identities.json").read_text())[folder.name]
     folder.mkdir(parents=True)
-    pq.write_table(table.replace_schema_metadata({"identity": identity}), folder / "log.parquet")
+    pq.write_table(table.replace_schema_metadata({"identity": identity, "digests": "{}"}), folder / "log.parquet")
 '''
 
 

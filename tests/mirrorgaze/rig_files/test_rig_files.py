@@ -241,3 +241,20 @@ def test_schema_accepts_the_presets_and_refuses_a_bad_rig():
     document["camera"]["fx_px"] = -1
     assert not validator.is_valid(document)
     assert validator.is_valid(tomlkit.parse(preset_path("aqua2").read_text(encoding="utf-8")).unwrap())
+
+
+@pytest.mark.parametrize(("section", "key"), [("water", "iop_file"), ("camera", "response_file"), ("hull", "file")])
+def test_a_check_reads_the_files_that_a_rig_names(here, section, key):
+    document = load_document(preset_path("aqua-shell"))
+    (here / "aqua-shell.ply").write_bytes(preset_path("aqua-shell").with_suffix(".ply").read_bytes())
+    (here / "garbage.step").write_bytes(bytes(range(256)))
+    if section == "water":
+        document["water"].clear()
+    if section == "hull":
+        del document["hull"]["unit"]
+    document[section][key] = "garbage.step"
+    save_document(document, here / "rig.toml")
+    result = mirrorgaze("check", "rig.toml")
+    assert result.exit_code == 2
+    assert f"{section}.{key} = 'garbage.step': expected " in result.stderr
+    assert "good" not in result.stdout
