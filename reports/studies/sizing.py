@@ -94,9 +94,9 @@ def mountable(sizing: Sizing) -> Sizing:
 def purchase(sizing: Sizing) -> str:
     """What to buy for a sizing (`mountable`), and why; empty where there are no mirrors to buy.
 
-    Front-surface mirrors are sold cut to size, to +-1.5 mm (First Surface Mirror LLC, "Glass technical specifications",
-    firstsurfacemirror.com: enhanced aluminium on float glass, 94 % or more); stock sizes are few, and a plate larger
-    than it has to be sweeps more and drags more.
+    Front-surface mirrors on float glass are sold cut to size, to +-1.5 mm (First Surface Mirror LLC, "Glass technical
+    specifications", firstsurfacemirror.com); stock sizes are few, and a plate larger than it has to be sweeps more and
+    drags more. The coating is the rig's, as the bill of materials names it.
     """
     if sizing.rig is None:
         return ""
@@ -104,6 +104,7 @@ def purchase(sizing: Sizing) -> str:
     plates = " and ".join(
         f"{name} {plate.size}" for name, plate in (("M1", gaze.fold_mirror), ("M2", gaze.gaze_mirror))
     )
+    coating = gaze.mount.mirror_coating.replace("-", " ")
     spare = 1000 * sizing.request.margin_m - CUTTING_MM / 2
     covered = (
         f"the margin of {1000 * sizing.request.margin_m:g} mm a side covers that"
@@ -111,7 +112,7 @@ def purchase(sizing: Sizing) -> str:
         else f"ask for less than {CUTTING_MM:g} mm, or size with --margin-mm {CUTTING_MM / 2:g}"
     )
     return (
-        f"one order, cut to size from front-surface float glass with enhanced aluminium: {plates}, "
+        f"one order, cut to size from front-surface float glass, {coating}: {plates}, "
         f"+0/-{CUTTING_MM:g} mm ({covered}; a plate that is too large does not enter its tray)"
     )
 

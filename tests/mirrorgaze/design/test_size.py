@@ -34,7 +34,8 @@ def test_sizes_are_printed_for_people_and_machines(own):
         "mine.toml: a window of 128 x 96 px, azimuth -40 to 40, elevation -10 to 30 degrees"
     )
     assert "M2 octagon" in result.stdout and "cm²" in result.stdout and "the present mirrors pass" in result.stdout
-    assert "buy: one order, cut to size" in result.stdout
+    # The coating is the one that the bill of materials names.
+    assert "buy: one order, cut to size from front-surface float glass, protected aluminium" in result.stdout
     assert result.stdout.splitlines()[-1].strip() == "the same with --apply writes them into mine.toml"
     answer = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--json").stdout)
     driver = answer["drivers"][-1]
