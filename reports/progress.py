@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -16,7 +17,7 @@ from pydantic import TypeAdapter
 from optics.kernels.cache import result_key
 from optics.kernels.clock import Pace
 from rigs import Rig
-from rigs.atomic_files import write_text
+from rigs.atomic_files import PARTIAL, write_text
 
 STATE_FILE = ".stages.json"
 
@@ -33,10 +34,13 @@ Result = TypeVar("Result")
 
 @dataclass
 class Stages:
-    """Finished stages of one piece of work in one folder, which appears with the first of them.
+    """Finished stages of one piece of work in one folder.
 
     A stage's result is a dataclass, or of another type that JSON holds; it is trusted again only for the same rig and
     the same program, and only while every file it wrote is still there.
+
+    The folder is marked as ours before the first stage writes into it: a program that is killed there goes on in it.
+    When that stage fails the mark goes again.
     """
 
     folder: Path
@@ -57,12 +61,17 @@ class Stages:
         """
         key = work_key(rig, settings)
         state = folder / STATE_FILE
-        if folder.exists() and not state.is_file() and (not folder.is_dir() or any(folder.iterdir())):
+        if not state.is_file() and _holds_something(folder):
             raise FileExistsError(f"{folder}: expected a new folder, an empty one or that of an earlier run")
         stages = cls(folder=folder, key=key, log=log)
         if state.is_file():
-            saved = json.loads(state.read_text(encoding="utf-8"))
-            stages.done = saved["done"] if saved["key"] == key else {}
+            try:
+                saved = json.loads(state.read_text(encoding="utf-8"))
+                if saved.pop("digest") != result_key("state", STAGES_VERSION, json.dumps(saved)):
+                    raise ValueError("its digest is another one")
+                stages.done = saved["done"] if saved["key"] == key else {}
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+                log(f"{state}: cannot be read, so all stages are made again ({type(error).__name__})")
         return stages
 
     def run(self, name: str, kind: type[Result], work: Callable[[], tuple[Result, list[Path]]]) -> Result:
@@ -72,7 +81,8 @@ class Stages:
             self.log(f"{name}: done before")
             return before
         self.log(f"{name} ...")
-        result, files = work()
+        with self._marked():
+            result, files = work()
         self.done[name] = {
             "result": plain(result),
             "files": [str(file.relative_to(self.folder)) for file in files],
@@ -80,6 +90,23 @@ class Stages:
         }
         self._save()
         return result
+
+    @contextmanager
+    def _marked(self) -> Iterator[None]:
+        """Within it the folder is known as ours; what fails before anything was finished or written leaves no mark."""
+        if self.done:
+            yield
+            return
+        new = not self.folder.exists()
+        self._save()
+        try:
+            yield
+        except BaseException:
+            if [path.name for path in self.folder.iterdir()] == [STATE_FILE]:
+                (self.folder / STATE_FILE).unlink()
+                if new:
+                    self.folder.rmdir()
+            raise
 
     def recall(self, name: str, kind: type[Result]) -> Result | None:
         """Result of a stage that was finished before; None when it was not, or when a file of it is gone."""
@@ -95,7 +122,16 @@ class Stages:
 
     def _save(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_text(self.folder / STATE_FILE, json.dumps({"key": self.key, "done": self.done}, indent=1))
+        state = {"key": self.key, "done": self.done}
+        state["digest"] = result_key("state", STAGES_VERSION, json.dumps(state))
+        write_text(self.folder / STATE_FILE, json.dumps(state, indent=1))
+
+
+def _holds_something(folder: Path) -> bool:
+    """Whether there is something in a place that we have not put there."""
+    if not folder.is_dir():
+        return folder.exists()
+    return any(not PARTIAL.fullmatch(path.name) for path in folder.iterdir())
 
 
 def today() -> str:

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import io
+import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +18,9 @@ from cad.checks.printing.slicer import SLICE_VERSION
 from cad.export.drawings.manifest import rig_hash
 from cad.hulls.hull_mesh import HULL_MESH_VERSION, hull_mesh_key
 from optics.water.radiative_transfer.field import RADIANCE_VERSION
-from reports.progress import today, work_key
+from reports.progress import Stages, today, work_key
 from rigs import FileHull, Rig
+from rigs.atomic_files import write_text
 from scenes.baking.ambient import LIGHT_VERSION, light_key
 from scenes.baking.light_quality import LightQuality
 from scenes.light.light import underwater_light
@@ -90,3 +95,89 @@ def test_the_day_is_the_environment_s_where_it_says_one(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
     with pytest.raises(ValueError, match=r"SOURCE_DATE_EPOCH=yesterday: expected seconds since 1970"):
         today()
+
+
+def made(text: str) -> tuple[str, list[Path]]:
+    return text, []
+
+
+def raised() -> tuple[str, list[Path]]:
+    raise ValueError("nothing is written on bad input")
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from reports.progress import Stages
+from rigs import Rig
+from rigs.atomic_files import atomic_file
+
+folder = Path(sys.argv[1])
+
+def work():
+    if sys.argv[2] == "in a file":
+        with atomic_file(folder / "poses.csv") as partial:
+            partial.write_text("half")
+            os.kill(os.getpid(), signal.SIGKILL)
+    (folder / "poses.csv").write_text("whole")
+    os.kill(os.getpid(), signal.SIGKILL)
+
+if sys.argv[2] == "in the mark":
+    os.fsync = lambda descriptor: os.kill(os.getpid(), signal.SIGKILL)
+Stages.open(folder, Rig.load("bench"), print).run("poses", str, work)
+"""
+
+
+@pytest.mark.parametrize("where", ["in the mark", "in a file", "behind a file"])
+def test_killed_in_the_first_stage_the_folder_is_gone_on_with(tmp_path, where):
+    folder = tmp_path / "out"
+    child = subprocess.run([sys.executable, "-c", KILLED, str(folder), where], check=False)
+    assert child.returncode == -signal.SIGKILL
+    stages = Stages.open(folder, Rig.load("bench"), print)
+    assert stages.done == {}
+
+    def work() -> tuple[str, list[Path]]:
+        write_text(folder / "poses.csv", "whole")
+        return "poses", [folder / "poses.csv"]
+
+    stages.run("poses", str, work)
+    assert sorted(path.name for path in folder.iterdir()) == [".stages.json", "poses.csv"]
+
+
+@pytest.mark.parametrize("how", ["empty", "cut", "flipped", "no text", "null", "another table", "deep"])
+def test_stages_that_cannot_be_read_are_made_again(tmp_path, how):
+    rig = Rig.load("bench")
+    Stages.open(tmp_path, rig, print).run("poses", str, lambda: made("first"))
+    state = tmp_path / ".stages.json"
+    whole = state.read_bytes()
+    attacked = {
+        "empty": b"",
+        "cut": whole[: len(whole) // 2],
+        "flipped": whole.replace(b"first", b"fjrst"),
+        "no text": b"\xff\xfe",
+        "null": b"null",
+        "another table": b'{"key": 1}',
+        "deep": b"[" * 100_000,
+    }
+    state.write_bytes(attacked[how])
+    said: list[str] = []
+    again = Stages.open(tmp_path, rig, said.append)
+    assert said[0].startswith(f"{state}: cannot be read, so all stages are made again (")
+    assert again.run("poses", str, lambda: made("second")) == "second"
+    assert Stages.open(tmp_path, rig, said.append).run("poses", str, raised) == "second"
+
+
+@pytest.mark.parametrize("new", [True, False])
+def test_a_first_stage_that_fails_leaves_nothing(tmp_path, new):
+    folder = tmp_path / "out"
+    if not new:
+        folder.mkdir()
+    with pytest.raises(ValueError, match="bad input"):
+        Stages.open(folder, Rig.load("bench"), print).run("poses", str, raised)
+    assert [path.name for path in tmp_path.rglob("*")] == ([] if new else ["out"])
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    (tmp_path / "diary.txt").write_text("mine")
+    with pytest.raises(FileExistsError, match="expected a new folder, an empty one or that of an earlier run"):
+        Stages.open(tmp_path, Rig.load("bench"), print)
