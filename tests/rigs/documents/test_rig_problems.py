@@ -257,3 +257,23 @@ def test_of_many_unknown_keys_the_first_hundred_are_told():
     problems = [str(problem) for problem in caught.value.problems]
     assert problems[0].startswith("unknown_0 = 1: expected one of the known keys camera, ")
     assert problems[100:] == ["(whole file): expected fewer problems: these are the first 100"]
+
+
+BEYOND_MEASURE = {
+    "mirror": ({"gaze_mirror__width_mm": 1e12}, "gaze_mirror.width_mm = 1000000000000.0: "),
+    "focal length": ({"camera__fx_px": 1e300}, "camera.fx_px = 1e+300: "),
+    "place": ({"camera__position_mm": [0.0, -1e300, 0.0]}, "camera.position_mm = [0.0, -1e+300, 0.0]: "),
+    "angle": ({"camera__yaw_deg": 1e9}, "camera.yaw_deg = 1000000000.0: "),
+}
+
+
+@pytest.mark.parametrize(("edit", "place"), BEYOND_MEASURE.values(), ids=BEYOND_MEASURE)
+def test_numbers_beyond_measure_are_refused_with_their_key(edit, place):
+    assert problems_of(changed(**edit)) == [f"{place}expected a number from -1,000,000 to 1,000,000"]
+
+
+def test_joints_and_seeds_beyond_measure_are_refused_with_their_key():
+    document = changed(joints__pan__max_deg=1e9, image_sensor={"pattern_seed": 10**900})
+    seed, joint = problems_of(document)
+    assert joint == "joints.pan.max_deg = 1000000000.0: expected a number less than or equal to 360"
+    assert seed.startswith("image_sensor.pattern_seed = 1000") and seed.endswith("of at most 9223372036854775807")
