@@ -19,6 +19,7 @@ from reports.pages.mount import (
     mount_files,
     steps_section,
 )
+from reports.pages.sizing import SizingResults, sizing_section
 from reports.pages.standing import Standing, standing_section
 from reports.pages.tolerance import ToleranceResults, tolerance_section
 from rigs import Rig
@@ -83,6 +84,7 @@ class DesignResults:
     """What the page reports of a design, and a summary holds for machines; None for what was not made."""
 
     coverage: OpenedSummary | None = None
+    sizing: SizingResults | None = None
     outside: Exterior | None = None
     mount: MountResults | None = None
     tolerance: ToleranceResults | None = None
@@ -102,6 +104,7 @@ def design_blocks(rig: Rig, standing: Standing, results: DesignResults, folder: 
         *([] if results.coverage is None else [content.tiles(_key_numbers(results.coverage))]),
         *([] if results.views is None else [_views_section(results.views, folder)]),
         *([] if results.coverage is None else [_coverage_section(results.coverage, folder)]),
+        *([] if results.sizing is None else [sizing_section(results.sizing, folder)]),
         *_mount_sections(results, folder),
         *([] if results.tolerance is None else [tolerance_section(results.tolerance, folder)]),
         *([] if dive is None else [dive_section(dive, folder / DIVE, beside=f"{DIVE}/")]),

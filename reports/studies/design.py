@@ -37,6 +37,7 @@ from reports.pages.design import DIVE, DesignResults, DesignView, Exterior, View
 from reports.pages.dive import DiveResults
 from reports.pages.mount import CheckedMount, MountResults, mount_results
 from reports.pages.report_files import write_report
+from reports.pages.sizing import SizingResults
 from reports.pages.standing import Standing
 from reports.pages.tables import write_poses, write_sphere
 from reports.pages.tolerance import RankedTolerance, ToleranceResults
@@ -44,6 +45,7 @@ from reports.progress import Log, Stages, counter
 from reports.studies.dive_report import dive_results
 from reports.studies.mount_export import checked_mount, export_checked_mount
 from reports.studies.requirements import achieved_by
+from reports.studies.sizing import sizing_results
 from rigs import Rig
 from scenes.baking.lit_scene import prepare
 from scenes.exterior import write_exterior_views
@@ -68,7 +70,7 @@ EXTERIOR_CAPTION = f"From outside, in air, at q1 = {EXTERIOR_Q1_DEG:g}°, q2 = 0
 VIEW_SAMPLES = 4
 BUILT_RIGS = 10_000
 """As `mirrorgaze tolerance`."""
-STAGES = ("coverage", "outside", "mount", "tolerance", "views", "dive")
+STAGES = ("coverage", "sizing", "outside", "mount", "tolerance", "views", "dive")
 """In their order: what is quick comes first."""
 
 
@@ -144,6 +146,7 @@ def design(
     mount = _checked_mount(rig, log) if "mount" in only and not made_before else None
     makers: dict[str, tuple[type[Any], Callable[[], tuple[Any, list[Path]]]]] = {
         "coverage": (OpenedSummary, lambda: _coverage(rig, folder, grid)),
+        "sizing": (SizingResults, lambda: sizing_results(rig, folder)),
         "outside": (Exterior, lambda: _outside(rig, folder)),
         "mount": (MountResults, lambda: _mount(mount or _checked_mount(rig, log), folder, log)),
         "tolerance": (ToleranceResults, lambda: _tolerance(rig, folder)),

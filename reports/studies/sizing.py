@@ -13,10 +13,14 @@ import tomlkit
 from cad.assembly.hull_surface import file_hull_distance
 from cad.checks.rig_problems import rig_problems
 from cad.parts.mirror_sides import smallest_side_mm
+from optics.camera import camera_from_spec
 from optics.mesh import Role
-from optics.sizing.drivers import SideDriver
-from optics.sizing.sizing import Sizing
+from optics.sizing.drivers import SideDriver, side_drivers
+from optics.sizing.gaze_range import GazeRange
+from optics.sizing.limits import Request
+from optics.sizing.sizing import Sizing, size_mirrors
 from optics.sizing.trade_off import trade_off
+from optics.sizing.window import fraction_window
 from reports.figures.sizing import (
     outlines_as_data,
     outlines_figure,
@@ -25,8 +29,13 @@ from reports.figures.sizing import (
     write_outlines,
     write_trade_off,
 )
+from reports.pages.sizing import SizedMirror, SizingResults
 from reports.progress import Log
 from rigs import Rig, RigError, load_document, save_document
+
+USUAL_WINDOW = 0.2
+"""Share of the image's sides that is to see every gaze, where nothing else is asked for."""
+USUAL_AZIMUTH_DEG, USUAL_ELEVATION_DEG = (-60.0, 60.0), (-30.0, 30.0)
 
 DISTANCE_FACTORS = (0.7, 0.85, 1.0, 1.15, 1.3, 1.45, 1.6)
 """Of the rig's own d1 and d2, over which the trade-off is drawn."""
@@ -55,6 +64,49 @@ def write_sizing(rig: Rig, sizing: Sizing, folder: Path, *, log: Log) -> None:
     if result is not None:
         write_trade_off(result, folder / "trade_off.csv")
         save_figure(trade_off_figure(result, rig), folder / "trade_off.png")
+
+
+def usual_request(rig: Rig) -> Request:
+    """What `mirrorgaze size` asks for without options."""
+    azimuth, elevation = (
+        (math.radians(low), math.radians(high)) for low, high in (USUAL_AZIMUTH_DEG, USUAL_ELEVATION_DEG)
+    )
+    return Request(
+        window=fraction_window(camera_from_spec(rig.camera), USUAL_WINDOW),
+        gaze=GazeRange(first=azimuth, second=elevation, in_joints=False),
+    )
+
+
+def sizing_results(rig: Rig, folder: Path) -> tuple[SizingResults, list[Path]]:
+    """Sizing of a rig for the usual request, for a report: its figure in the report's folder, and that file."""
+    request = usual_request(rig)
+    sizing = mountable(size_mirrors(rig, request, file_hull_distance(rig)))
+    figure = folder / "sizing" / "outlines.png"
+    figure.parent.mkdir(parents=True, exist_ok=True)
+    save_figure(outlines_figure(sizing), figure)
+    needed = (None, None) if sizing.rig is None else _sizes(sizing.rig)
+    mirrors = tuple(
+        SizedMirror(name=name, present=present, needed=size)
+        for name, present, size in zip(("M1", "M2"), _sizes(rig), needed, strict=True)
+    )
+    (left, right), (low, high) = USUAL_AZIMUTH_DEG, USUAL_ELEVATION_DEG
+    width, height = request.window.size_px
+    results = SizingResults(
+        view=f"a window of {width:.0f} x {height:.0f} px in the middle of the image at every gaze of azimuth {left:g} "
+        f"to {right:g}° and elevation {low:g} to {high:g}°",
+        passed_fraction=sizing.passed_now,
+        mirrors=mirrors,
+        drivers=tuple(driver_sentence(driver, request.gaze.names) for driver in side_drivers(rig, request)),
+        obstacles=tuple(f"{each.constraint}: {each.message}" for each in sizing.bindings),
+        purchase="" if sizing.bindings else purchase(sizing),
+        figure=figure.relative_to(folder).as_posix(),
+    )
+    return results, [figure]
+
+
+def _sizes(rig: Rig) -> tuple[str, str]:
+    gaze = rig.require_gaze()
+    return gaze.fold_mirror.size, gaze.gaze_mirror.size
 
 
 def apply_sizes(sizing: Sizing, file: Path) -> None:

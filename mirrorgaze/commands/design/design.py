@@ -25,7 +25,7 @@ def design(
     only: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="STAGE", help="Make this stage alone: coverage, outside, mount, tolerance, views or dive."
+            metavar="STAGE", help="Make this stage alone: coverage, sizing, outside, mount, tolerance, views or dive."
         ),
     ] = None,
     browse: OpenOption = False,
