@@ -193,7 +193,11 @@ def run_dive(
     return folder
 
 
-NOT_SEEN: Mapping[str, IncEx | bool] = {"requirements": True, "revision": True, "gaze": {"mount": {"printer"}}}
+NOT_SEEN: Mapping[str, IncEx | bool] = {
+    "requirements": True,
+    "revision": True,
+    "gaze": {"mount": {"printer"}, "servos": {"when_silent", "silent_after_s"}},
+}
 """What of a rig file changes no frame."""
 
 

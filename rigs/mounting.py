@@ -139,11 +139,17 @@ ServoChoice = Annotated[Servo, BeforeValidator(_look_up_servo, json_schema_input
 
 
 class Servos(Section):
-    """The servos, by catalogue name or with numbers of your own; a hinge without one is held by a locking screw."""
+    """The servos, by catalogue name or with numbers of your own; a hinge without one is held by a locking screw.
+
+    `when_silent` is what becomes of pan and tilt when a loop that turns them fails, or sends nothing for
+    `silent_after_s`: they are held where they are, or parked at q = 0 or the limits next to it.
+    """
 
     pan: ServoChoice
     tilt: ServoChoice
     stow: ServoChoice | None = None
+    when_silent: Literal["hold", "park"] = "hold"
+    silent_after_s: Annotated[Number, Field(ge=0.05, le=60)] = 0.5
 
 
 class BoxHull(Section):

@@ -163,16 +163,28 @@ def activate() -> Backend:
     ValueError
         As `find_backend`.
     BackendError
-        When there is no backend, or a system library that drjit needs is missing.
+        When there is no backend, a system library that drjit needs is missing, or somebody else has made drjit load
+        an LLVM that is too old: the first kernel would end the process.
     """
     backend = find_backend()
     if backend.llvm_path is not None:
         os.environ[LLVM_VARIABLE] = str(backend.llvm_path)
     drjit = _loaded("drjit")
+    if backend.llvm_path is not None:
+        _check_loaded_llvm(drjit.detail.llvm_version())
     _, threads = _wishes()
     if threads:
         drjit.set_thread_count(int(threads))
     return backend
+
+
+def _check_loaded_llvm(version: Version) -> None:
+    if version < OLDEST_LLVM:
+        raise BackendError(
+            f"Dr.Jit has loaded LLVM {_dotted(version)} already, before mirrorgaze was asked, and {OLDEST_LLVM[0]} or "
+            "newer is needed: import from optics, scenes or tracking before mitsuba.set_variant is called, or set "
+            f"{LLVM_VARIABLE} to a newer libLLVM"
+        )
 
 
 def _wishes() -> tuple[str, str]:

@@ -14,9 +14,10 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from rigs import Joint, Rig, Servo
+from tracking.mirrors.dead_man import DeadMan
 from tracking.mirrors.estimate import JointEstimate, expected_latency_s, jointed_servos
 from tracking.mirrors.serial_port import SerialPort
-from tracking.protocols import MirrorReport
+from tracking.protocols import MirrorDriver, MirrorReport
 
 SET_TARGET = 0x84
 SET_SPEED = 0x87
@@ -148,7 +149,9 @@ class MaestroMirrors:
     def __init__(self, rig: Rig, maestro: Maestro, *, channels: tuple[int, int] = (0, 1)):
         self._maestro = maestro
         self._joints = tuple(zip(channels, jointed_servos(rig), strict=True))
+        self._parks = rig.require_gaze().servos.when_silent == "park"
         self._estimate = JointEstimate(rig, latency_s=expected_latency_s(rig))
+        self._known_s: float | None = None
         maestro.errors()  # clears what happened before
         for channel, (servo, _) in self._joints:
             maestro.set_speed(channel, servo.speed_deg_per_s * _us_per_deg(servo))
@@ -165,6 +168,7 @@ class MaestroMirrors:
             When the controller has met an error.
         """
         self._estimate.command(q, time_s)
+        self._known_s = time_s
         for angle, (channel, (servo, joint)) in zip(q, self._joints, strict=True):
             self._maestro.set_target(channel, pulse_us(servo, joint, float(angle)))
         errors = self._maestro.errors()
@@ -173,7 +177,30 @@ class MaestroMirrors:
 
     def report(self, time_s: float) -> MirrorReport:
         """Where the joints are estimated to be: by their speed and the latency that the rig file expects."""
+        self._known_s = time_s
         return self._estimate.report(time_s)
+
+    def make_safe(self) -> None:
+        """Hold the servos where they are, or park them, as the rig says; those that have no pulses get none."""
+        pulses = [self._maestro.position_us(channel) for channel, _ in self._joints]
+        if self._known_s is None or not all(pulses):
+            return
+        angles = [
+            _within(joint, 0.0 if self._parks else angle_of(servo, joint, pulse))
+            for pulse, (_, (servo, joint)) in zip(pulses, self._joints, strict=True)
+        ]
+        # At the last moment that the loop has named: its next image may have been taken before now.
+        self.command(np.array(angles), self._known_s)
+
+
+def _within(joint: Joint, angle: float) -> float:
+    return float(np.clip(angle, np.radians(joint.min_deg), np.radians(joint.max_deg)))
+
+
+def angle_of(servo: Servo, joint: Joint, pulse_us: float) -> float:
+    """Joint value, radians, of a pulse width: the inverse of `pulse_us`."""
+    middle_deg = (joint.min_deg + joint.max_deg) / 2
+    return float(np.radians(middle_deg + (pulse_us - sum(servo.pulse_us) / 2) / _us_per_deg(servo)))
 
 
 def pulse_us(servo: Servo, joint: Joint, angle: float) -> float:
@@ -188,8 +215,10 @@ def _us_per_deg(servo: Servo) -> float:
 
 
 @contextmanager
-def maestro_mirrors(rig: Rig, path: Path) -> Iterator[MaestroMirrors]:
+def maestro_mirrors(rig: Rig, path: Path) -> Iterator[MirrorDriver]:
     """Driver on a port that is closed afterwards: compact protocol, no check sum, pan on channel 0, tilt on 1.
+
+    Where the commands end, or the block fails, it does what the rig's `[servos]` say (`when_silent`).
 
     Parameters
     ----------
@@ -199,4 +228,6 @@ def maestro_mirrors(rig: Rig, path: Path) -> Iterator[MaestroMirrors]:
         Of the controller's command port, such as ``/dev/ttyACM0``.
     """
     with SerialPort(path) as port:
-        yield MaestroMirrors(rig, Maestro(port))
+        mirrors = MaestroMirrors(rig, Maestro(port))
+        with DeadMan(mirrors, silent_after_s=rig.require_gaze().servos.silent_after_s) as watched:
+            yield watched

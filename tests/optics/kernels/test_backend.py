@@ -13,7 +13,14 @@ from pathlib import Path
 
 import pytest
 
-from optics.kernels.backend import Backend, BackendError, activate, find_backend, llvm_version
+from optics.kernels.backend import (
+    Backend,
+    BackendError,
+    _check_loaded_llvm,
+    activate,
+    find_backend,
+    llvm_version,
+)
 
 KERNEL = """
 import json, math
@@ -178,3 +185,28 @@ def test_a_library_that_is_not_llvm_has_no_version():
 def test_a_backend_names_mitsubas_variant():
     assert Backend(kind="cuda", device="a card").variant == "cuda_ad_rgb"
     assert issubclass(BackendError, RuntimeError)
+
+
+VARIANT_FIRST = """
+import mitsuba
+mitsuba.set_variant("llvm_ad_rgb")
+import drjit
+old = drjit.detail.llvm_version()
+from optics.kernels.backend import BackendError, Float64
+"""
+
+
+@pytest.mark.skipif(not TOO_OLD, reason="no LLVM of 14 to 16 in the system")
+def test_a_variant_set_before_with_an_old_llvm_is_a_sentence():
+    """Where drjit itself finds the old one: the first kernel would abort."""
+    child = run(VARIANT_FIRST, DRJIT_LIBLLVM_PATH=str(TOO_OLD[-1]))
+    assert child.returncode == 1
+    assert "BackendError: Dr.Jit has loaded LLVM " in child.stderr
+    assert "import from optics, scenes or tracking before mitsuba.set_variant is called" in child.stderr
+
+
+def test_a_version_that_is_too_old_is_refused_and_a_newer_one_is_not():
+    for version in ((17, 0, 0), (23, 1, 0)):
+        _check_loaded_llvm(version)
+    with pytest.raises(BackendError, match=r"has loaded LLVM 16\.0\.6 already"):
+        _check_loaded_llvm((16, 0, 6))

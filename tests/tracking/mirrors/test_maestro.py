@@ -6,6 +6,7 @@ import contextlib
 import os
 import select
 import threading
+import time
 import tty
 from pathlib import Path
 
@@ -56,6 +57,7 @@ class FakeMaestro(threading.Thread):
         self.speeds: dict[int, int] = {}
         self.accelerations: dict[int, int] = {}
         self.moving = False
+        self.positions: dict[int, int] = {}
         self.received = b""
 
     def __enter__(self) -> FakeMaestro:
@@ -101,7 +103,7 @@ class FakeMaestro(threading.Thread):
             {0x04: self.targets, 0x07: self.speeds, 0x09: self.accelerations}[command][data[0]] = value
             return
         answers = {
-            0x10: lambda: self.targets.get(data[0], 0).to_bytes(2, "little"),
+            0x10: lambda: (self.positions or self.targets).get(data[0], 0).to_bytes(2, "little"),
             0x13: lambda: bytes([self.moving]),
             0x21: lambda: self.errors.to_bytes(2, "little"),
         }
@@ -295,3 +297,71 @@ def test_names_that_open_nothing_are_told(tmp_path):
 def test_without_a_driver_the_mirrors_stand_at_zero():
     with open_mirrors("none", RIG, joints=None, live=False) as mirrors:
         assert mirrors.report(1e4).q.tolist() == [0.0, 0.0]
+
+
+def silent(when: str, after_s: float = 0.05) -> Rig:
+    return RIG.with_gaze(servos={"when_silent": when, "silent_after_s": after_s})
+
+
+def wait_for(condition) -> None:
+    deadline_s = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < deadline_s
+        time.sleep(0.005)
+
+
+TURNED = np.radians([30.0, 45.0])
+ON_THE_WAY = {0: 6100, 1: 5900}
+PARKED = {0: 6000, 1: round(4 * (1500 - 45 * 1500 / 155))}
+"""q = 0: pan's middle, and 45 degrees below tilt's; quarters of a microsecond."""
+
+
+@pytest.mark.parametrize(("when", "targets"), [("hold", ON_THE_WAY), ("park", PARKED)])
+def test_when_the_loop_stops_sending_the_servos_are_made_safe(fake, caplog, when, targets):
+    """Held where the pulses are by now, not where they were to go; the next command turns them again."""
+    with maestro_mirrors(silent(when), fake.path) as mirrors:
+        mirrors.command(TURNED, 1.0)
+        sent = dict(fake.targets)
+        fake.positions = ON_THE_WAY
+        wait_for(lambda: "no command for 0.05 s: the mirrors are made safe" in caplog.text)
+        wait_for(lambda: fake.targets == targets)
+        mirrors.report(1.0)
+        mirrors.command(TURNED, 1.1)
+        assert fake.targets == sent
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+@pytest.mark.parametrize(("when", "targets"), [("hold", ON_THE_WAY), ("park", PARKED)])
+def test_when_the_loop_fails_the_servos_are_made_safe_at_once(fake, when, targets, error):
+    def fail():
+        with maestro_mirrors(silent(when, 60.0), fake.path) as mirrors:
+            mirrors.command(TURNED, 1.0)
+            fake.positions = ON_THE_WAY
+            raise error
+
+    with pytest.raises(error):
+        fail()
+    assert fake.targets == targets
+
+
+def test_a_loop_that_never_turned_anything_or_ends_well_moves_nothing(fake):
+    with maestro_mirrors(silent("park"), fake.path) as mirrors:
+        time.sleep(0.15)
+        assert fake.targets == {}
+        mirrors.command(TURNED, 1.0)
+        sent = dict(fake.targets)
+    assert fake.targets == sent
+
+
+def test_a_controller_that_is_gone_is_told_and_the_first_error_stays(caplog):
+    fake = FakeMaestro().__enter__()
+
+    def fail():
+        with maestro_mirrors(silent("park", 60.0), fake.path) as mirrors:
+            mirrors.command(TURNED, 1.0)
+            fake.__exit__()
+            raise RuntimeError("the loop")
+
+    with pytest.raises(RuntimeError, match="the loop"):
+        fail()
+    assert "the mirrors could not be made safe: " in caplog.text
