@@ -146,7 +146,7 @@ def _first_after_check(frames: Frames) -> int:
 
 def _cause(frames: Frames, first: int, end: int) -> str:
     """What a loss is due to: it begins where the target was last found, and a prediction bridges some frames."""
-    last_found = np.flatnonzero(frames.found[:first])[-1]  # the acquisition at the latest
+    last_found = np.flatnonzero(frames.found[: first + 1])[-1]  # the acquisition at the latest
     named = [cause for cause in frames.cause[last_found + 1 : end] if cause]
     return str(named[0]) if named else UNNAMED
 

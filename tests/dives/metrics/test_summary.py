@@ -125,6 +125,13 @@ def test_a_loss_is_due_to_what_ended_the_detections(make_log):
     assert (loss.first, loss.end, loss.reacquired, loss.cause) == (30, 50, False, "saturated")
 
 
+def test_a_target_found_unseen_in_the_first_frame_is_lost_from_there_on(make_log):
+    """As a log says whose visible pixels were not counted: the loss begins with the acquisition."""
+    cause = [""] + ["too dark"] * 9
+    log = make_log(10, target_visible_px=np.zeros(10, dtype=np.int32), cause_of_loss=cause)
+    assert dive_metrics(log)["loss_causes"] == {"too dark": 1}
+
+
 def test_time_counts_not_frames(make_log):
     """Frames at 0, 1, 2, 12, 13 s: dropped ones before the fourth. The third lasts 10 s; it is not visible."""
     found = dive_metrics(make_log(5, time_s=[0.0, 1.0, 2.0, 12.0, 13.0], target_visible_px=[9, 9, 0, 9, 9]))
