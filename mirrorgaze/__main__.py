@@ -1,5 +1,15 @@
-"""`python -m mirrorgaze`."""
+"""`python -m mirrorgaze`, and the installed `mirrorgaze`."""
 
-from mirrorgaze.cli import main
+from mirrorgaze.interrupts import exit_on_interrupt
 
-main()
+
+def main() -> None:
+    """Run the command line; Ctrl-C is listened to before the imports, which take a moment."""
+    exit_on_interrupt()
+    from mirrorgaze.cli import main as run
+
+    run()
+
+
+if __name__ == "__main__":
+    main()

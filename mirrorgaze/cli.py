@@ -120,7 +120,7 @@ def options(
 
 
 def main() -> None:
-    """Run the command line; the entry point of the installed `mirrorgaze`."""
+    """Run the command line."""
     # Before anybody loads NumPy. Matrices are small here: threads that wait for each other only take processor time.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # What takes long and is not a result is logged: people see it on stderr.

@@ -21,11 +21,10 @@ from typing import ParamSpec, TypeVar
 
 import typer
 
+from mirrorgaze.interrupts import INTERRUPTED
+
 FAILED = 1
 BAD_INPUT = 2
-INTERRUPTED = 130
-"""128 and the number of the signal, as shells have it."""
-
 HOUSE = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "studio", "mirrorgaze")
 """The packages whose `ValueError` is a sentence for the user."""
 

@@ -25,6 +25,9 @@ from typing import Any
 PARTIAL = re.compile(r"\..+\.[a-z0-9_]{8}\.partial(\.\w+)?")
 """Names of files and folders that are being written, of this module alone."""
 
+_UNFINISHED: set[Path] = set()
+"""What this program is writing."""
+
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
@@ -34,6 +37,7 @@ def atomic_file(path: Path) -> Iterator[Path]:
     """
     _remove_left_behind(path.parent)
     partial, held = _new_file(path)
+    _UNFINISHED.add(partial)
     try:
         yield partial
         sync(partial)
@@ -45,6 +49,7 @@ def atomic_file(path: Path) -> Iterator[Path]:
     finally:
         partial.unlink(missing_ok=True)
         os.close(held)
+        _UNFINISHED.discard(partial)
 
 
 @contextmanager
@@ -60,6 +65,7 @@ def atomic_files(folder: Path) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(dir=place, prefix=f".{folder.name}.", suffix=".partial") as name:
         scratch = Path(name)
         held = _held(scratch)
+        _UNFINISHED.add(scratch)
         try:
             yield scratch
             folders = [path for path in scratch.rglob("*") if path.is_dir()]
@@ -73,6 +79,17 @@ def atomic_files(folder: Path) -> Iterator[Path]:
         finally:
             if held is not None:
                 os.close(held)
+            _UNFINISHED.discard(scratch)
+
+
+def remove_unfinished() -> None:
+    """Remove all that this program is writing: it ends now, without another word."""
+    for path in list(_UNFINISHED):
+        with suppress(OSError):
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:

@@ -7,7 +7,7 @@ import signal
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process
 from multiprocessing.connection import Connection
@@ -78,26 +78,27 @@ def run_in_processes(
     waiting = list(jobs.items())
     running: dict[Connection, _Running] = {}
     failures: dict[str, Failure] = {}
-    try:
-        while waiting or running:
-            while waiting and len(running) < workers:
-                name, arguments = waiting.pop(0)
-                reports, theirs = context.Pipe(duplex=False)
-                process = context.Process(target=_report, args=(theirs, work, arguments), daemon=True)
-                with _interrupts_ignored():
-                    process.start()
-                theirs.close()
-                running[reports] = _Running(name, process)
-            # A process reports, or its end of the pipe closes with it.
-            ready = connection.wait(list(running))
-            for reports in [known for known in running if known in ready]:
-                ended = running.pop(reports)
-                failure = _outcome(reports, ended.process)
-                if failure is not None:
-                    failures[ended.name] = failure
-                finished(ended.name, failure)
-    finally:
-        _end(running)
+    with _interrupts_raised():
+        try:
+            while waiting or running:
+                while waiting and len(running) < workers:
+                    name, arguments = waiting.pop(0)
+                    reports, theirs = context.Pipe(duplex=False)
+                    process = context.Process(target=_report, args=(theirs, work, arguments), daemon=True)
+                    with _interrupts_ignored():
+                        process.start()
+                    theirs.close()
+                    running[reports] = _Running(name, process)
+                # A process reports, or its end of the pipe closes with it.
+                ready = connection.wait(list(running))
+                for reports in [known for known in running if known in ready]:
+                    ended = running.pop(reports)
+                    failure = _outcome(reports, ended.process)
+                    if failure is not None:
+                        failures[ended.name] = failure
+                    finished(ended.name, failure)
+        finally:
+            _end(running)
     return failures
 
 
@@ -166,13 +167,22 @@ def _end(running: Mapping[Connection, _Running]) -> None:
         left.process.close()
 
 
-@contextmanager
-def _interrupts_ignored() -> Iterator[None]:
+def _interrupts_ignored() -> AbstractContextManager[None]:
     """Let a process that starts inherit that Ctrl-C is none of its business: its parent ends it."""
+    return _interrupts(signal.SIG_IGN)
+
+
+def _interrupts_raised() -> AbstractContextManager[None]:
+    """Let Ctrl-C be raised, here where nothing but waiting goes on, so that the processes are ended."""
+    return _interrupts(signal.default_int_handler)
+
+
+@contextmanager
+def _interrupts(handler: Any) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = signal.signal(signal.SIGINT, handler)
     try:
         yield
     finally:
