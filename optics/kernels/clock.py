@@ -10,6 +10,7 @@ How long the parts of earlier commands took is kept beside the cache (`TIMES_FIL
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -121,8 +122,9 @@ def kept_times() -> dict[str, float]:
     """Seconds that parts took the last time, by name; none when they cannot be read."""
     try:
         times = json.loads((cache_folder() / TIMES_FILE).read_text(encoding="utf-8"))
-        return {str(name): float(seconds) for name, seconds in times.items()}
-    except (OSError, ValueError, AttributeError, TypeError):
+        told = {str(name): float(seconds) for name, seconds in times.items()}
+        return {name: seconds for name, seconds in told.items() if math.isfinite(seconds)}
+    except (OSError, ValueError, AttributeError, TypeError, RecursionError):
         return {}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from rigs.atomic_files import sync, write_text
+from rigs.atomic_files import PARTIAL, atomic_file, write_text
 from tracking.log import COLUMNS, SCHEMA, loop_columns
 from tracking.overlay import overlay
 from tracking.protocols import CameraFrame
@@ -79,15 +79,17 @@ class TrackFiles:
     """
 
     def __init__(self, folder: Path):
-        others = {path.name for path in folder.iterdir()} - _own_names() if folder.is_dir() else set()
+        found = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+        others = {name for name in found - {LOG, OVERLAY, SUMMARY} if not PARTIAL.fullmatch(name)}
         if others:
             raise FileExistsError(f"{folder}: expected a new folder or that of an earlier run, found {min(others)}")
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
         self._rows: list[dict[str, Any]] = []
         self._count = 0
-        self._log = pq.ParquetWriter(_partial(folder / LOG), TRACK_SCHEMA, compression="zstd")
-        self._video = _TimedVideo(_partial(folder / OVERLAY))
+        self._log_file, self._video_file = atomic_file(folder / LOG), atomic_file(folder / OVERLAY)
+        self._log = pq.ParquetWriter(self._log_file.__enter__(), TRACK_SCHEMA, compression="zstd")
+        self._video = _TimedVideo(self._video_file.__enter__())
 
     def write(self, camera_frame: CameraFrame, step: Step) -> None:
         """Add one step of the loop."""
@@ -105,8 +107,10 @@ class TrackFiles:
     def finish(self, summary: dict[str, Any]) -> None:
         """Close the files and give them their names; a file that cannot be finished is removed."""
         with ExitStack() as stack:  # the one is closed even when the other cannot be
-            stack.callback(_place, self._folder / LOG, self._close_log)
-            stack.callback(_place, self._folder / OVERLAY, self._video.close)
+            stack.callback(_place, self._log_file, self._close_log)
+            stack.callback(_place, self._video_file, self._video.close)
+        if self._video.is_empty:
+            (self._folder / OVERLAY).unlink()  # a video without an image is none
         write_text(self._folder / SUMMARY, json.dumps(summary, indent=2) + "\n")
 
     def _close_log(self) -> None:
@@ -120,15 +124,11 @@ class TrackFiles:
         self._rows = []
 
 
-def _place(path: Path, close: Callable[[], None]) -> None:
-    """Close a file and give it its name; remove it when that fails. A video without an image was never a file."""
-    try:
+def _place(file: AbstractContextManager[Path], close: Callable[[], None]) -> None:
+    """Close a file and give it its name; remove it when that fails."""
+    with ExitStack() as stack:
+        stack.push(file)
         close()
-        if _partial(path).exists():
-            sync(_partial(path))
-            _partial(path).replace(path)
-    finally:
-        _partial(path).unlink(missing_ok=True)
 
 
 class _TimedVideo:
@@ -138,6 +138,10 @@ class _TimedVideo:
         self._container = av.open(str(path), "w", format="mp4", options={"fflags": "+bitexact"})
         self._stream: Any = None
         self._first_s = 0.0
+
+    @property
+    def is_empty(self) -> bool:
+        return self._stream is None
 
     def write(self, image: NDArray[np.uint8], time_s: float) -> None:
         name, pixel_format, options = ENCODERS["h264"]
@@ -158,12 +162,3 @@ class _TimedVideo:
                 self._container.mux(self._stream.encode(None))
         finally:
             self._container.close()
-
-
-def _partial(path: Path) -> Path:
-    return path.with_name(f".{path.name}.partial")
-
-
-def _own_names() -> set[str]:
-    own = [Path(name) for name in (LOG, OVERLAY, SUMMARY)]
-    return {path.name for path in own} | {_partial(path).name for path in own}

@@ -95,7 +95,7 @@ def test_what_took_long_is_known_the_next_time(seconds, folder):
     assert set(json.loads((folder / TIMES_FILE).read_text())) == {IMPORTS, "views"}
 
 
-@pytest.mark.parametrize("content", [b"[1]", b'{"views": "long"}', b"\xff", b"{"])
+@pytest.mark.parametrize("content", [b"[1]", b'{"views": "long"}', b"\xff", b"{", b'{"views": NaN}', b"[" * 100_000])
 def test_times_that_cannot_be_read_are_not_known(folder, content):
     (folder / TIMES_FILE).write_bytes(content)
     assert kept_times() == {}

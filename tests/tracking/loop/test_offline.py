@@ -244,6 +244,17 @@ def test_a_file_that_cannot_be_finished_leaves_nothing_half_written(tmp_path, mo
     assert len(times_of(tmp_path / "overlay.mp4")) == 6
 
 
+def test_no_link_is_followed_and_what_a_killed_run_left_is_no_obstacle(tmp_path):
+    elsewhere, folder = tmp_path / "elsewhere", tmp_path / "out"
+    folder.mkdir()
+    elsewhere.write_text("not ours")
+    (folder / ".log.0123abcd.partial.parquet").write_text("half")
+    (folder / "overlay.mp4").symlink_to(elsewhere)
+    run(folder, map(grey, range(3)))
+    assert elsewhere.read_text() == "not ours"
+    assert {path.name for path in folder.iterdir()} == FILES
+
+
 def test_an_earlier_run_is_replaced_and_other_files_are_left_alone(tmp_path):
     run(tmp_path, map(grey, range(3)))
     run(tmp_path, map(grey, range(4)))
