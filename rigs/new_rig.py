@@ -94,7 +94,7 @@ def put_hull_file(document: tomlkit.TOMLDocument, hull: FileHull, *, folder: Pat
 
 
 def check_new_file(file: Path) -> None:
-    """Raise `FileExistsError` or `FileNotFoundError` unless a rig can be written to a file."""
+    """Raise `FileExistsError` or `FileNotFoundError` unless a file is new and its folder there."""
     if file.exists():
         raise FileExistsError(f"{file}: expected a new file, but there is one already")
     if not file.parent.is_dir():

@@ -126,7 +126,10 @@ class GazeFollower:
         if bearing is None:
             return observation.q_command
         images = math.floor(self._latency_s / observation.interval_s) + 1
-        return self._pointing.command(bearing, images * observation.interval_s, observation.q, seen=self._seen)
+        last = self._last_seen
+        left = not self._seen and last is not None and self._pointing.past_the_end(last[0].direction)
+        ahead_s = images * observation.interval_s
+        return self._pointing.command(bearing, ahead_s, observation.q, seen=self._seen, left=left)
 
     def _middle_px(self, blobs: tuple[Blob, ...], observation: Observation) -> tuple[tuple[float, float], float]:
         """Where the target's middle is in the crop, and the standard deviation that its being cut adds, radians."""

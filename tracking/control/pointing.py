@@ -14,7 +14,8 @@ time, to wait at a limit. A direction out of reach is followed by the nearest ga
 A target that is not seen is not planned for: where it will be in two seconds is a guess, and a mirror that has turned
 round for it does not see it come back. Only where this way does not show the place that it is expected in, and another
 pan angle will by the time that pan has got there, is there nothing to lose: so a target that goes round the robot is
-met again behind it, over the other half of the tilt.
+met again behind it, over the other half of the tilt. It must have been seen to go past the joints' end: one that the
+detector lost in the middle of the view, as before the sun, is waited for.
 """
 
 from __future__ import annotations
@@ -49,6 +50,9 @@ MARGIN = 0.2
 OUT_OF_VIEW_SLOPE = 1e-3
 """Of the loss beyond the view, where it is 1: of two ways to lose the target the nearer one is better."""
 
+PAST_THE_END = 0.15
+"""Loss of the view, 0.4 of the half view off; half the distance of the plan's nodes makes 0.06."""
+
 TURN = 2 * math.pi
 
 
@@ -73,7 +77,9 @@ class Pointing:
         self._most = NODES_PER_STEP * float(self._nodes[1] - self._nodes[0])
         self._times_s = self._most / speeds.pan * np.arange(1, STEPS + 1)
 
-    def command(self, bearing: Bearing, ahead_s: float, q: FloatArray, *, seen: bool = True) -> FloatArray:
+    def command(
+        self, bearing: Bearing, ahead_s: float, q: FloatArray, *, seen: bool = True, left: bool = False
+    ) -> FloatArray:
         """Joint values to ask for, shape (2,), radians.
 
         Parameters
@@ -86,6 +92,8 @@ class Pointing:
             Joint values now.
         seen : bool
             Whether the target is in the last image.
+        left : bool
+            Whether one that is not had gone past the joints' end (`past_the_end`): then it may be met on another way.
         """
         pan_now = min(max(self._gimbal.angles(q)[0], self._pan_limits[0]), self._pan_limits[1])
         x, y, z = self._gimbal.in_gimbal(bearing.after(ahead_s).direction).tolist()
@@ -94,7 +102,7 @@ class Pointing:
             pan = self._pan((x, y), later, pan_now)
         else:
             near = min(self._exact_pans((x, y), pan_now), key=lambda exact: abs(exact - pan_now))
-            pan = self._met_again(bearing, ahead_s, pan_now, near)
+            pan = self._met_again(bearing, ahead_s, pan_now, near) if left else near
         # Tilt follows from the pan that will be reached, which may still be on its way.
         most = self._pan_speed * ahead_s
         reached = min(max(pan, pan_now - most), pan_now + most)
@@ -105,6 +113,10 @@ class Pointing:
     def beyond_reach(self, direction: FloatArray) -> bool:
         """Whether no gaze within the limits has a direction, a unit vector of the body frame, in its view."""
         return bool(self._losses(self._gimbal.in_gimbal(direction)[np.newaxis], self._nodes).min() >= 1)
+
+    def past_the_end(self, direction: FloatArray) -> bool:
+        """Whether the nearest gaze within the limits leaves a direction, a unit vector, well off the view's middle."""
+        return bool(self._losses(self._gimbal.in_gimbal(direction)[np.newaxis], self._nodes).min() > PAST_THE_END)
 
     def _pan(self, level: tuple[float, float], later: FloatArray, pan_now: float) -> float:
         """Pan angle to ask for, radians."""

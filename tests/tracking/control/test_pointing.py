@@ -151,7 +151,7 @@ def test_a_target_unseen_beyond_the_joints_is_met_again_on_the_other_side(rate_d
     for frame in range(150):
         now = path(frame * FRAME_S)
         bearing = Bearing(direction=now, rate=rate * np.cross([0.0, 0.0, 1.0], now))
-        q = servos(q, pointing.command(bearing, FRAME_S, q, seen=False))
+        q = servos(q, pointing.command(bearing, FRAME_S, q, seen=False, left=True))
         errors.append(angle_deg(GIMBAL.gaze(q), path((frame + 1) * FRAME_S)))
     met_s = (np.array(errors) > math.degrees(HALF_VIEW)).nonzero()[0][-1] * FRAME_S
     assert met_s <= max(155 / 60, (102.5 - 80) / rate_deg_per_s) + 2 * FRAME_S
@@ -163,8 +163,20 @@ def test_an_unseen_target_that_stands_is_waited_for_where_pan_is(azimuth_deg):
     """In view it hides behind something, between both ways nothing shows it: neither is a reason to turn round."""
     pointing, q = Pointing(GIMBAL, SPEEDS, HALF_VIEW), np.array([math.radians(77.5), math.radians(5)])
     for _ in range(60):
-        q = servos(q, pointing.command(still(azimuth_deg, 10), FRAME_S, q, seen=False))
+        q = servos(q, pointing.command(still(azimuth_deg, 10), FRAME_S, q, seen=False, left=True))
     assert math.degrees(q[0]) == pytest.approx(min(azimuth_deg, 77.5), abs=0.01)
+
+
+def test_a_target_that_did_not_leave_by_the_joints_end_is_waited_for():
+    """Lost within reach, before the sun, and expected beyond it: pan stays, for it may come back here."""
+    pointing, q = Pointing(GIMBAL, SPEEDS, HALF_VIEW), np.array([math.radians(-76), math.radians(30)])
+    assert not pointing.past_the_end(direction(-73, 62))
+    assert pointing.past_the_end(direction(-84, 0))
+    rate = -math.radians(25) * np.cross([0.0, 0.0, 1.0], direction(-95, 20))
+    for _ in range(60):
+        command = pointing.command(Bearing(direction=direction(-95, 20), rate=rate), FRAME_S, q, seen=False)
+        q = servos(q, command)
+    assert math.degrees(q[0]) == pytest.approx(-77.5, abs=0.01)
 
 
 def test_noise_does_not_change_its_mind():
