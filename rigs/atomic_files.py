@@ -60,22 +60,29 @@ def atomic_files(folder: Path) -> Iterator[Path]:
     """
     # In the folder if it is there: its parent may be on another disk, or not ours.
     place = folder if folder.is_dir() else folder.parent
+    with scratch_folder(place, folder.name) as scratch:
+        yield scratch
+        folders = [path for path in scratch.rglob("*") if path.is_dir()]
+        files = sorted(path for path in scratch.rglob("*") if path.is_file())
+        for path in files:
+            sync(path)
+        for path in (scratch, *folders):
+            (folder / path.relative_to(scratch)).mkdir(parents=True, exist_ok=True)
+        for path in files:
+            path.replace(folder / path.relative_to(scratch))
+
+
+@contextmanager
+def scratch_folder(place: Path, name: str) -> Iterator[Path]:
+    """Give a hidden folder in a place, which is made, for what will be called `name`; at the end it is removed."""
     place.mkdir(parents=True, exist_ok=True)
     _remove_left_behind(place)
-    with tempfile.TemporaryDirectory(dir=place, prefix=f".{folder.name}.", suffix=".partial") as name:
-        scratch = Path(name)
+    with tempfile.TemporaryDirectory(dir=place, prefix=f".{name}.", suffix=".partial") as made:
+        scratch = Path(made)
         held = _held(scratch)
         _UNFINISHED.add(scratch)
         try:
             yield scratch
-            folders = [path for path in scratch.rglob("*") if path.is_dir()]
-            files = sorted(path for path in scratch.rglob("*") if path.is_file())
-            for path in files:
-                sync(path)
-            for path in (scratch, *folders):
-                (folder / path.relative_to(scratch)).mkdir(parents=True, exist_ok=True)
-            for path in files:
-                path.replace(folder / path.relative_to(scratch))
         finally:
             if held is not None:
                 os.close(held)

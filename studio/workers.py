@@ -17,6 +17,8 @@ from multiprocessing.context import SpawnProcess
 from pkgutil import resolve_name
 from typing import Any, Protocol
 
+from optics.kernels.faults import sentence_of
+
 JOIN_S = 5.0
 """How long a process that was told to end may take, before it is killed."""
 
@@ -145,7 +147,5 @@ def _work(pipe: Connection, nice: int) -> None:
 def _done(work: str, arguments: tuple[Any, ...]) -> Any:
     try:
         return resolve_name(work)(*arguments)
-    except ValueError as error:
-        return Failed(str(error))
     except Exception as error:
-        return Failed(f"{type(error).__name__}: {error}")
+        return Failed(sentence_of(error))

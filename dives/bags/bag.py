@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
@@ -18,6 +17,7 @@ from dives.bags.messages import TYPESTORE, Message
 from dives.bags.recording import Recording
 from dives.bags.transform_tree import fixed_frames, rig_joints
 from rigs import Rig
+from rigs.atomic_files import scratch_folder
 
 METADATA_VERSION: Literal[8] = 8
 """Of rosbag2's metadata: the newest that Humble reads (version 9 writes qualities of service another way)."""
@@ -83,10 +83,9 @@ def write_bag(
         raise FileExistsError(f"{path}: expected nothing or an earlier bag, got something else")
     recording = Recording.open(folder, rig)
     joints = rig_joints(rig)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".partial-") as scratch:
+    with scratch_folder(path.parent, path.name) as scratch:
         # The bag's name is written into it, so it is made under its own name in another folder.
-        made = Path(scratch) / path.name
+        made = scratch / path.name
         writer = Writer(made, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         with writer:

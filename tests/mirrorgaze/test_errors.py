@@ -12,7 +12,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from mirrorgaze.errors import HOUSE, with_exit_status
+from mirrorgaze.errors import with_exit_status
+from optics.kernels.faults import HOUSE
 from rigs import Rig
 
 

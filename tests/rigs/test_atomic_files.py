@@ -50,10 +50,12 @@ def test_writing_that_fails_changes_nothing(tmp_path):
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from rigs.atomic_files import atomic_file, atomic_files
-with atomic_file(Path(sys.argv[1]) / "rig.toml") as partial, atomic_files(Path(sys.argv[1])) as scratch:
+from rigs.atomic_files import atomic_file, atomic_files, scratch_folder
+place = Path(sys.argv[1])
+with atomic_file(place / "rig.toml") as partial, atomic_files(place) as scratch, scratch_folder(place, "bag") as bag:
     partial.write_text("half")
     (scratch / "half").write_text("half")
+    (bag / "half").write_text("half")
     os.kill(os.getpid(), signal.SIGKILL)
 """
 
@@ -62,7 +64,7 @@ def test_what_a_killed_program_left_is_removed_and_what_a_living_one_writes_is_n
     """Names that a person gave are not ours to remove."""
     (tmp_path / ".mine.partial.toml").write_text("a person's")
     subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
-    assert len(names(tmp_path)) == 4
+    assert len(names(tmp_path)) == 6
     with atomic_file(tmp_path / "living.toml") as living:
         _remove_left_behind.cache_clear()
         write_text(tmp_path / "rig.toml", "whole µ")

@@ -34,12 +34,24 @@ def test_newest_of_each_topic_and_the_urgent_first(worker, answers):
     assert answers.empty()
 
 
-def test_what_fails_is_an_answer_and_a_process_that_ends_is_replaced(worker, answers):
-    worker.ask("rest", "math:sqrt", -1.0)
-    topic, answer = answers.get(timeout=SOON_S)
-    assert (topic, answer) == ("rest", Failed("math domain error"))
+def test_what_fails_is_a_sentence_and_a_mistake_of_ours_is_reported_with_its_traceback(answers, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    worker = Worker(("rest",), lambda *answer: answers.put(answer))
+    worker.ask("rest", "rigs.files:preset_path", "nothing-of-that-name")
+    assert "expected a preset" in answers.get(timeout=SOON_S)[1].sentence
+    assert not list(tmp_path.glob("mirrorgaze-*"))
+    worker.ask("rest", "json:loads", "{")
+    sentence = answers.get(timeout=SOON_S)[1].sentence
+    (report,) = tmp_path.glob("mirrorgaze-*")
+    assert sentence.startswith("this is a mistake of the program (JSONDecodeError: ")
+    assert str(report) in sentence
+    assert "Traceback" in report.read_text(encoding="utf-8")
+    worker.close()
+
+
+def test_a_process_that_ends_is_replaced(worker, answers):
     worker.ask("rest", "os:_exit", 3)
-    topic, answer = answers.get(timeout=SOON_S)
+    _, answer = answers.get(timeout=SOON_S)
     assert answer == Failed("its process ended before it was done")
     worker.ask("rest", "math:sqrt", 4.0)
     assert answers.get(timeout=SOON_S) == ("rest", 2.0)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import shutil
+import signal
 import subprocess
+import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -66,6 +68,18 @@ FILAMENTS: Mapping[str, Mapping[str, str]] = {
 TIMEOUT_S = 300
 STATUS_LINE = re.compile(r"^(\d+ => |Slicing result|\[\d{4}-)")
 WARNING = "print warning:"
+
+PR_SET_PDEATHSIG = 1
+ENDS_WITH_US = (
+    ()
+    if sys.platform != "linux"
+    else (
+        *(sys.executable, "-I", "-S", "-c"),
+        f"import ctypes, os, sys; ctypes.CDLL(None).prctl({PR_SET_PDEATHSIG}, {int(signal.SIGKILL)}); "
+        "os.execv(sys.argv[1], sys.argv[1:])",
+    )
+)
+"""Said before a program's name and arguments: the system ends it when we end, also where we are killed."""
 
 SLICE_VERSION = 1
 """Raised when the slicer's words are read as another `Slice`."""
@@ -172,8 +186,10 @@ def _sliced(program: str, stl: bytes, settings: Sequence[str]) -> Slice:
     with tempfile.TemporaryDirectory() as scratch:
         part, code = Path(scratch) / "part.stl", Path(scratch) / "part.gcode"
         part.write_bytes(stl)
-        arguments = [program, "--export-gcode", *settings, "--output", str(code), str(part)]
-        done = subprocess.run(arguments, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+        arguments = [*ENDS_WITH_US, program, "--export-gcode", *settings, "--output", str(code), str(part)]
+        done = subprocess.run(
+            [*ENDS_WITH_US, *arguments], capture_output=True, text=True, timeout=TIMEOUT_S, check=False
+        )
         said = done.stdout + done.stderr
         if done.returncode != 0 or not code.exists():
             raise OSError(f"{PROGRAM} gave up: {said.strip().splitlines()[-1] if said.strip() else done.returncode}")
