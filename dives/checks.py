@@ -41,19 +41,19 @@ def dive_problems(dive: DiveSpecification) -> list[Problem]:
     problems: list[Problem] = []
     rig = _rig(dive, problems)
     shape: TargetShape | None = None
-    with _collecting(problems, "target.shape", dive.target.shape):
+    with collecting(problems, "target.shape", dive.target.shape):
         shape = dive.target.load_shape()
     decoys: dict[int, TargetShape] = {}
     for number, decoy in enumerate(dive.decoys):
-        with _collecting(problems, f"decoys[{number}].shape", decoy.shape):
+        with collecting(problems, f"decoys[{number}].shape", decoy.shape):
             decoys[number] = decoy.load_shape()
-    with _collecting(problems, "world", dive.world):
-        _check_world(dive.world)
+    with collecting(problems, "world", dive.world):
+        check_world(dive.world)
     if rig is not None and dive.jerlov_type is not None:
-        with _collecting(problems, "jerlov_type", dive.jerlov_type):
+        with collecting(problems, "jerlov_type", dive.jerlov_type):
             rig.water.of_type(dive.jerlov_type)
     for key, settings in (("detector", dive.detector_settings), ("offline_detector", dive.offline_settings)):
-        with _collecting(problems, key, None):
+        with collecting(problems, key, None):
             settings()
     if dive.variant not in VARIANTS:
         problems.append(Problem(place="variant", value=dive.variant, expected=f"one of {', '.join(sorted(VARIANTS))}"))
@@ -136,7 +136,7 @@ def path_problems(dive: DiveSpecification, rig: Rig | None, radii_m: Mapping[int
             problems.append(Problem(place=place, value=None, expected=expected))
     if rig is not None and rig.gaze is not None:
         for (place, what), (places, radius) in swimming.items():
-            inside = np.flatnonzero(_touches_hull(rig, bodies, places, radius))
+            inside = np.flatnonzero(touches_hull(rig, bodies, places, radius))
             if len(inside):
                 expected = f"a {what} that keeps off the hull; it touches it or is inside {_while(times, inside)}"
                 problems.append(Problem(place=place, value=None, expected=expected))
@@ -168,7 +168,8 @@ def bounding_radius_m(shape: TargetShape) -> float:
     return float(np.linalg.norm(shape.surface.vertices_m, axis=1).max())
 
 
-def _touches_hull(rig: Rig, bodies: RigidTransform, target_m: FloatArray, radius_m: float) -> NDArray[np.bool_]:
+def touches_hull(rig: Rig, bodies: RigidTransform, target_m: FloatArray, radius_m: float) -> NDArray[np.bool_]:
+    """Whether balls about places in the world, shape (n, 3), touch the hull of robots at as many poses; shape (n,)."""
     from cad.assembly.hull_surface import hull_surface  # noqa: PLC0415
     from cad.hulls.distance import nearest_points  # noqa: PLC0415  (only here, and not light)
 
@@ -184,19 +185,20 @@ def _touches_hull(rig: Rig, bodies: RigidTransform, target_m: FloatArray, radius
 def _rig(dive: DiveSpecification, problems: list[Problem]) -> Rig | None:
     """Rig of the dive, when it can be dived with."""
     rig: Rig | None = None
-    with _collecting(problems, "rig", dive.rig):
+    with collecting(problems, "rig", dive.rig):
         rig = Rig.load(dive.rig)
     if rig is None:
         return None
     if rig.gaze is None:
         problems.append(Problem(place="rig", value=dive.rig, expected="a rig with mirrors"))
         return None
-    with _collecting(problems, "frame_rate_hz", dive.frame_rate_hz):
+    with collecting(problems, "frame_rate_hz", dive.frame_rate_hz):
         ImageSensor.from_rig(dive.load_rig())
     return rig
 
 
-def _check_world(name: str) -> None:
+def check_world(name: str) -> None:
+    """Raise a `ValueError` for what is neither a world nor a file of one."""
     if name in BUILT_IN:
         return
     if not name.lower().endswith((*MESH_SUFFIXES, MITSUBA_SUFFIX)):
@@ -206,7 +208,7 @@ def _check_world(name: str) -> None:
 
 
 @contextmanager
-def _collecting(problems: list[Problem], place: str, value: object) -> Iterator[None]:
+def collecting(problems: list[Problem], place: str, value: object) -> Iterator[None]:
     """Turn what a block raises about bad input into a problem of a place."""
     try:
         yield

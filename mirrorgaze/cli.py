@@ -27,7 +27,7 @@ from mirrorgaze.commands.dives import (
     redetect,
     track,
 )
-from mirrorgaze.commands.images import compare, render
+from mirrorgaze.commands.images import compare, dataset, render
 from mirrorgaze.commands.maintenance import cache, doctor
 from mirrorgaze.commands.mount import export, loads, place
 from mirrorgaze.commands.optics import gaze, port, virtual_camera, water
@@ -50,7 +50,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
     ),
     "Mount": (place.place, export.export, loads.loads),
     "Optics": (gaze.gaze, virtual_camera.virtual_camera, port.port, water.water),
-    "Images": (render.render, compare.compare),
+    "Images": (render.render, compare.compare, dataset.dataset),
     "Dives and tracking": (
         dive.dive,
         ensemble.ensemble,

@@ -131,10 +131,9 @@ class StateRecords:
         if isinstance(target.shape, MeshShape):
             return ball, Pose.of(_inverse(world_from_target) @ world_from_body)
         centre = (body_from_world @ world_from_target)[:, :3, 3]
-        radius, material = target.shape.radius_m, float(target.shape.material)
-        return replace(
-            ball, centre=centre, radius=np.full(len(states), radius), material=np.full(len(states), material)
-        ), None
+        own, material = target.shape.radius_m, float(target.shape.material)
+        radius = [own if state.target_radius_m is None else state.target_radius_m for state in states]
+        return replace(ball, centre=centre, radius=np.array(radius), material=np.full(len(states), material)), None
 
     def _decoys(self, states: Sequence[State], world_from_body: FloatArray) -> dict[str, Pose]:
         """Poses of the decoys by group; `ValueError` when a state has more or fewer than the scene."""

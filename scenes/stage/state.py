@@ -19,6 +19,8 @@ class State:
         The robot's pose; the scene's when None.
     world_from_target : RigidTransform, optional
         The target's pose; the scene's when None.
+    target_radius_m : float, optional
+        Of a target that is a ball; the scene's when None.
     world_from_decoys : tuple of RigidTransform, optional
         Poses of the scene's decoys, in their order; the scene's when None.
     time_s : float
@@ -29,5 +31,6 @@ class State:
     q2: float = 0.0
     world_from_body: RigidTransform | None = None
     world_from_target: RigidTransform | None = None
+    target_radius_m: float | None = None
     world_from_decoys: tuple[RigidTransform, ...] | None = None
     time_s: float = 0.0

@@ -78,6 +78,11 @@ def write_layers(truth: GroundTruth, path: Path, *, light: str = "full") -> None
     """
     if path.suffix.lower() != ".exr":
         raise ValueError(f"expected a file that ends in .exr, got {path.name!r}")
+    write_bytes(path, layers_bytes(truth, light=light))
+
+
+def layers_bytes(truth: GroundTruth, *, light: str = "full") -> bytes:
+    """Content of the EXR file of all layers."""
     found = layers(truth)
     bitmap = mi.Bitmap(np.stack(list(found.values()), axis=-1), channel_names=list(found))
     header = bitmap.metadata()
@@ -87,7 +92,8 @@ def write_layers(truth: GroundTruth, path: Path, *, light: str = "full") -> None
     stream = mi.MemoryStream()
     with another_thread():
         bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
-    write_bytes(path, stream.raw_buffer())
+    content: bytes = stream.raw_buffer()
+    return content
 
 
 def _components(prefix: str, names: str, image: FloatImage) -> dict[str, NDArray[Any]]:

@@ -1,0 +1,80 @@
+"""What is written when all samples of a data set are there: its table, its formats, its manifest."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from dives.datasets.dataset import Dataset
+from dives.datasets.files import (
+    FAILURES,
+    IDENTITY,
+    MANIFEST,
+    SPECIFICATION,
+    TABLE,
+    file_name,
+)
+from dives.datasets.formats.coco import write_coco
+from dives.datasets.formats.yolo import write_yolo
+from dives.datasets.rendering import LAYERS
+from dives.datasets.table import write_table
+from rigs.atomic_files import digest_of, write_text
+
+FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {"coco": write_coco, "yolo": write_yolo}
+"""Each writes the samples of a set, and returns the files that the manifest tells."""
+
+
+def finish(
+    dataset: Dataset, folder: Path, *, log: Callable[[str], None] = lambda line: None
+) -> tuple[dict[int, str], tuple[str, ...]]:
+    """Write table, formats and manifest of a set whose samples are all there.
+
+    Returns
+    -------
+    failed : dict of int to str
+        Sentences on samples that were set aside.
+    files : tuple of str
+        What was written, by its path in the set's folder.
+    """
+    failed = dict(_failures(dataset, folder))
+    indices = [index for index in range(dataset.spec.samples) if index not in failed]
+    log("table ...")
+    write_table(dataset, folder, indices)
+    files = [TABLE]
+    for name in dataset.spec.formats:
+        log(f"{name} ...")
+        files += FORMATS[name](dataset, folder, indices)
+    _write_manifest(dataset, folder, failed, [SPECIFICATION, IDENTITY, *_rig_files(dataset), *files])
+    return failed, (*files, MANIFEST)
+
+
+def _failures(dataset: Dataset, folder: Path) -> Iterator[tuple[int, str]]:
+    if not (folder / FAILURES).is_dir():
+        return
+    for path in sorted((folder / FAILURES).rglob("*.json")):
+        failure = json.loads(path.read_text(encoding="utf-8"))
+        if failure["index"] < dataset.spec.samples:
+            yield failure["index"], failure["sentence"]
+
+
+def _rig_files(dataset: Dataset) -> list[str]:
+    return sorted(f"rigs/{rig.name}.toml" for rig in dataset.rigs.values())
+
+
+def _write_manifest(dataset: Dataset, folder: Path, failed: dict[int, str], files: list[str]) -> None:
+    """Write what the set holds: the table has the digest of each sample's record, which has those of its files."""
+    contents: dict[str, Any] = {
+        "name": dataset.spec.name,
+        "version": version("mirrorgaze"),
+        "samples": dataset.spec.samples - len(failed),
+        "failed": {str(index): sentence for index, sentence in failed.items()},
+        "layers": LAYERS,
+        "record": file_name("samples", 0),
+        "files": {
+            name: {"sha256": digest_of(folder / name), "bytes": (folder / name).stat().st_size} for name in files
+        },
+    }
+    write_text(folder / MANIFEST, json.dumps(contents, indent=2, ensure_ascii=False) + "\n")
