@@ -12,9 +12,13 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 INTERRUPTED = 130
 """128 and the number of the signal, as shells have it."""
+
+_last_words = ["stopped"]
 
 
 def exit_on_interrupt() -> None:
@@ -26,6 +30,16 @@ def exit_on_interrupt() -> None:
     signal.signal(signal.SIGINT, _left_to_the_thread)
     signal.set_wakeup_fd(told, warn_on_full_buffer=False)
     threading.Thread(target=_listen, args=(heard,), name="interrupts", daemon=True).start()
+
+
+@contextmanager
+def stopping_says(sentence: str) -> Iterator[None]:
+    """Let Ctrl-C say this, where a user wants to know more than that it was heard."""
+    _last_words.append(sentence)
+    try:
+        yield
+    finally:
+        _last_words.pop()
 
 
 def _left_to_the_thread(number: int, frame: object) -> None:
@@ -44,5 +58,5 @@ def _end() -> None:
     if files is not None and hasattr(files, "remove_unfinished"):  # it may just be being imported
         files.remove_unfinished()
     # Not through sys.stderr, which the main thread may hold.
-    os.write(2, b"mirrorgaze: stopped\n")
+    os.write(2, f"mirrorgaze: {_last_words[-1]}\n".encode())
     os._exit(INTERRUPTED)

@@ -49,3 +49,16 @@ OpenOption = Annotated[bool, typer.Option("--open", help="Open the page in a bro
 TablesOption = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write tables and figures to this folder.")
 ]
+
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(metavar="N", help="Number of processes on this machine.", show_default="number of cores", min=1),
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Work on a dask cluster instead, such as tcp://10.0.0.1:8786."),
+]
+ShardOption = Annotated[
+    str | None,
+    typer.Option(metavar="I/N", help="Do part I of N alone; the same command without it puts all parts together."),
+]

@@ -11,12 +11,11 @@ from dives.arena.run import with_loop
 from dives.recorder import png
 from dives.runner import ClosedLoop
 from dives.target_size import sized
-from optics.kernels.backend import dr
 from rigs.atomic_files import write_bytes
 from tracking.overlay import overlay
 
 
-def write_frames(seed: int, variant: str, images: Mapping[int, str], threads: int) -> None:
+def write_frames(seed: int, variant: str, images: Mapping[int, str]) -> None:
     """Write what the loop saw in some frames of a seed's dive, as overlays.
 
     What a pixel shows does not depend on which others are drawn, so that this is the same dive.
@@ -28,9 +27,7 @@ def write_frames(seed: int, variant: str, images: Mapping[int, str], threads: in
         The loop.
     images : mapping of int to str
         Path of the PNG by the frame's number.
-    threads : int
     """
-    dr.set_thread_count(threads)
     dive = with_loop(arena_dive(seed), variant)
     rig = dive.at_frame_rate(arena_rig(dive.rig))
     closed = ClosedLoop(sized(dive, rig), rig, rig_meshes(rig))

@@ -1,10 +1,9 @@
-"""Dive the arena: seeds and loops, each in its own folder and process; what is finished stays finished."""
+"""Dive the arena: seeds and loops, each in its own folder; what is finished stays finished."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,10 +13,10 @@ from cad.assembly.meshes import rig_meshes
 from dives.arena.distribution import ArenaDive, arena_dive, arena_rig
 from dives.arena.judged import judged
 from dives.dive import Dive, varied
-from dives.ensembles.processes import Failure, counted, run_in_processes
 from dives.files import json_text
 from dives.runner import run_dive
-from optics.kernels.backend import dr
+from optics.workers.run import Failure, all_ended, counted, run_many
+from optics.workers.shards import Manifest, Shard
 from rigs.atomic_files import write_text
 from tracking.log import read_log
 from tracking.loop.variants import VARIANTS
@@ -56,8 +55,10 @@ def run_arena(
     folder: Path,
     *,
     workers: int,
+    scheduler: str | None = None,
+    shard: Shard | None = None,
     log: Callable[[str], None],
-    work: Callable[[int, str, str, int], None] | None = None,
+    work: Callable[[int, str, str], None] | None = None,
 ) -> list[ArenaOutcome]:
     """Dive every seed with every loop, without video; those that fail do not keep the others.
 
@@ -69,7 +70,11 @@ def run_arena(
     folder : Path
         Each dive is written to a folder in it. More seeds and loops may join those of an earlier run.
     workers : int
-        Dives at a time.
+        Dives at a time, in processes of this machine.
+    scheduler : str, optional
+        Address of a dask cluster that dives instead; `folder` is then one that its workers share.
+    shard : Shard, optional
+        Dive this part alone, and write a manifest of it; what became of it is returned.
     log : callable
         Takes a line for each dive that ends.
     work : callable, optional
@@ -78,23 +83,26 @@ def run_arena(
     Raises
     ------
     ValueError
-        Before anything is dived: for no worker, an unknown loop, a negative seed, or a folder that holds another dive.
+        Before anything is dived: for an unknown loop, a negative seed, or a folder that holds another dive.
     """
     unknown = [variant for variant in variants if variant not in VARIANTS]
     if unknown:
         raise ValueError(f"loop {', '.join(unknown)}: expected one of {', '.join(sorted(VARIANTS))}")
-    if workers < 1:
-        raise ValueError(f"expected one worker or more, got {workers}")
     drawn = {seed: arena_dive(seed) for seed in seeds}
-    # Neighbours are of different seeds, so that no two find the same light at a time.
-    folders = {(seed, variant): folder / f"{seed:04d}-{variant}" for variant in variants for seed in seeds}
+    every = [(seed, variant) for variant in variants for seed in seeds]
+    keys = every if shard is None else shard.part(every)
+    folders = {(seed, variant): folder / f"{seed:04d}-{variant}" for seed, variant in keys}
     waiting = {
-        _name(*key): (*key, str(path), max(1, (os.cpu_count() or 1) // workers))
+        # Absolute, since workers of other machines are in another folder.
+        _name(*key): (*key, str(path.absolute()))
         for key, path in folders.items()
         if not _is_judged(drawn[key[0]], path)
     }
-    ended = counted(log, len(folders) - len(waiting), len(folders), "dives")
-    failures = run_in_processes(work or dive_and_judge, waiting, workers=workers, finished=ended)
+    told = [counted(log, len(folders) - len(waiting), len(folders), "dives")]
+    if shard is not None:
+        done = {_name(*key): _name(*key) not in waiting for key in keys}
+        told.append(Manifest(folder, shard, total=len(every), done=done).ended)
+    failures = all_ended(run_many(work or dive_and_judge, waiting, workers=workers, scheduler=scheduler), *told)
     return [
         ArenaOutcome(
             seed=seed,
@@ -113,9 +121,8 @@ def with_loop(drawn: ArenaDive, variant: str) -> Dive:
     return varied(drawn.dive, variant=variant)
 
 
-def dive_and_judge(seed: int, variant: str, folder: str, threads: int) -> None:
-    """Dive a seed with a loop into a folder, with a number of threads, and write its numbers."""
-    dr.set_thread_count(threads)
+def dive_and_judge(seed: int, variant: str, folder: str) -> None:
+    """Dive a seed with a loop into a folder, and write its numbers."""
     dive = with_loop(arena_dive(seed), variant)
     rig = dive.at_frame_rate(arena_rig(dive.rig))
     path = run_dive(dive, folder, rig=rig)

@@ -1,8 +1,7 @@
-"""Dive the members of an ensemble, each in its own folder and process; what is finished stays finished."""
+"""Dive the members of an ensemble, each in its own folder; what is finished stays finished."""
 
 from __future__ import annotations
 
-import os
 import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,18 +12,17 @@ import tomlkit
 
 from dives.dive import Dive, find_dive, parse_dive, varied
 from dives.ensembles.members import Member
-from dives.ensembles.processes import Failure, counted, run_in_processes
 from dives.files import is_finished
 from dives.metrics import dive_metrics
 from dives.metrics.verdict import dive_verdict
 from dives.runner import identity_of, run_dive
 from dives.target_size import sized
-from optics.kernels.backend import dr
+from optics.workers.run import Failure, all_ended, counted, run_many
+from optics.workers.shards import Manifest, Shard
 from tracking.log import read_log
 
-Work = Callable[[str, str, int], None]
-"""Takes the text of a dive file, a folder and a number of threads, dives there, and goes on where an earlier dive
-stopped."""
+Work = Callable[[str, str], None]
+"""Takes the text of a dive file and a folder, dives there, and goes on where an earlier dive stopped."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +52,8 @@ def run_ensemble(
     folder: Path,
     *,
     workers: int,
+    scheduler: str | None = None,
+    shard: Shard | None = None,
     log: Callable[[str], None],
     video: bool = True,
     work: Work | None = None,
@@ -68,7 +68,11 @@ def run_ensemble(
     folder : Path
         Each member's dive is written to a folder of its name in it. New members may join those of an earlier run.
     workers : int
-        Dives at a time.
+        Dives at a time, in processes of this machine.
+    scheduler : str, optional
+        Address of a dask cluster that dives instead; `folder` is then one that its workers share.
+    shard : Shard, optional
+        Dive this part of the members alone, and write a manifest of it.
     log : callable
         Takes a line for each dive that ends.
     video : bool
@@ -79,21 +83,23 @@ def run_ensemble(
     Returns
     -------
     list of Outcome
-        In the order of `members`.
+        In the order of `members`; of the shard alone, where one is given.
 
     Raises
     ------
     ValueError
         Before anything is dived: with every member that is no possible dive, or whose folder holds another dive.
     """
-    if workers < 1:
-        raise ValueError(f"expected one worker or more, got {workers}")
+    total = len(members)
+    members = members if shard is None else shard.part(members)
     dives = {name: varied(each, video=video) for name, each in planned(dive, members).items()}
-    threads = max(1, (os.cpu_count() or 1) // workers)
     folders = {member.name: folder / member.name for member in members}
-    waiting = {name: (dives[name].as_toml(), str(path), threads) for name, path in unfinished(dives, folders).items()}
-    ended = counted(log, len(members) - len(waiting), len(members), "dives")
-    failures = run_in_processes(work or dive_into, waiting, workers=workers, finished=ended)
+    # Workers of other machines are in another folder.
+    waiting = {name: (dives[name].as_toml(), str(path.absolute())) for name, path in unfinished(dives, folders).items()}
+    told = [counted(log, len(members) - len(waiting), len(members), "dives")]
+    if shard is not None:
+        told.append(Manifest(folder, shard, total=total, done={name: name not in waiting for name in folders}).ended)
+    failures = all_ended(run_many(work or dive_into, waiting, workers=workers, scheduler=scheduler), *told)
     return [
         Outcome(
             member=member,
@@ -158,7 +164,6 @@ def unfinished(dives: dict[str, Dive], folders: dict[str, Path]) -> dict[str, Pa
     return left
 
 
-def dive_into(text: str, folder: str, threads: int) -> None:
-    """Dive what a text says, into a folder, with a number of threads: more than there are processors wait for work."""
-    dr.set_thread_count(threads)
+def dive_into(text: str, folder: str) -> None:
+    """Dive what a text says, into a folder."""
     run_dive(parse_dive(text, source=folder, folder=Path(folder).parent), folder)

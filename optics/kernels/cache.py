@@ -8,6 +8,7 @@ The cache costs and saves time, never a result: what cannot be read is made agai
 
 from __future__ import annotations
 
+import fcntl
 import functools
 import hashlib
 import io
@@ -17,7 +18,7 @@ import os
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -88,24 +89,64 @@ def load_or_make(
         From the result to named arrays, and back.
     """
     path, limit = entry_path(kind, key), limit_bytes()
+    found = _found(path, unpack)
+    if found:
+        return found[0]
+    with CLOCK.inside(kind), _alone(path) if limit else nullcontext():
+        found = _found(path, unpack)
+        if found:  # somebody has just made it
+            return found[0]
+        known = last_time(kind)
+        if known:
+            LOG.info("%s%s ...", kind, known)
+        made = make()
+        try:
+            _save(path, pack(made))
+            evict(limit)
+        except OSError as error:
+            _warn(f"{path.parent}: results cannot be kept for the next time ({error.strerror or error})")
+    return made
+
+
+def _found(path: Path, unpack: Callable[[dict[str, NDArray[Any]]], Result]) -> tuple[Result] | tuple[()]:
+    """Result of an entry; nothing where there is none that can be read."""
     try:
-        return unpack(_load(path))
+        return (unpack(_load(path)),)
     except (FileNotFoundError, NotADirectoryError):
         pass
     except Exception as error:
         # A file fails in as many ways as it can be damaged: those of zip, of NumPy, of `unpack`, of the disk.
         _warn(f"{path}: cannot be read and is made again ({type(error).__name__}: {error})")
-    with CLOCK.inside(kind):
-        known = last_time(kind)
-        if known:
-            LOG.info("%s%s ...", kind, known)
-        made = make()
+    return ()
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Let others that want the same result wait until it is made, on all machines that share the folder.
+
+    The system ends the wait when the other one dies. Where a folder may not be written, or knows no locks, everybody
+    makes what is missing.
+    """
+    lock = path.with_name(f".{path.stem}.lock")
     try:
-        _save(path, pack(made))
-        evict(limit)
-    except OSError as error:
-        _warn(f"{path.parent}: results cannot be kept for the next time ({error.strerror or error})")
-    return made
+        path.parent.mkdir(parents=True, exist_ok=True)
+        held = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    except OSError:
+        yield
+        return
+    try:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            LOG.info("%s: another process is making it ...", path.parent.name)
+            fcntl.flock(held, fcntl.LOCK_EX)
+        except OSError:
+            pass
+        yield
+    finally:
+        # Who waits holds a file without a name from here on, and finds the result.
+        lock.unlink(missing_ok=True)
+        os.close(held)
 
 
 def _load(path: Path) -> dict[str, NDArray[Any]]:

@@ -23,7 +23,11 @@ HOUSE = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "stu
 WRONG_PATH = (FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError, PermissionError)
 WRONG_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 
-FAILURES = {"optics.kernels.backend": "BackendError", "dives": "DiveStoppedError"}
+FAILURES = {
+    "optics.kernels.backend": "BackendError",
+    "optics.workers.cluster": "SchedulerError",
+    "dives": "DiveStoppedError",
+}
 """Errors of ours, by module, that say what went wrong with good input."""
 
 

@@ -14,10 +14,10 @@ from dives.arena.replay import write_frames
 from dives.arena.run import ArenaOutcome
 from dives.arena.tables import MEANINGS, arena_rows, dives_csv, is_available, pair_differences, story, summary_csv
 from dives.arena.tables import worst_dives as worst_of
-from dives.ensembles.processes import counted, run_in_processes
 from dives.files import json_text
 from dives.metrics.frames import Frames
 from dives.metrics.holding import runs
+from optics.workers.run import all_ended, counted, run_many
 from reports.pages.arena import ArenaResults, WorstDive, arena_page
 from reports.studies.key_frames import KeyFrame, key_frames
 from rigs.atomic_files import write_text
@@ -33,7 +33,13 @@ LEAST_RUN_S = 0.5
 
 
 def write_arena_report(
-    outcomes: Sequence[ArenaOutcome], folder: Path, *, worst: int, workers: int, log: Callable[[str], None]
+    outcomes: Sequence[ArenaOutcome],
+    folder: Path,
+    *,
+    worst: int,
+    workers: int,
+    scheduler: str | None = None,
+    log: Callable[[str], None],
 ) -> dict[str, Any]:
     """Write dives.csv, summary.csv, arena.json and report.html, and images of the worst dives of each loop.
 
@@ -44,7 +50,9 @@ def write_arena_report(
     worst : int
         Dives of each loop that are looked at; their images take as long as the dives.
     workers : int
-        Dives at a time.
+        Dives at a time, in processes of this machine.
+    scheduler : str, optional
+        Address of a dask cluster that draws instead.
     log : callable
         Takes sentences about what is going on.
 
@@ -56,7 +64,7 @@ def write_arena_report(
     rows, differences = arena_rows(outcomes), pair_differences(outcomes, PAIRED)
     variants = list(dict.fromkeys(outcome.variant for outcome in outcomes))
     chosen = [outcome for variant in variants for outcome in worst_of(outcomes, variant, worst)]
-    pictured = _pictured(chosen, workers=workers, log=log)
+    pictured = _pictured(chosen, workers=workers, scheduler=scheduler, log=log)
     found = {
         "meanings": MEANINGS,
         "available": {variant: sum(is_available(o) for o in outcomes if o.variant == variant) for variant in variants},
@@ -110,7 +118,7 @@ def arena_key_frames(frames: Frames, detected: np.typing.NDArray[np.str_]) -> li
 
 
 def _pictured(
-    chosen: Sequence[ArenaOutcome], *, workers: int, log: Callable[[str], None]
+    chosen: Sequence[ArenaOutcome], *, workers: int, scheduler: str | None, log: Callable[[str], None]
 ) -> dict[Path, list[tuple[Path, str]]]:
     """Images of dives with their captions, by the dive's folder; those that are there are kept."""
     pictures: dict[Path, list[tuple[Path, str]]] = {}
@@ -121,11 +129,11 @@ def _pictured(
         paths = {key: outcome.folder / FRAMES_FOLDER / f"{key.name}.png" for key in keys}
         pictures[outcome.folder] = [(path, key.caption) for key, path in paths.items()]
         # Two may be of one frame.
-        missing = {key.frame: str(path) for key, path in paths.items() if not path.is_file()}
+        missing = {key.frame: str(path.absolute()) for key, path in paths.items() if not path.is_file()}
         if missing:
-            jobs[outcome.folder.name] = (outcome.seed, outcome.variant, missing, 1)
-    ended = counted(log, 0, len(jobs), "dives drawn")
-    run_in_processes(write_frames, jobs, workers=workers, finished=ended)
+            jobs[outcome.folder.name] = (outcome.seed, outcome.variant, missing)
+    ends = run_many(write_frames, jobs, workers=workers, scheduler=scheduler)
+    all_ended(ends, counted(log, 0, len(jobs), "dives drawn"))
     return {
         folder: [(path, caption) for path, caption in images if path.is_file()] for folder, images in pictures.items()
     }

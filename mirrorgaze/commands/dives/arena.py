@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from mirrorgaze.commands.dives.ensemble import INTERRUPTED
 from mirrorgaze.errors import FAILED
-from mirrorgaze.options import JsonOption, OpenOption
+from mirrorgaze.interrupts import stopping_says
+from mirrorgaze.options import JsonOption, OpenOption, SchedulerOption, ShardOption, WorkersOption
 from mirrorgaze.output import open_page, print_json, print_step, print_table
 
 
@@ -27,10 +27,9 @@ def arena(
     worst: Annotated[
         int, typer.Option(metavar="N", help="Number of worst dives of each loop to draw images of.", min=0)
     ] = 10,
-    workers: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Number of dives at a time.", show_default="number of cores", min=1),
-    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    shard: ShardOption = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.")] = Path(
         "out/arena"
     ),
@@ -51,25 +50,38 @@ def arena(
       mirrorgaze arena --seeds 20 --variant default,paper -o out/loops
     """
     from dives.arena.run import run_arena
+    from optics.workers.shards import Shard
     from reports.studies.arena_report import write_arena_report
 
     variants = [name.strip() for name in variant.split(",")]
     at_a_time = workers or os.cpu_count() or 1
-    try:
+    part = Shard.parsed(shard) if shard else None
+    with stopping_says(f"{output}: stopped; the same command continues from there"):
         print_step("dives ...")
-        outcomes = run_arena(range(first_seed, first_seed + seeds), variants, output, workers=at_a_time, log=print_step)
-        print_step("report ...")
-        found = write_arena_report(outcomes, output, worst=worst, workers=at_a_time, log=print_step)
-    except KeyboardInterrupt:
-        typer.echo(f"mirrorgaze: {output}: stopped; the same command continues from there", err=True)
-        raise typer.Exit(INTERRUPTED) from None
-    if browse:
-        open_page(output / "report.html")
-    if json:
+        outcomes = run_arena(
+            range(first_seed, first_seed + seeds),
+            variants,
+            output,
+            workers=at_a_time,
+            scheduler=scheduler,
+            shard=part,
+            log=print_step,
+        )
+        if part is None:
+            print_step("report ...")
+            found = write_arena_report(
+                outcomes, output, worst=worst, workers=at_a_time, scheduler=scheduler, log=print_step
+            )
+    if part is not None:
+        dives = seeds * len(variants)
+        typer.echo(f"{output}: {part.manifest_name}, a folder for each of {len(outcomes)} dives of {dives}")
+    elif json:
         print_json(found)
     else:
         print_table(_table(found, variants))
         typer.echo(f"{output}: report.html, arena.json, dives.csv, summary.csv, a folder for each dive")
+    if browse and part is None:
+        open_page(output / "report.html")
     failed = [outcome for outcome in outcomes if outcome.failure is not None]
     for outcome in failed:
         assert outcome.failure is not None

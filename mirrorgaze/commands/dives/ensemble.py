@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mirrorgaze.errors import FAILED
-from mirrorgaze.options import DiveArgument, JsonOption
+from mirrorgaze.interrupts import stopping_says
+from mirrorgaze.options import DiveArgument, JsonOption, SchedulerOption, ShardOption, WorkersOption
 from mirrorgaze.output import print_json, print_step, print_table
 
 if TYPE_CHECKING:
-    from dives.ensembles.results import EnsembleResults
+    from collections.abc import Sequence
 
-INTERRUPTED = 130
-"""Exit status of a process that Ctrl-C ended, as shells have it."""
+    from dives.ensembles.results import EnsembleResults
+    from dives.ensembles.run import Outcome
 
 
 def ensemble(
@@ -41,10 +42,9 @@ def ensemble(
             metavar="KEY", help="Compare the values of this key in pairs.", show_default="the first that is varied"
         ),
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Number of dives at a time.", show_default="number of cores", min=1),
-    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    shard: ShardOption = None,
     no_video: Annotated[
         bool, typer.Option("--no-video", help="Write no videos; render only what the loop looks at.")
     ] = False,
@@ -68,8 +68,8 @@ def ensemble(
       mirrorgaze ensemble spiral --seeds 4 --vary depth_m=3..12 --points 10 --no-video -o out/depths
     """
     from dives.ensembles.members import Choice, members, parsed_variation
-    from dives.ensembles.results import ensemble_results, write_results
     from dives.ensembles.run import run_ensemble
+    from optics.workers.shards import Shard
 
     variations = [parsed_variation(text) for text in vary or []]
     choices = [varied.key for varied in variations if isinstance(varied, Choice) and len(varied.values) > 1]
@@ -79,20 +79,35 @@ def ensemble(
         )
     chosen = members(variations, seeds=range(seeds), points=points, points_seed=points_seed)
     folder = output or Path("out") / f"{Path(dive).stem}-ensemble"
-    try:
+    part = Shard.parsed(shard) if shard else None
+    with stopping_says(f"{folder}: stopped; the same command continues from there"):
         print_step("dives ...")
         outcomes = run_ensemble(
             dive,
             chosen,
             folder,
             workers=workers or os.cpu_count() or 1,
+            scheduler=scheduler,
+            shard=part,
             log=print_step,
             video=not no_video,
         )
-    except KeyboardInterrupt:
-        typer.echo(f"mirrorgaze: {folder}: stopped; the same command continues from there", err=True)
-        raise typer.Exit(INTERRUPTED) from None
-    results = ensemble_results(outcomes, compare or (choices[0] if choices else None))
+    failed = [outcome for outcome in outcomes if outcome.failure is not None]
+    if part is None:
+        _tell(outcomes, compare or (choices[0] if choices else None), folder, json=json)
+    else:
+        typer.echo(f"{folder}: {part.manifest_name}, a folder for each of {len(outcomes)} dives of {len(chosen)}")
+    for outcome in failed:
+        assert outcome.failure is not None
+        typer.echo(f"mirrorgaze: {outcome.folder}: {outcome.failure.sentence}", err=True)
+    if failed or (require and not all(outcome.metrics and outcome.metrics["passed"] for outcome in outcomes)):
+        raise typer.Exit(FAILED)
+
+
+def _tell(outcomes: Sequence[Outcome], compare: str | None, folder: Path, *, json: bool) -> None:
+    from dives.ensembles.results import ensemble_results, write_results
+
+    results = ensemble_results(outcomes, compare)
     files = write_results(results, folder)
     if json:
         print_json(results.as_dict())
@@ -102,12 +117,6 @@ def ensemble(
         for outcome in outcomes:
             if outcome.metrics and not outcome.metrics["passed"]:
                 typer.echo(f"{outcome.member.name}: {outcome.metrics['verdict']}")
-    failed = [outcome for outcome in outcomes if outcome.failure is not None]
-    for outcome in failed:
-        assert outcome.failure is not None
-        typer.echo(f"mirrorgaze: {outcome.folder}: {outcome.failure.sentence}", err=True)
-    if failed or (require and not all(outcome.metrics and outcome.metrics["passed"] for outcome in outcomes)):
-        raise typer.Exit(FAILED)
 
 
 def _print(results: EnsembleResults) -> None:

@@ -16,7 +16,7 @@ from dives.target_size import sized
 from tracking.overlay import overlay
 
 
-def pretend(seed, variant, folder, threads):
+def pretend(seed, variant, folder):
     """Write down which dive it would have been; seed 1 fails."""
     if seed == 1:
         raise OSError("no disk")
@@ -66,7 +66,7 @@ def test_images_are_those_of_the_dive(small_dive, tmp_path, monkeypatch):
     quiet = small_dive.model_copy(update={"video": "none", "overlay": False})
     monkeypatch.setattr(replay, "arena_dive", lambda seed: ArenaDive(seed=seed, dive=quiet, factors={}))
     monkeypatch.setattr(replay, "arena_rig", lambda name: quiet.load_rig())
-    replay.write_frames(0, "default", {5: str(tmp_path / "key_frames" / "five.png")}, 1)
+    replay.write_frames(0, "default", {5: str(tmp_path / "key_frames" / "five.png")})
     rig = quiet.load_rig()
     closed = ClosedLoop(sized(quiet, rig), rig, rig_meshes(rig))
     closed.whole_images = True

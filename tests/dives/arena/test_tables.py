@@ -20,7 +20,7 @@ from dives.arena.tables import (
     summary_csv,
     worst_dives,
 )
-from dives.ensembles.processes import Failure
+from optics.workers.run import Failure
 
 
 def numbers(**changed):

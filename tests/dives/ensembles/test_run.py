@@ -18,6 +18,7 @@ from dives.ensembles.run import planned, run_ensemble
 from dives.metrics.frames import FLAGS, NUMBERS, TEXT
 from dives.runner import identity_of
 from dives.target_size import sized
+from optics.workers.shards import Shard
 from rigs import Rig
 from tracking.log import LOG
 
@@ -46,7 +47,7 @@ import pyarrow.parquet as pq
 HERE = Path(__file__).parent
 
 
-def work(text, folder, threads):
+def work(text, folder):
     folder = Path(folder)
     if folder.name in (HERE / "failing").read_text().split():
         raise OSError("No space left on device")
@@ -84,7 +85,7 @@ def work(tmp_path, monkeypatch):
 def run(work, short, tmp_path):
     """`run(members, failing)`: what became of them, and what was said."""
 
-    def running(chosen, failing=""):
+    def running(chosen, failing="", shard=None):
         dives = planned(short, chosen)
         # As `run_dive` has it: a dive that names no least area of a blob is sized by its ball.
         rig = Rig.load("aqua2")
@@ -95,7 +96,7 @@ def run(work, short, tmp_path):
         (tmp_path / "stand_in/identities.json").write_text(json.dumps(identities))
         (tmp_path / "stand_in/failing").write_text(failing)
         said: list[str] = []
-        found = run_ensemble(short, chosen, tmp_path / "out", workers=2, log=said.append, work=work)
+        found = run_ensemble(short, chosen, tmp_path / "out", workers=1, shard=shard, log=said.append, work=work)
         return found, said
 
     return running
@@ -119,6 +120,21 @@ def test_each_dive_in_its_folder_and_finished_ones_stay(run, tmp_path):
     assert all(outcome.failure is None for outcome in found)
     assert [outcome.member.name for outcome in found] == [member.name for member in more]
     assert (tmp_path / "out/variant=default,seed=0" / LOG).stat().st_mtime_ns == first
+
+
+def test_shards_make_what_the_whole_puts_together(run, tmp_path):
+    """Two of two, the second with a dive that fails; the whole finds what they made, and makes what is missing."""
+    chosen = members([], seeds=[0, 1, 2])
+    first, _ = run(chosen, shard=Shard(1, 2))
+    assert [outcome.member.seed for outcome in first] == [0, 2]
+    second, _ = run(chosen, failing="seed=1", shard=Shard(2, 2))
+    assert [outcome.failure is None for outcome in second] == [False]
+    told = [json.loads((tmp_path / f"out/shard-{number}-of-2.json").read_text()) for number in (1, 2)]
+    assert told[0] == {"shard": 1, "of": 2, "all_pieces": 3, "pieces": {"seed=0": "done", "seed=2": "done"}}
+    assert told[1]["pieces"] == {"seed=1": "failed: OSError: No space left on device"}
+    found, said = run(chosen)
+    assert said[0] == "2 of 3 dives: done before"
+    assert [outcome.failure for outcome in found] == [None] * 3
 
 
 def test_a_folder_of_another_dive_is_refused_before_anything_is_dived(run, tmp_path):

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from dives.ensembles.members import Choice, members
-from dives.ensembles.processes import Failure
 from dives.ensembles.run import Outcome
 from dives.ensembles.tables import (
     AS_IT_IS,
@@ -25,6 +24,7 @@ from dives.ensembles.tables import (
 )
 from dives.metrics import DEFINITIONS
 from dives.metrics.intervals import Interval
+from optics.workers.run import Failure
 
 
 def outcome(member, **metrics):

@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from dives.arena import run
 from dives.arena.run import ArenaOutcome
-from dives.ensembles.processes import Failure
 from mirrorgaze.cli import app
+from optics.workers.run import Failure
 from tests.dives.arena.test_tables import numbers
 
 
@@ -22,7 +22,7 @@ def dived(monkeypatch):
     """Dives that hold 0.9 of the time with the first loop and 0.5 with others; seeds in `dived` fail."""
     failing: set[int] = set()
 
-    def run_arena(seeds, variants, folder, *, workers, log):
+    def run_arena(seeds, variants, folder, *, workers, scheduler, shard, log):
         log(f"{len(seeds)} seeds from {seeds[0]}, {', '.join(variants)}, {workers} at a time")
         return [
             ArenaOutcome(

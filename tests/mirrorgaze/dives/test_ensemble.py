@@ -10,10 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 from dives.ensembles import run
-from dives.ensembles.processes import Failure
 from dives.ensembles.run import Outcome
 from dives.metrics import DEFINITIONS
+from mirrorgaze import interrupts
 from mirrorgaze.cli import app
+from optics.workers.run import Failure
 
 
 def mirrorgaze(*arguments: str):
@@ -25,7 +26,7 @@ def dived(monkeypatch):
     """Dives whose error is 1 + seed degrees for the first variant and 3 more for the second; `dived` names failures."""
     failing: set[str] = set()
 
-    def dive_all(dive, members, folder, *, workers, log, video):
+    def dive_all(dive, members, folder, *, workers, scheduler, shard, log, video):
         log(f"{dive}: {len(members)} dives, {workers} at a time{'' if video else ', no video'}")
         found = []
         for member in members:
@@ -104,13 +105,23 @@ def test_a_dive_that_fails_is_told_and_1(dived, here):
 
 
 def test_ctrl_c_says_how_to_go_on(here, monkeypatch):
-    def stopped(*_, **__):
-        raise KeyboardInterrupt
+    said = []
+    monkeypatch.setattr(run, "run_ensemble", lambda *_, **__: said.append(interrupts._last_words[-1]) or [])
+    mirrorgaze("spiral")
+    assert said == ["out/spiral-ensemble: stopped; the same command continues from there"]
+    assert interrupts._last_words == ["stopped"]
 
-    monkeypatch.setattr(run, "run_ensemble", stopped)
-    result = mirrorgaze("spiral")
-    assert result.exit_code == 130
-    assert "the same command continues from there" in result.stderr
+
+def test_a_shard_is_dived_alone_and_tables_are_left_to_the_whole(dived, here):
+    result = mirrorgaze("spiral", "--seeds", "8", "--shard", "2/3")
+    assert result.exit_code == 0, result.stderr
+    assert "shard-2-of-3.json" in result.stdout
+    assert not (here / "out/spiral-ensemble/summary.csv").exists()
+    refused = mirrorgaze("spiral", "--shard", "4/3")
+    assert (refused.exit_code, refused.stderr) == (
+        2,
+        "mirrorgaze: --shard 4/3: expected I/N with I from 1 to N, such as 2/8\n",
+    )
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,39 @@ def test_arrays_are_read_to_where_kernels_can_use_them(shape, order):
     assert read.ctypes.data % CACHE_LINE_BYTES == 0 and read.flags.writeable
 
 
+def make_slowly(folder, name):
+    """In a process of its own: make the result, and tell that it began; the one that is to die waits to be killed."""
+    os.environ["MIRRORGAZE_CACHE"] = str(folder / "cache")
+
+    def made():
+        (folder / f"{name}.made").touch()
+        time.sleep(3600 if name == "dies" else 0.2)
+        return NUMBERS
+
+    np.testing.assert_array_equal(found(made), NUMBERS)
+
+
+def test_of_many_processes_one_makes_it_and_its_death_lets_the_next_one(tmp_path):
+    """The first is killed while two wait; of these one makes it."""
+    context = get_context("spawn")
+    dies, *others = [
+        context.Process(target=make_slowly, args=(tmp_path, name)) for name in ("dies", "waits", "waits too")
+    ]
+    dies.start()
+    while not (tmp_path / "dies.made").exists():
+        time.sleep(0.01)
+    for process in others:
+        process.start()
+    time.sleep(0.2)
+    assert len(list(tmp_path.glob("*.made"))) == 1
+    dies.kill()
+    for process in (dies, *others):
+        process.join()
+    assert [process.exitcode for process in others] == [0, 0]
+    assert len(list(tmp_path.glob("*.made"))) == 2
+    assert [path.name for path in (tmp_path / "cache/thing").iterdir()] == [f"{KEY}.npz"]
+
+
 def test_what_is_found_was_used_now_and_made_then():
     found()
     os.utime(entry_path("thing", KEY), (1e9, 1e9))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from dives.metrics.frames import Frames
+from optics.workers.run import Ended
 from reports.studies import arena_report
 from reports.studies.arena_report import arena_key_frames, write_arena_report
 from tests.dives.arena.test_tables import NEVER, outcome
@@ -16,13 +17,11 @@ def drawn(monkeypatch, dive_log):
     """What is asked to be drawn, instead of drawing it; each log is the same."""
     asked = {}
 
-    def draw(work, jobs, *, workers, finished):
+    def draw(work, jobs, *, workers, scheduler):
         asked.update(jobs)
-        for name in jobs:
-            finished(name, None)
-        return {}
+        return [Ended(name=name, value=None, failure=None) for name in jobs]
 
-    monkeypatch.setattr(arena_report, "run_in_processes", draw)
+    monkeypatch.setattr(arena_report, "run_many", draw)
     monkeypatch.setattr(arena_report, "read_log", lambda folder: dive_log)
     return asked
 
