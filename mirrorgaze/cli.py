@@ -14,7 +14,7 @@ from typing import Annotated
 
 import typer
 
-from mirrorgaze.commands.calibration import calibrate, calibrate_study
+from mirrorgaze.commands.calibration import calibrate, calibrate_port, calibrate_study
 from mirrorgaze.commands.design import compare_designs, coverage, design, search, share, size, tolerance
 from mirrorgaze.commands.dives import (
     angular_speed,
@@ -62,7 +62,11 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         corners.corners,
         bag.bag,
     ),
-    "Calibration": (calibrate.calibrate, calibrate_study.calibrate_study),
+    "Calibration": (
+        calibrate.calibrate,
+        calibrate_port.calibrate_port,
+        calibrate_study.calibrate_study,
+    ),
     "Maintenance": (doctor.doctor, cache.cache),
 }
 """Every command, under the headings and in the order in which `mirrorgaze --help` shows them."""

@@ -10,3 +10,9 @@ from .loop.offline import track as track
 from .loop.variants import VARIANTS as VARIANTS
 from .loop.variants import Variant as Variant
 from .mirrors import open_mirrors as open_mirrors
+from .port_calibration.corner_files import read_corners as read_corners
+from .port_calibration.estimate import PortCalibration as PortCalibration
+from .port_calibration.estimate import calibrate_port as calibrate_port
+from .port_calibration.images import find_boards as find_boards
+from .port_calibration.observations import BoardObservations as BoardObservations
+from .port_calibration.simulation import simulated_observations as simulated_observations

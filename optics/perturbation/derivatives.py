@@ -179,7 +179,14 @@ def _of_pixels(
     names: tuple[str, ...],
 ) -> Jacobian:
     lanes, shape = _lanes(train, seen, q, perturbations, names)
-    pixels, gradients = train.run(_pixel_kernel, lanes, names)
+    pixels, gradients = train.run(pixel_gradients, lanes, names)
+    return jacobian_of_pixels(pixels, gradients, shape, names)
+
+
+def jacobian_of_pixels(
+    pixels: Any, gradients: list[list[Any]], shape: tuple[int, ...], names: tuple[str, ...]
+) -> Jacobian:
+    """Jacobian of pixels from what `pixel_gradients` returns: the implicit function theorem, lane by lane."""
     table = _table(gradients, shape)
     found = np.asarray(np.isfinite(table).all(axis=(-2, -1)))
     of_direction, of_parameters = table[found][..., :2], table[found][..., 2:]
@@ -196,7 +203,7 @@ def _found(outputs: FloatArray, values: FloatArray, names: tuple[str, ...]) -> J
     return Jacobian(outputs=outputs, parameters=names, values=values)
 
 
-def _pixel_kernel(
+def pixel_gradients(
     kind: Kind, numbers: dict[str, Any], lanes: dict[str, Any], names: tuple[str, ...]
 ) -> tuple[Any, list[list[Any]]]:
     """Kernel: pixels, and derivatives of residual and pixel by direction and by `names`."""

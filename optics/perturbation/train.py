@@ -168,18 +168,7 @@ class PerturbedTrain:
             values |= named(JOINTS, np.where(mirrored[..., np.newaxis], joints, 0.0))
             if not mirrored.all():
                 values["mirrored"] = mirrored
-        shape = np.broadcast_shapes(*map(np.shape, values.values()))
-        # An empty batch never reaches Dr.Jit, whose frozen functions end the process when they meet width 0.
-        batch = shape if math.prod(shape) else ()
-        # One table: a kernel with an input per number would be compiled for every alignment of each in memory.
-        table = np.empty((len(values), *batch))
-        for row, value in enumerate(values.values()):
-            table[row] = value if math.prod(shape) else np.nan
-        count = math.prod(batch)
-        whole, lane, step = Float64(aligned(table, np.float64)), dr.arange(UInt32, count), dr.opaque(UInt32, count)
-        lanes = {name: dr.gather(Float64, whole, lane + row * step) for row, name in enumerate(values)}
-        dr.eval(lanes)
-        return lanes, shape
+        return lanes_of(values)
 
     def _project(self, q: ArrayLike, perturbations: Perturbations, seen: Mapping[str, ArrayLike]) -> FloatArray:
         lanes, shape = self.lanes(q, perturbations, seen)
@@ -188,6 +177,22 @@ class PerturbedTrain:
     def run(self, kernel: Kernel, lanes: dict[str, Any], *options: Any) -> Any:
         """Call a kernel of `optics.perturbation.kernels`, compiled once for lanes of these names."""
         return compiled(kernel, self.kind, tuple(lanes), *options)(self.numbers, lanes)
+
+
+def lanes_of(values: Mapping[str, ArrayLike]) -> tuple[dict[str, Any], tuple[int, ...]]:
+    """Numbers by name, which broadcast together, as Dr.Jit arrays with one for every lane, and the batch's shape."""
+    shape = np.broadcast_shapes(*map(np.shape, values.values()))
+    # An empty batch never reaches Dr.Jit, whose frozen functions end the process when they meet width 0.
+    batch = shape if math.prod(shape) else ()
+    # One table: a kernel with an input per number would be compiled for every alignment of each in memory.
+    table = np.empty((len(values), *batch))
+    for row, value in enumerate(values.values()):
+        table[row] = value if math.prod(shape) else np.nan
+    count = math.prod(batch)
+    whole, lane, step = Float64(aligned(table, np.float64)), dr.arange(UInt32, count), dr.opaque(UInt32, count)
+    lanes = {name: dr.gather(Float64, whole, lane + row * step) for row, name in enumerate(values)}
+    dr.eval(lanes)
+    return lanes, shape
 
 
 def named(names: tuple[str, ...], vectors: ArrayLike) -> dict[str, FloatArray]:

@@ -39,7 +39,7 @@ def board_poses(train: PerturbedTrain, observations: TargetObservations) -> list
             raise ValueError(f"board {name}: expected pixels that look through the port")
         areas = [_area(on_board[on & (image == each)]) for each in range(image.max() + 1)]
         seen = on & (image == int(np.argmax(areas)))
-        poses.append(_pose(on_board[seen], origins[seen], directions[seen]))
+        poses.append(pose_on_rays(on_board[seen], origins[seen], directions[seen]))
     return poses
 
 
@@ -51,7 +51,8 @@ def _area(on_board: FloatArray) -> float:
     return float(np.linalg.det(centred.T @ centred))
 
 
-def _pose(on_board: FloatArray, origins: FloatArray, directions: FloatArray) -> RigidTransform:
+def pose_on_rays(on_board: FloatArray, origins: FloatArray, directions: FloatArray) -> RigidTransform:
+    """`camera_from_board` of points (n, 2) of a board, each on a ray (n, 3) behind port and mirrors."""
     off_ray = _across(directions)
     x, y = on_board[:, 0, np.newaxis, np.newaxis], on_board[:, 1, np.newaxis, np.newaxis]
     rows = np.concatenate([off_ray * x, off_ray * y, off_ray], axis=2).reshape(-1, 9)
