@@ -1,4 +1,4 @@
-"""What is written when all samples of a data set are there: its table, its formats, its manifest."""
+"""What is written when all samples of a data set are there: its table, formats, card and manifest."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from dives.datasets.card import write_card
+from dives.datasets.contact_sheet import write_contact_sheet
 from dives.datasets.dataset import Dataset
 from dives.datasets.files import (
     FAILURES,
@@ -18,19 +20,26 @@ from dives.datasets.files import (
     file_name,
 )
 from dives.datasets.formats.coco import write_coco
+from dives.datasets.formats.parquet import write_parquet
+from dives.datasets.formats.webdataset import write_webdataset
 from dives.datasets.formats.yolo import write_yolo
 from dives.datasets.rendering import LAYERS
 from dives.datasets.table import write_table
 from rigs.atomic_files import digest_of, write_text
 
-FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {"coco": write_coco, "yolo": write_yolo}
+FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {
+    "coco": write_coco,
+    "yolo": write_yolo,
+    "webdataset": write_webdataset,
+    "parquet": write_parquet,
+}
 """Each writes the samples of a set, and returns the files that the manifest tells."""
 
 
 def finish(
     dataset: Dataset, folder: Path, *, log: Callable[[str], None] = lambda line: None
 ) -> tuple[dict[int, str], tuple[str, ...]]:
-    """Write table, formats and manifest of a set whose samples are all there.
+    """Write table, formats, card and manifest of a set whose samples are all there.
 
     Returns
     -------
@@ -47,6 +56,9 @@ def finish(
     for name in dataset.spec.formats:
         log(f"{name} ...")
         files += FORMATS[name](dataset, folder, indices)
+    if indices:
+        log("card ...")
+        files += [write_contact_sheet(dataset, folder, indices), write_card(dataset, folder, failed)]
     _write_manifest(dataset, folder, failed, [SPECIFICATION, IDENTITY, *_rig_files(dataset), *files])
     return failed, (*files, MANIFEST)
 

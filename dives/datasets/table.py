@@ -67,7 +67,7 @@ def rows_of(folder: Path, indices: Iterable[int]) -> Iterator[dict[str, Any]]:
     """Rows of samples; of an absent number there is no key."""
     for index in indices:
         content = (folder / file_name(RECORDS, index)).read_bytes()
-        yield _row(json.loads(content)) | {"record_sha256": hashlib.sha256(content).hexdigest()}
+        yield row_of(json.loads(content)) | {"record_sha256": hashlib.sha256(content).hexdigest()}
 
 
 def _groups(rows: Iterable[dict[str, Any]]) -> Iterator[list[dict[str, Any]]]:
@@ -80,7 +80,8 @@ def _groups(rows: Iterable[dict[str, Any]]) -> Iterator[list[dict[str, Any]]]:
     yield group
 
 
-def _row(record: dict[str, Any]) -> dict[str, Any]:
+def row_of(record: dict[str, Any]) -> dict[str, Any]:
+    """Row of a record, but for the record's own digest."""
     (fx, _, cx), (_, fy, cy), _ = record["camera_matrix"]
     scene = dict(record["scene"])
     target = [each for each in record["annotations"] if each["label"] == "target"]

@@ -11,7 +11,7 @@ samples = 6
 seed = 7
 licence = "CC-BY-4.0"
 splits = { train = 2, val = 1 }
-formats = ["coco", "yolo"]
+formats = ["coco", "yolo", "webdataset", "parquet"]
 boxes = ["target", "decoy"]
 
 [scene]
