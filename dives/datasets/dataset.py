@@ -43,11 +43,14 @@ class Dataset:
         By the names in the file.
     text : str
         The file.
+    folder : Path
+        From which it names files.
     """
 
     spec: DatasetSpecification
     rigs: dict[str, Rig]
     text: str
+    folder: Path
 
     @classmethod
     def load(cls, path: str | Path) -> Dataset:
@@ -99,7 +102,7 @@ def parse_dataset(text: str, *, source: str, folder: Path) -> Dataset:
     problems += _problems(spec, rigs)
     if problems:
         raise DatasetError(source, problems)
-    return Dataset(spec=spec, rigs=rigs, text=text)
+    return Dataset(spec=spec, rigs=rigs, text=text, folder=folder)
 
 
 def water_of(rig: Rig, water: str | None) -> Water:

@@ -18,9 +18,14 @@ from dives.datasets.drawing import NoRoomError, sample_of
 from dives.datasets.files import is_done, write_failure, write_sample
 from dives.datasets.rendering import rendered
 from dives.datasets.scenes import DatasetScene, scene_of
+from optics.workers.shards import Shard
 
-SAMPLES_A_PIECE = 100
-"""Half a minute of work: what a process that dies costs at most."""
+SAMPLES_A_PIECE = 50
+"""A quarter of a minute of work: what a process that dies costs at most."""
+
+
+class FailedSamplesError(RuntimeError):
+    """Samples of a piece that could not be made though there is room in them; the others are there."""
 
 
 @dataclass(frozen=True)
@@ -39,33 +44,15 @@ class Piece:
     @property
     def name(self) -> str:
         """Such as ``scene 3, samples 12 to 480``."""
-        return f"scene {self.scene}, samples {self.indices[0]} to {self.indices[-1]}"
+        last = "" if len(self.indices) == 1 else f" to {self.indices[-1]}"
+        return f"scene {self.scene}, sample{'s' if last else ''} {self.indices[0]}{last}"
+
+    def apart(self, indices: Sequence[int]) -> list[Piece]:
+        """Some of its samples, each a piece by itself."""
+        return [Piece(self.scene, (index,)) for index in indices]
 
 
-@dataclass(frozen=True)
-class Shard:
-    """The i-th of n parts of a data set, counted from 1."""
-
-    number: int
-    of: int
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.number <= self.of:
-            raise ValueError(f"expected a shard from 1 of n to n of n, got {self.number}/{self.of}")
-
-    @classmethod
-    def parsed(cls, text: str) -> Shard:
-        """Read ``2/8``; `ValueError` for what is no shard."""
-        number, slash, of = text.partition("/")
-        if not (slash and number.strip().isdecimal() and of.strip().isdecimal()):
-            raise ValueError(f"expected a shard as i/n, such as 2/8, got {text!r}")
-        return cls(int(number), int(of))
-
-
-WHOLE = Shard(1, 1)
-
-
-def pieces(dataset: Dataset, shard: Shard = WHOLE) -> list[Piece]:
+def pieces(dataset: Dataset, shard: Shard | None = None) -> list[Piece]:
     """Pieces of a part of the set: neighbours share their scene, so that a part has few of them to light."""
     scenes = dataset.grid.scene_of(np.arange(dataset.spec.samples))
     order = np.argsort(scenes, kind="stable")
@@ -75,7 +62,9 @@ def pieces(dataset: Dataset, shard: Shard = WHOLE) -> list[Piece]:
         for scene, (first, last) in enumerate(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))
         for start in range(first, last, SAMPLES_A_PIECE)
     ]
-    begin, end = (len(found) * number // shard.of for number in (shard.number - 1, shard.number))
+    if shard is None:
+        return found
+    begin, end = (len(found) * number // shard.count for number in (shard.number - 1, shard.number))
     return found[begin:end]
 
 
@@ -87,26 +76,45 @@ def left_of(folder: Path, piece: Piece) -> list[int]:
 def make_piece(
     dataset: Dataset, piece: Piece, folder: Path, *, made: Callable[[int], None] = lambda index: None
 ) -> None:
-    """Make the samples of a piece that are not there; one that cannot be made is set aside with its reason.
+    """Make the samples of a piece that are not there; one without room is set aside with its reason.
 
     `made` is told the number of each.
+
+    Raises
+    ------
+    FailedSamplesError
+        After all others are made, with the samples that raised.
+    OSError
+        At once, when files cannot be written.
     """
     left = left_of(folder, piece)
     if not left:
         return
-    scene = _lit(dataset, piece.scene)
+    scene, wrong = _lit(dataset, piece.scene), []
     for index in left:
         try:
-            write_sample(folder, index, rendered(scene, sample_of(scene, index)))
-        except NoRoomError as error:
-            write_failure(folder, index, str(error))
+            _make_sample(scene, index, folder)
+        except OSError:
+            raise
+        except Exception as error:
+            wrong.append(f"sample {index}: {type(error).__name__}: {error}")
         made(index)
+    if wrong:
+        raise FailedSamplesError("; ".join(wrong))
+
+
+def _make_sample(scene: DatasetScene, index: int, folder: Path) -> None:
+    try:
+        sample = sample_of(scene, index)
+    except NoRoomError as error:
+        write_failure(folder, index, str(error))
+    else:
+        write_sample(folder, index, rendered(scene, sample))
 
 
 def make_piece_of_text(text: str, source_folder: str, folder: str, scene: int, indices: Sequence[int]) -> None:
     """Same as `make_piece`, of plain values, for another process."""
-    dataset = _parsed(text, source_folder)
-    make_piece(dataset, Piece(scene, tuple(indices)), Path(folder))
+    make_piece(_parsed(text, source_folder), Piece(scene, tuple(indices)), Path(folder))
 
 
 @lru_cache(maxsize=1)

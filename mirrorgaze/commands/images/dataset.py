@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from mirrorgaze.errors import FAILED
-from mirrorgaze.options import JsonOption
+from mirrorgaze.interrupts import stopping_says
+from mirrorgaze.options import JsonOption, SchedulerOption, ShardOption, WorkersOption
 from mirrorgaze.output import print_json, print_note, print_progress, print_step
 
 
@@ -20,7 +22,9 @@ def dataset(
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="Write into this folder.", show_default="out/NAME"),
     ] = None,
-    shard: Annotated[str, typer.Option(metavar="I/N", help="Make the I-th of N parts only.")] = "1/1",
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    shard: ShardOption = None,
     check: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Check a finished data set instead: counts, digests, files.")
     ] = None,
@@ -48,7 +52,7 @@ def dataset(
         _check(check, json=json)
     else:
         assert spec is not None  # one of the three was given
-        _make(spec, output, shard, json=json)
+        _make(spec, output, workers or os.cpu_count() or 1, scheduler, shard, json=json)
 
 
 def _print_schema() -> None:
@@ -72,34 +76,34 @@ def _check(folder: Path, *, json: bool) -> None:
         raise typer.Exit(FAILED)
 
 
-def _make(spec: Path, output: Path | None, shard: str, *, json: bool) -> None:
+def _make(
+    spec: Path, output: Path | None, workers: int, scheduler: str | None, shard: str | None, *, json: bool
+) -> None:
     from dives.datasets.dataset import Dataset
-    from dives.datasets.pieces import Shard
     from dives.datasets.run import make_dataset
+    from optics.workers.shards import Shard
 
-    part = Shard.parsed(shard)
+    part = Shard.parsed(shard) if shard else None
     loaded = Dataset.load(spec)
     folder = output or Path("out") / loaded.spec.name
-    try:
+    with stopping_says(f"{folder}: stopped; the same command continues from there"):
         made = make_dataset(
             loaded,
             folder,
+            workers=workers,
+            scheduler=scheduler,
             shard=part,
             progress=lambda done, total: print_progress("samples", done, total),
             log=print_step,
         )
-    except KeyboardInterrupt:
-        print_note(f"mirrorgaze: {folder}: stopped; the same command continues from there")
-        raise
     if json:
         print_json(made.as_dict())
-    elif made.is_whole:
+    elif made.files:
         typer.echo(f"{folder}: {made.samples - len(made.failed)} samples, {', '.join(made.files)}")
     else:
-        typer.echo(
-            f"{folder}: {made.done} of {made.samples} samples; without --shard the last command finishes the set"
-        )
-    for sentence in made.failed.values():
+        rest = "the same command without --shard finishes the set" if part else "the same command tries the rest again"
+        typer.echo(f"{folder}: {made.done} of {made.samples} samples; {rest}")
+    for sentence in (*made.failed.values(), *(f"{name}: {said}" for name, said in made.broken.items())):
         print_note(f"mirrorgaze: {folder}: {sentence}")
-    if made.failed:
+    if made.failed or made.broken:
         raise typer.Exit(FAILED)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from dives.datasets.dataset import DatasetError, parse_dataset
-from dives.datasets.pieces import SAMPLES_A_PIECE, Shard, pieces
+from dives.datasets.pieces import SAMPLES_A_PIECE, pieces
+from optics.workers.shards import Shard
 
 LISTS = """
 name = "lists"
@@ -54,12 +55,6 @@ def test_shards_are_the_pieces_in_turn(of):
     whole = dataset()
     parts = [pieces(whole, Shard(number, of)) for number in range(1, of + 1)]
     assert [piece for part in parts for piece in part] == pieces(whole)
-
-
-@pytest.mark.parametrize("text", ["2", "a/b", "0/3", "4/3", "-1/3", "1/0", "/", ""])
-def test_what_is_no_shard_is_refused(text):
-    with pytest.raises(ValueError, match="expected a shard"):
-        Shard.parsed(text)
 
 
 def test_a_grid_that_nobody_counts_is_refused():

@@ -13,12 +13,13 @@ import pytest
 from dives.datasets import files, pieces
 from dives.datasets.dataset import parse_dataset
 from dives.datasets.drawing import sample_of
-from dives.datasets.pieces import Shard, make_piece_of_text
+from dives.datasets.pieces import make_piece_of_text
 from dives.datasets.rendering import DEPTH_UNIT_M, FURTHER
 from dives.datasets.run import make_dataset
 from dives.datasets.scenes import scene_of
 from optics.status import Region
 from optics.train import OpticalTrain
+from optics.workers.shards import Shard
 from scenes.stage.frame import Label
 from tests.dives.datasets.conftest import SMALL_SET, files_of
 
@@ -42,7 +43,10 @@ def test_a_set_made_in_parts_is_the_same_to_the_byte(small_set, small_folder, ma
     piece = pieces.pieces(small_set)[0]
     make_piece_of_text(SMALL_SET, str(small_folder), str(parts), piece.scene, piece.indices[:2])
     whole = make_dataset(small_set, parts)
-    assert whole.is_whole and whole.failed == {}
+    assert whole.is_whole and whole.failed == whole.broken == {}
+    said = json.loads((parts / "shard-2-of-2.json").read_text())
+    assert set(said["pieces"].values()) == {"done"}
+    (parts / "shard-2-of-2.json").unlink()
     assert files_of(parts) == files_of(made)
 
 
