@@ -37,7 +37,11 @@ def is_finished(folder: Path, identity: str) -> bool:
     about = read_log(folder).schema.metadata or {}
     if about.get(IDENTITY_KEY) != identity.encode():
         raise ValueError(f"{folder}: expected the same dive as before or a new folder; another dive is in it")
-    return DIGESTS_KEY in about and as_digests_say(folder, json.loads(about[DIGESTS_KEY]))
+    try:
+        return as_digests_say(folder, json.loads(about[DIGESTS_KEY]))
+    except (KeyError, ValueError, AttributeError, TypeError):
+        # Of an earlier version, or damaged where the log has no checksums: the dive is made again.
+        return False
 
 
 def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: str) -> None:

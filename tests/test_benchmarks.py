@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 OURS = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "benchmarks")
-FILES = sorted((Path(__file__).parents[1] / "benchmarks").glob("*.py"))
+FILES = sorted((Path(__file__).parents[1] / "benchmarks").rglob("*.py"))
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)

@@ -14,13 +14,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow as pa
 import pytest
 
 from dives import files, journal, recorder, rendered_camera, runner
 from dives.dive import Dive, varied
 from dives.runner import DiveStoppedError, run_dive
 from dives.target_size import sized
-from tracking.log import read_log
+from tracking.log import read_log, write_table
 
 pytestmark = pytest.mark.usefixtures("rough_light")
 
@@ -294,6 +295,14 @@ def test_a_finished_dive_lacks_nothing_and_nothing_of_it_is_damaged(small_dive, 
     identity = identity_of(small_dive)
     assert files.is_finished(tmp_path, identity)
     attack(tmp_path / name, how)
+    assert not files.is_finished(tmp_path, identity)
+
+
+@pytest.mark.parametrize("digests", ["{", "[]", '{"video.mkv": 1}', "null"])
+def test_a_finished_dive_whose_digests_are_damaged_is_made_again(small_dive, tmp_path, digests):
+    """They are in the log's own description, which has no checksum."""
+    identity = identity_of(small_dive)
+    write_table(pa.table({"time_s": [0.0]}), tmp_path / "log.parquet", about={"identity": identity, "digests": digests})
     assert not files.is_finished(tmp_path, identity)
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
-import signal
 import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +19,7 @@ from cad.assembly.print_pose import print_pose
 from cad.finding import Finding, Sense
 from optics.kernels.arrays import FloatArray
 from optics.kernels.cache import load_or_make, result_key
+from optics.kernels.child_programs import ENDS_WITH_US
 from optics.mesh import PartMesh
 from rigs import Mount, Problem
 from rigs.catalogue import MATERIALS
@@ -68,18 +67,6 @@ FILAMENTS: Mapping[str, Mapping[str, str]] = {
 TIMEOUT_S = 300
 STATUS_LINE = re.compile(r"^(\d+ => |Slicing result|\[\d{4}-)")
 WARNING = "print warning:"
-
-PR_SET_PDEATHSIG = 1
-ENDS_WITH_US = (
-    ()
-    if sys.platform != "linux"
-    else (
-        *(sys.executable, "-I", "-S", "-c"),
-        f"import ctypes, os, sys; ctypes.CDLL(None).prctl({PR_SET_PDEATHSIG}, {int(signal.SIGKILL)}); "
-        "os.execv(sys.argv[1], sys.argv[1:])",
-    )
-)
-"""Said before a program's name and arguments: the system ends it when we end, also where we are killed."""
 
 SLICE_VERSION = 1
 """Raised when the slicer's words are read as another `Slice`."""

@@ -16,6 +16,8 @@ from optics.kernels.arrays import FloatArray
 
 Faces = NDArray[np.int64]
 Corners = NDArray[np.floating[Any]]
+FURTHEST = 1e12
+"""Coordinate of a corner in whatever unit; of what is beyond, areas and volumes are no numbers any more."""
 EXPORT_AGAIN = "export it again from the program that made it, as STL, GLB or STEP"
 
 
@@ -181,6 +183,8 @@ def _problems(piece: Piece) -> list[str]:
         if wrong:
             of_all = f"{wrong} of {len(piece.vertices)}"
             problems.append(f"expected finite corners{where}, got {of_all} that are not a number or infinite")
+    if not problems and len(piece.vertices) and (furthest := float(np.abs(piece.vertices).max())) > FURTHEST:
+        problems.append(f"expected corners within {FURTHEST:g} of the origin{where}, got one at {furthest:.3g}")
     low, high = int(piece.faces.min()), int(piece.faces.max())
     if low < 0 or high >= len(piece.vertices):
         wrong = int(((piece.faces < 0) | (piece.faces >= len(piece.vertices))).any(axis=1).sum())

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull, reading
+from optics.kernels.cache import load_or_make, result_key
+from optics.kernels.child_programs import ENDS_WITH_US
 from rigs.files import STEP_SUFFIXES
 
 TOLERANCE_MM = 0.2
 """As for every hull that is rendered."""
+
+TRIAL_VERSION = 1
+"""Raised when the trial does something else with a file."""
 
 
 def read_step(file: Path) -> FoundHull:
@@ -63,6 +71,7 @@ def without_messages() -> Iterator[None]:
 def _shape(file: Path, changed_ns: int) -> Any:
     from build123d import import_step  # noqa: PLC0415  (takes seconds to import)
 
+    _try_first(file)
     with reading("a STEP file"), without_messages():
         shape = import_step(file)
     if not shape.faces():
@@ -70,8 +79,34 @@ def _shape(file: Path, changed_ns: int) -> Any:
     return shape
 
 
+def _try_first(file: Path) -> None:
+    """Refuse a file on which OpenCascade ends its process; of the same content that is found out once."""
+    key = result_key("STEP trial", TRIAL_VERSION, version("build123d"), file)
+    status = load_or_make(
+        "STEP trial",
+        key,
+        lambda: _trial_status(file),
+        pack=lambda found: {"status": np.array(found)},
+        unpack=lambda stored: int(stored["status"]),
+    )
+    if status < 0:
+        raise ValueError(
+            f"expected a STEP file, got a damaged one, on which OpenCascade fails (signal {-status}); {EXPORT_AGAIN}"
+        )
+
+
+def _trial_status(file: Path) -> int:
+    trial = str(Path(__file__).with_name("step_trial.py"))
+    arguments = [*ENDS_WITH_US, sys.executable, "-P", trial, str(file), str(TOLERANCE_MM)]
+    return subprocess.run(arguments, capture_output=True, check=False).returncode
+
+
 def _piece(shape: Any) -> Piece:
-    corners, triangles = shape.tessellate(TOLERANCE_MM)
+    try:
+        corners, triangles = shape.tessellate(TOLERANCE_MM)
+    except AttributeError:
+        # OpenCascade has no triangles for one of its faces, which build123d does not foresee.
+        raise ValueError(f"expected a STEP file, got one with a face that has no triangles; {EXPORT_AGAIN}") from None
     vertices = np.array([tuple(corner) for corner in corners], dtype=np.float64).reshape(-1, 3)
     faces = np.array(triangles, dtype=np.int64).reshape(-1, 3)
     return Piece(name=str(shape.label or ""), vertices=vertices, faces=faces)

@@ -11,6 +11,7 @@ import pytest
 import trimesh
 from build123d import Compound, Face, Pos, Solid, export_step
 
+from cad.hulls.files import step
 from cad.hulls.files.triangles import hull_files, read_hull_file, read_triangles
 
 SIZE = (6.0, 2.0, 1.0)
@@ -178,3 +179,46 @@ def test_a_cut_off_collada_and_one_with_corners_that_are_not_there_are_refused(o
 def test_no_file_is_said(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"none\.stl: expected a file, found nothing"):
         read_hull_file(tmp_path / "none.stl")
+
+
+def test_a_corner_beyond_all_measure_is_refused_before_anything_is_computed_with_it(write):
+    """The square of an area of such triangles is no number any more."""
+    far = box()
+    far.vertices[0, 0] = 3e30
+    with pytest.raises(ValueError, match=r"far\.stl: expected corners within 1e\+12 of the origin, got one at 3e\+30"):
+        read_hull_file(write("far.stl", far))
+
+
+@pytest.fixture
+def step_file(tmp_path, monkeypatch):
+    """A box as STEP, and a cache that knows nothing of it."""
+    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path / "cache"))
+    file = tmp_path / "box.step"
+    export_step(Solid.make_box(*SIZE), str(file))
+    return file
+
+
+def test_a_step_file_is_tried_in_another_process_once(step_file, monkeypatch):
+    assert step._trial_status(step_file) == 0
+    tried = []
+    monkeypatch.setattr(step, "_trial_status", lambda file: tried.append(file) or 0)
+    step._try_first(step_file)
+    step._try_first(step_file)
+    assert tried == [step_file]
+
+
+def test_a_step_file_that_ends_the_process_that_reads_it_is_refused(step_file, monkeypatch):
+    monkeypatch.setattr(step, "_trial_status", lambda file: -11)
+    with pytest.raises(ValueError, match=r"box\.step: expected a STEP file, got a damaged one, on which Open"):
+        read_hull_file(step_file)
+
+
+def test_a_face_without_triangles_is_refused(step_file, monkeypatch):
+    """OpenCascade has none where the bounds of a face are damaged; build123d takes it that there are some."""
+
+    def no_triangulation(shape, tolerance):
+        raise AttributeError("'NoneType' object has no attribute 'NbNodes'")
+
+    monkeypatch.setattr(Solid, "tessellate", no_triangulation)
+    with pytest.raises(ValueError, match=r"box\.step: expected a STEP file, got one with a face that has no triangles"):
+        read_hull_file(step_file)
