@@ -32,15 +32,15 @@ def opencv_yaml(virtual: VirtualPinhole) -> str:
             "---",
             f"image_width: {virtual.camera.width_px}",
             f"image_height: {virtual.camera.height_px}",
-            *_matrix("camera_matrix", virtual.camera_matrix),
-            *_matrix("distortion_coefficients", np.array([virtual.camera.distortion])),
-            *_matrix("body_from_virtual_camera", virtual.body_from_virtual.as_matrix()),
+            *matrix_lines("camera_matrix", virtual.camera_matrix),
+            *matrix_lines("distortion_coefficients", np.array([virtual.camera.distortion])),
+            *matrix_lines("body_from_virtual_camera", virtual.body_from_virtual.as_matrix()),
             f"q1_deg: {float(np.degrees(virtual.q1))!r}",
             f"q2_deg: {float(np.degrees(virtual.q2))!r}",
-            *_matrix("fitted_region_px", np.array([virtual.region_px])),
-            *_matrix("fitted_at_m", np.array([[row.distance_m for row in residuals]])),
-            *_matrix("rms_px", np.array([[row.rms_px for row in residuals]])),
-            *_matrix("largest_px", np.array([[row.largest_px for row in residuals]])),
+            *matrix_lines("fitted_region_px", np.array([virtual.region_px])),
+            *matrix_lines("fitted_at_m", np.array([[row.distance_m for row in residuals]])),
+            *matrix_lines("rms_px", np.array([[row.rms_px for row in residuals]])),
+            *matrix_lines("largest_px", np.array([[row.largest_px for row in residuals]])),
             "",
         ]
     )
@@ -57,11 +57,11 @@ def ros_yaml(virtual: VirtualPinhole, name: str) -> str:
             f"image_width: {virtual.camera.width_px}",
             f"image_height: {virtual.camera.height_px}",
             f"camera_name: {name}",
-            *_matrix("camera_matrix", virtual.camera_matrix, ros=True),
+            *matrix_lines("camera_matrix", virtual.camera_matrix, ros=True),
             "distortion_model: plumb_bob",
-            *_matrix("distortion_coefficients", np.array([virtual.camera.distortion]), ros=True),
-            *_matrix("rectification_matrix", np.eye(3), ros=True),
-            *_matrix("projection_matrix", projection, ros=True),
+            *matrix_lines("distortion_coefficients", np.array([virtual.camera.distortion]), ros=True),
+            *matrix_lines("rectification_matrix", np.eye(3), ros=True),
+            *matrix_lines("projection_matrix", projection, ros=True),
             "",
         ]
     )
@@ -76,7 +76,8 @@ def write_camera_files(virtual: VirtualPinhole, name: str, folder: Path) -> list
     return [folder / file for file in contents]
 
 
-def _matrix(name: str, matrix: FloatArray, *, ros: bool = False) -> Iterable[str]:
+def matrix_lines(name: str, matrix: FloatArray, *, ros: bool = False) -> Iterable[str]:
+    """Lines of a matrix in OpenCV's or ROS's YAML."""
     # Python's shortest text of a float64 reads back as the same number.
     numbers = ", ".join(repr(float(value)) for value in matrix.ravel())
     rows, columns = matrix.shape

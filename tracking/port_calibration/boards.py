@@ -25,6 +25,9 @@ APRILTAGS = cv2.aruco.DICT_APRILTAG_36h11
 KALIBR_BORDER = 2
 """Widths of a bit of the black border that Kalibr draws around a tag; the AprilTag family has 1."""
 
+BIT = 1 / 8
+"""Least width of the black border in parts of a tag's side: six bits and a border of one."""
+
 FEWEST_TAGS = 3
 """Of which the corners are ordered: a homography has eight numbers, three centres of tags and one of their corners."""
 
@@ -151,7 +154,7 @@ class AprilGrid(Board):
             fits.append((_misfit(places, quads.reshape(-1, 2)), places))
         places = min(fits, key=lambda fit: fit[0])[1]
         sides = np.linalg.norm(np.diff(quads, axis=1, append=quads[:, :1]), axis=2)
-        return places, _refined(image, quads.reshape(-1, 2), float(sides.min()) * self.spacing)
+        return places, _refined(image, quads.reshape(-1, 2), float(sides.min()) * min(self.spacing, BIT))
 
 
 def _nothing() -> tuple[FloatArray, FloatArray]:

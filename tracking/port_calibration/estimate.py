@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from optics.camera import FisheyeCamera, PinholeCamera
 from optics.kernels.arrays import FloatArray
 from optics.perturbation.parameters import CAMERA, DISTORTION, PORT_CENTRE
 from optics.perturbation.port_camera import TILTS, Lens, PortCamera, Window
@@ -145,7 +146,7 @@ def calibrate_port(
     given = [ports] * len(seen.cameras) if isinstance(ports, FlatPort | DomePort | NoPort) else list(ports)
     problems = observation_problems(seen, known_intrinsics=keep_intrinsics)
     problems += _option_problems(seen, given, lens=lens, also=also, keep=keep)
-    problems += _intrinsics_problems(seen, intrinsics, keep=keep_intrinsics)
+    problems += _intrinsics_problems(seen, intrinsics, lens=lens, keep=keep_intrinsics)
     if problems:
         raise ValueError("\n".join(problems))
     model, _ = LENSES[lens]
@@ -218,7 +219,9 @@ def _option_problems(
     return problems
 
 
-def _intrinsics_problems(seen: BoardObservations, intrinsics: Sequence[Lens] | None, *, keep: bool) -> list[str]:
+def _intrinsics_problems(
+    seen: BoardObservations, intrinsics: Sequence[Lens] | None, *, lens: str, keep: bool
+) -> list[str]:
     problems = []
     if intrinsics is not None and len(intrinsics) != len(seen.cameras):
         problems.append(f"expected intrinsics of {len(seen.cameras)} cameras, got {len(intrinsics)}")
@@ -230,6 +233,9 @@ def _intrinsics_problems(seen: BoardObservations, intrinsics: Sequence[Lens] | N
                 f"camera {name}: its intrinsics are of images of {camera.width_px} x {camera.height_px} pixels, "
                 f"but its images have {size[0]} x {size[1]}"
             )
+        wanted = FisheyeCamera if lens == "fisheye" else PinholeCamera
+        if lens in LENSES and not isinstance(camera, wanted):
+            problems.append(f"camera {name}: expected intrinsics of a {LENSES[lens][0]}, got {type(camera).__name__}")
     return problems
 
 

@@ -72,6 +72,11 @@ def calibrate_port(
     lens: Annotated[
         str, typer.Option(help="Lens: pinhole, brown4, brown, rational or fisheye (Kannala-Brandt).")
     ] = "brown",
+    intrinsics: Annotated[
+        list[Path],
+        typer.Option(metavar="FILE", help="Intrinsics to start from: OpenCV, ROS, Kalibr or COLMAP; in order."),
+    ] = (),  # type: ignore[assignment]
+    keep_intrinsics: Annotated[bool, typer.Option("--keep-intrinsics", help="Keep these intrinsics.")] = False,
     estimate: Annotated[
         list[str],
         typer.Option(metavar="NAME", help="Estimate also: n_water, n_port, port_thickness or port_radius."),
@@ -81,6 +86,9 @@ def calibrate_port(
     ] = (),  # type: ignore[assignment]
     size_px: Annotated[
         str | None, typer.Option(metavar="W,H", help="Size of the images, where CORNERS does not say it.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write calibration files to this folder.")
     ] = None,
     json: JsonOption = False,
 ) -> None:
@@ -93,26 +101,34 @@ def calibrate_port(
 
     \b
     Example:
-      mirrorgaze calibrate-port --bare air/ --water pool/ --columns 9 --rows 6 --square-mm 25
+      mirrorgaze calibrate-port --bare air/ --water pool/ --columns 9 --rows 6 --square-mm 25 -o out/port
     """
+    from tracking.port_calibration.camera_input import read_intrinsics
+    from tracking.port_calibration.camera_output import write_port_files
     from tracking.port_calibration.estimate import calibrate_port as calibrate
 
-    seen = _observations(corners, images, board, size_px)
     guess = _port(port)
+    lenses = [each for file in intrinsics for each in read_intrinsics(file)]
+    seen = _observations(corners, images, board, size_px)
     print_step("calibration ...")
     found = calibrate(
         seen,
         ports=guess,
         lens=lens,
+        intrinsics=lenses or None,
+        keep_intrinsics=keep_intrinsics,
         also=estimate,
         keep=keep,
     )
+    files = write_port_files(found, output) if output is not None else []
     if json:
         from tracking.port_calibration.summary import as_dict
 
-        print_json(as_dict(found))
+        print_json({**as_dict(found), "files": [str(file) for file in files]})
         return
     _print(found)
+    for file in files:
+        typer.echo(str(file))
 
 
 def _observations(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -14,6 +15,7 @@ from mirrorgaze.cli import app
 from optics import FlatPort, PinholeCamera
 from optics.perturbation.port_camera import PortCamera
 from tracking import simulated_observations
+from tracking.port_calibration.camera_input import read_intrinsics
 from tracking.port_calibration.corner_files import write_corners
 
 CAMERA = PinholeCamera(width_px=1280, height_px=960, fx_px=1000.0, fy_px=1002.0, cx_px=640.0, cy_px=470.0)
@@ -54,10 +56,23 @@ def test_it_tells(corners):
     assert any("a plain pinhole fits worse" in line for line in lines)
 
 
-def test_json_holds_the_same(corners):
-    result = mirrorgaze(corners, "--thickness-mm", 8, "--lens", "pinhole", "--json")
+def test_json_holds_the_same_and_files_are_written(corners, here):
+    (here / "air.txt").write_text("1 PINHOLE 1280 960 990 990 640.5 480.5\n")
+    start = ("--thickness-mm", 8, "--lens", "pinhole", "--intrinsics", "air.txt")
+    result = mirrorgaze(corners, *start, "-o", "port", "--json")
     assert result.exit_code == 0, result.stderr
     told = json.loads(result.stdout)
+    assert sorted(Path(file).name for file in told["files"]) == [
+        "calibration.json",
+        "camera1_foxglove.json",
+        "camera1_opencv.yaml",
+        "camera1_remap.npz",
+        "camera1_ros.yaml",
+        "colmap_underwater.txt",
+        "kalibr_camchain.yaml",
+    ]
+    assert json.loads((here / "port/calibration.json").read_text())["parameters"] == told["parameters"]
+    assert read_intrinsics(here / "port/kalibr_camchain.yaml")[0].width_px == 1280
     assert told["converged"]
     assert told["outliers"] == 0
     assert len(told["covariance"]["matrix"]) == len(told["parameters"]) == 7
@@ -71,6 +86,8 @@ def test_json_holds_the_same(corners):
         (["corners.csv", "--water", "pool"], "either or"),
         (["corners.csv", "--port", "cube"], "expected --port flat, dome or none, got 'cube'"),
         (["corners.csv", "--port", "dome"], "expected --radius-mm > 0"),
+        (["corners.csv", "--intrinsics", "air.txt"], "air.txt: No such file"),
+        (["corners.csv", "--keep-intrinsics"], "expected intrinsics to keep, got none"),
         (["corners.csv", "--size-px", "big"], "expected --size-px as two whole numbers"),
         (["--water", "pool", "--square-mm", "25"], "expected --columns of at least 3, got 0"),
         (["--water", "nowhere", "--board", "wood"], "nowhere: expected a folder with images"),
