@@ -14,6 +14,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from dives.datasets.files import FAILURES, MANIFEST, RECORDS, TABLE, file_name
+from dives.datasets.formats.readback import read_back
 from rigs.atomic_files import digest_of
 
 MOST_PROBLEMS = 100
@@ -32,15 +33,18 @@ class CheckResult:
         That were read.
     problems : tuple of str
         Sentences; none for a set in order.
+    notes : tuple of str
+        Libraries that were not there to read their formats.
     """
 
     samples: int
     files: int
     problems: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def check_dataset(folder: Path, *, progress: Callable[[int, int], None] = lambda done, of: None) -> CheckResult:
-    """Read every file of a finished data set and compare it with the manifest.
+    """Read every file of a finished data set, compare it with the manifest, and read formats by their own libraries.
 
     `progress` is told the samples that are checked and all of them.
 
@@ -51,7 +55,7 @@ def check_dataset(folder: Path, *, progress: Callable[[int, int], None] = lambda
     """
     manifest = _manifest(folder)
     problems = [problem for name, facts in manifest["files"].items() if (problem := _problem(folder / name, facts))]
-    read = len(manifest["files"])
+    read, notes = len(manifest["files"]), list[str]()
     if not problems:
         digests = _record_digests(folder)
         counted = len(digests)
@@ -66,7 +70,9 @@ def check_dataset(folder: Path, *, progress: Callable[[int, int], None] = lambda
             if len(problems) >= MOST_PROBLEMS:
                 problems.append(f"fewer problems: these are the first {MOST_PROBLEMS}")
                 break
-    return CheckResult(samples=manifest["samples"], files=read, problems=tuple(problems))
+    if not problems:
+        problems, notes = read_back(folder)
+    return CheckResult(samples=manifest["samples"], files=read, problems=tuple(problems), notes=tuple(notes))
 
 
 def _manifest(folder: Path) -> dict[str, Any]:

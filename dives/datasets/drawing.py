@@ -6,6 +6,7 @@ A draw in which something would be inside hull, world or above the sea is drawn 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,11 @@ class Sample:
         All that was drawn or listed for it, by dotted key.
     present : tuple of bool
         Whether the target and each decoy is there.
+    clip, frame : int
+        Number of its clip, and its own in it.
     state : State
+    next_state : State
+        A frame later.
     """
 
     index: int
@@ -65,7 +70,20 @@ class Sample:
     scene: int
     values: dict[str, float]
     present: tuple[bool, ...]
+    clip: int
+    frame: int
     state: State
+    next_state: State
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clip:
+    """What is drawn once for frames that follow each other: values at the first one, and the clock there."""
+
+    split: str
+    values: dict[str, float]
+    present: tuple[bool, ...]
+    time_s: float
 
 
 def sample_of(scene: DatasetScene, index: int) -> Sample:
@@ -76,19 +94,40 @@ def sample_of(scene: DatasetScene, index: int) -> Sample:
     NoRoomError
         When none of many attempts has room for robot, target and decoys.
     """
+    number, frame = divmod(index, scene.dataset.spec.clip.frames)
+    clip = clip_of(scene, number)
+    return Sample(
+        index=index,
+        split=clip.split,
+        scene=scene.number,
+        values=clip.values,
+        present=clip.present,
+        clip=number,
+        frame=frame,
+        state=_state(scene, clip, frame),
+        next_state=_state(scene, clip, frame + 1),
+    )
+
+
+@lru_cache(maxsize=2)
+def clip_of(scene: DatasetScene, number: int) -> Clip:
+    """Clip of a number, in its scene: one with room in all frames; see `sample_of`."""
     spec = scene.dataset.spec
-    rng = np.random.default_rng(np.random.SeedSequence([spec.seed, index]))
+    rng = np.random.default_rng(np.random.SeedSequence([spec.seed, number]))
     split = _split(spec, rng)
     present = tuple(bool(rng.random() < thing.present) for _, thing in _things(spec))
     time_s = round(float(rng.uniform(0, LONGEST_TIME_S)), 3)
-    listed, draws = scene.dataset.grid.listed(index), _draws(scene)
+    listed, draws = scene.dataset.grid.listed(number), _draws(scene)
+    # The flow of the last frame leads to one more.
+    frames = range(spec.clip.frames + spec.clip.flow)
     for _ in range(MOST_ATTEMPTS):
         values = listed | {key: each.draw(rng) for key, each in draws.items() if not each.grid}
-        state = _state(scene, values, present, time_s)
-        reason = _no_room(scene, values, present, state)
+        clip = Clip(split=split, values=values, present=present, time_s=time_s)
+        reason = next((why for frame in frames if (why := _no_room(scene, clip, frame)) is not None), None)
         if reason is None:
-            return Sample(index=index, split=split, scene=scene.number, values=values, present=present, state=state)
-    raise NoRoomError(f"sample {index}: expected room within {MOST_ATTEMPTS} draws; in the last one {reason}")
+            return clip
+    what = "sample" if spec.clip.frames == 1 else "clip"
+    raise NoRoomError(f"{what} {number}: expected room within {MOST_ATTEMPTS} draws; in the last one {reason}")
 
 
 def _split(spec: DatasetSpecification, rng: np.random.Generator) -> str:
@@ -109,25 +148,43 @@ def _draws(scene: DatasetScene) -> dict[str, Distribution]:
     return reach | draws
 
 
-def _state(scene: DatasetScene, values: dict[str, float], present: tuple[bool, ...], time_s: float) -> State:
-    q1, q2 = np.radians([values.get("joints.q1_deg", 0.0), values.get("joints.q2_deg", 0.0)]).tolist()
-    turn = Rotation.from_euler("ZYX", [values[f"robot.{key}_deg"] for key in ("yaw", "pitch", "roll")], degrees=True)
-    place = np.array([values[f"robot.{axis}_m"] for axis in "xyz"]) - [0.0, 0.0, scene.stage.depth_m]
-    body = RigidTransform.from_components(place, turn)
+def _state(scene: DatasetScene, clip: Clip, frame: int) -> State:
+    """Where everything is in a frame of a clip."""
+    after_s = frame / scene.dataset.spec.clip.frame_rate_hz
+    first, now = clip.values, _moved(clip.values, after_s)
     poses = [
-        _thing_pose(scene, body, (q1, q2), values, thing) if there else _absent()
-        for thing, there in zip(_things(scene.dataset.spec), present, strict=True)
+        _thing_pose(scene, first, thing, after_s) if there else _absent()
+        for thing, there in zip(_things(scene.dataset.spec), clip.present, strict=True)
     ]
-    diameter_m = values.get("target.diameter_m")
+    diameter_m = first.get("target.diameter_m")
+    q1, q2 = _joints(now)
     return State(
         q1=q1,
         q2=q2,
-        world_from_body=body,
+        world_from_body=_body_pose(scene, now),
         world_from_target=poses[0],
         target_radius_m=None if diameter_m is None else diameter_m / 2,
         world_from_decoys=tuple(poses[1:]),
-        time_s=time_s,
+        time_s=clip.time_s + after_s,
     )
+
+
+def _moved(values: dict[str, float], after_s: float) -> dict[str, float]:
+    """Values of joints and robot after a time."""
+    moving = [key for key in values if key.startswith(("joints.", "robot.")) and f"{key}_per_s" in values]
+    return values | {key: values[key] + after_s * values[f"{key}_per_s"] for key in moving}
+
+
+def _joints(values: dict[str, float]) -> tuple[float, float]:
+    """Joint values, radians; zero without mirrors."""
+    q1, q2 = np.radians([values.get("joints.q1_deg", 0.0), values.get("joints.q2_deg", 0.0)]).tolist()
+    return q1, q2
+
+
+def _body_pose(scene: DatasetScene, values: dict[str, float]) -> RigidTransform:
+    turn = Rotation.from_euler("ZYX", [values[f"robot.{key}_deg"] for key in ("yaw", "pitch", "roll")], degrees=True)
+    place = np.array([values[f"robot.{axis}_m"] for axis in "xyz"]) - [0.0, 0.0, scene.stage.depth_m]
+    return RigidTransform.from_components(place, turn)
 
 
 def _things(spec: DatasetSpecification) -> list[Thing]:
@@ -138,17 +195,16 @@ def _absent() -> RigidTransform:
     return RigidTransform.from_translation([0.0, 0.0, -ABSENT_M])
 
 
-def _thing_pose(
-    scene: DatasetScene, body: RigidTransform, joints: tuple[float, float], values: dict[str, float], thing: Thing
-) -> RigidTransform:
-    """Pose in the world of a thing that is seen from the gaze mirror, or from the bow."""
+def _thing_pose(scene: DatasetScene, values: dict[str, float], thing: Thing, after_s: float) -> RigidTransform:
+    """Pose in the world of a thing that is first seen from the gaze mirror, or from the bow."""
     key, draws = thing
-    origin, axes = (np.zeros(3), np.eye(3)) if draws.seen_from == "bow" else _gaze_axes(scene, joints)
+    origin, axes = (np.zeros(3), np.eye(3)) if draws.seen_from == "bow" else _gaze_axes(scene, _joints(values))
     azimuth, elevation = np.radians([values[f"{key}.azimuth_deg"], values[f"{key}.elevation_deg"]])
     direction = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
-    place = origin + values[f"{key}.distance_m"] * (axes @ direction)
+    first = _body_pose(scene, values).apply(origin + values[f"{key}.distance_m"] * (axes @ direction))
+    velocity = np.array([values[f"{key}.{axis}_m_per_s"] for axis in "xyz"])
     return RigidTransform.from_components(
-        body.apply(place), Rotation.from_euler("z", values[f"{key}.yaw_deg"], degrees=True)
+        first + after_s * velocity, Rotation.from_euler("z", values[f"{key}.yaw_deg"], degrees=True)
     )
 
 
@@ -166,13 +222,19 @@ def _gaze_axes(scene: DatasetScene, joints: tuple[float, float]) -> tuple[FloatA
     return np.asarray(origin), np.stack([forward, left, np.cross(forward, left)], axis=1)
 
 
-def _no_room(scene: DatasetScene, values: dict[str, float], present: tuple[bool, ...], state: State) -> str | None:
-    """What a draw has no room for, or None."""
+def _no_room(scene: DatasetScene, clip: Clip, frame: int) -> str | None:
+    """What a frame of a clip has no room for, or None."""
+    state = _state(scene, clip, frame)
+    if scene.layout is not None:
+        try:
+            scene.layout.check_joints(state.q1, state.q2)
+        except ValueError:
+            return "the joints go beyond their limits"
     body, target = state.world_from_body, state.world_from_target
     assert body is not None and target is not None and state.world_from_decoys is not None
-    moved = any(values[f"robot.{axis}_m"] for axis in "xyz")
     # A world leaves room about its own axis.
-    if moved and not _is_free(scene, body.translation, scene.hull_radius_m):
+    away = np.add(body.translation, [0.0, 0.0, scene.stage.depth_m]).any()
+    if away and not _is_free(scene, body.translation, scene.hull_radius_m):
         return "the robot touches world or surface"
     radii = radii_m(scene)
     if state.target_radius_m is not None:
@@ -181,7 +243,7 @@ def _no_room(scene: DatasetScene, values: dict[str, float], present: tuple[bool,
         ("target", *(f"decoy {number}" for number in range(len(radii) - 1))),
         (target, *state.world_from_decoys),
         radii,
-        present,
+        clip.present,
         strict=True,
     ):
         if there and not _is_free(scene, pose.translation, radius):

@@ -21,9 +21,10 @@ from dives.datasets.files import (
 )
 from dives.datasets.formats.coco import write_coco
 from dives.datasets.formats.parquet import write_parquet
+from dives.datasets.formats.trajectories import write_euroc, write_tum
 from dives.datasets.formats.webdataset import write_webdataset
 from dives.datasets.formats.yolo import write_yolo
-from dives.datasets.rendering import LAYERS
+from dives.datasets.rendering import FLOW, LAYERS
 from dives.datasets.table import write_table
 from rigs.atomic_files import digest_of, write_text
 
@@ -32,6 +33,8 @@ FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {
     "yolo": write_yolo,
     "webdataset": write_webdataset,
     "parquet": write_parquet,
+    "tum": write_tum,
+    "euroc": write_euroc,
 }
 """Each writes the samples of a set, and returns the files that the manifest tells."""
 
@@ -83,7 +86,7 @@ def _write_manifest(dataset: Dataset, folder: Path, failed: dict[int, str], file
         "version": version("mirrorgaze"),
         "samples": dataset.spec.samples - len(failed),
         "failed": {str(index): sentence for index, sentence in failed.items()},
-        "layers": LAYERS,
+        "layers": LAYERS | (FLOW if dataset.spec.clip.flow else {}),
         "record": file_name("samples", 0),
         "files": {
             name: {"sha256": digest_of(folder / name), "bytes": (folder / name).stat().st_size} for name in files

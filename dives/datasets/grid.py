@@ -1,7 +1,7 @@
 """The grid of a data set: which point of it a sample is at, and which scene that is.
 
 Every list of the file is an axis. Sample i is at one of the N points so that of each N samples in a row each is at
-another: the points are shuffled by the set's seed.
+another: the points are shuffled by the set's seed. Of clips, the frames of one are at the same point.
 """
 
 from __future__ import annotations
@@ -116,9 +116,9 @@ class Grid:
         rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(SHUFFLE,)))
         return rng.permutation(self.points)
 
-    def scene_of(self, indices: ArrayLike) -> NDArray[np.int64]:
-        """Number of the scene of samples, by their numbers."""
-        points = self._order[np.asarray(indices) % self.points]
+    def scene_of(self, clips: ArrayLike) -> NDArray[np.int64]:
+        """Number of the scene of clips, by their numbers."""
+        points = self._order[np.asarray(clips) % self.points]
         return np.asarray(points // (self.points // self.scene_count))
 
     def scene(self, number: int) -> dict[str, Any]:
@@ -126,7 +126,7 @@ class Grid:
         places = np.unravel_index(number, [len(values) for values in self.scenes.values()])
         return {key: values[place] for (key, values), place in zip(self.scenes.items(), places, strict=True)}
 
-    def listed(self, index: int) -> dict[str, Any]:
-        """Values of the other axes at a sample, by dotted key."""
-        places = np.unravel_index(self._order[index % self.points], self.shape)[len(self.scenes) :]
+    def listed(self, clip: int) -> dict[str, Any]:
+        """Values of the other axes in a clip, by dotted key."""
+        places = np.unravel_index(self._order[clip % self.points], self.shape)[len(self.scenes) :]
         return {key: values[place] for (key, values), place in zip(self.others.items(), places, strict=True)}

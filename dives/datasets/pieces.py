@@ -54,7 +54,7 @@ class Piece:
 
 def pieces(dataset: Dataset, shard: Shard | None = None) -> list[Piece]:
     """Pieces of a part of the set: neighbours share their scene, so that a part has few of them to light."""
-    scenes = dataset.grid.scene_of(np.arange(dataset.spec.samples))
+    scenes = dataset.grid.scene_of(np.arange(dataset.spec.samples) // dataset.spec.clip.frames)
     order = np.argsort(scenes, kind="stable")
     ends = np.searchsorted(scenes[order], np.arange(dataset.grid.scene_count + 1))
     found = [

@@ -20,6 +20,7 @@ from scenes.sensor import capture, frame_key, settled_settings
 from scenes.stage.frame import Frame
 from scenes.truth import GroundTruth, ground_truth
 from scenes.truth.coco import coco_document
+from scenes.truth.motion import Motion
 
 DEPTH_UNIT_M = 0.001
 """Of a step of the depth's 16 bits; 0 is open water, housing or what is beyond the camera's reach."""
@@ -28,6 +29,11 @@ DEEPEST = 2**16 - 1
 
 FURTHER = 8
 """Added to the path of a pixel whose light came over one more reflection."""
+
+FLOW_UNIT_PX = 1 / 64
+"""Of a step of the flow's 16 bits, as in KITTI's files."""
+
+FLOW_ZERO = 2**15
 
 LAYERS = {
     "images": "image as the camera takes it, 8-bit sRGB",
@@ -38,6 +44,11 @@ LAYERS = {
     "paths": "over which mirrors: 0 housing, 1 direct, 2 M1, 3 M1 and M2; plus 8 over one more reflection; 8 bits",
 }
 """Folders of the images of a sample, and what their pixels are."""
+
+FLOW = {
+    "flow": "optical flow, 16 bits: red 64 u + 32768, green 64 v + 32768, blue 0 none, 1 seen, 2 out, 3 hidden, 4 else"
+}
+"""Likewise, of sets that have it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +72,7 @@ def rendered(scene: DatasetScene, sample: Sample) -> Rendered:
     frame = scene.renderer.render_states([sample.state])[0]
     exact = frame if scene.renderer.samples == 1 else scene.exact_renderer.render_states([sample.state])[0]
     image, exposure = _image(scene, sample, frame)
+    flow = scene.dataset.spec.clip.flow
     truth = ground_truth(
         replace(exact, target_fraction=frame.target_fraction),
         scene.rig,
@@ -68,8 +80,12 @@ def rendered(scene: DatasetScene, sample: Sample) -> Rendered:
         parts=scene.parts,
         instance_names=scene.renderer.instance_names,
         target_radius_m=target_radius_m(scene, sample.state) if sample.present[0] else None,
+        next_state=sample.next_state if flow else None,
+        next_frame=scene.exact_renderer.render_states([sample.next_state])[0] if flow else None,
     )
     files = {name: _png(layer) for name, layer in ({"images": image} | _layers(truth)).items()}
+    if truth.forward is not None:
+        files["flow"] = _png(_flow(truth.forward))
     if scene.dataset.spec.image.exr:
         files["layers"] = _exr(replace(truth, frame=replace(truth.frame, radiance=frame.radiance)))
     record = _record(scene, sample, truth, exposure)
@@ -110,6 +126,14 @@ def _layers(truth: GroundTruth) -> dict[str, NDArray[Any]]:
     }
 
 
+def _flow(motion: Motion) -> NDArray[np.uint16]:
+    """Flow as KITTI has it: what does not fit into 16 bits is none."""
+    steps = [np.round(each / FLOW_UNIT_PX) + FLOW_ZERO for each in (motion.du_px, motion.dv_px)]
+    fits = np.logical_and.reduce([(each >= 0) & (each <= DEEPEST) for each in steps])
+    told = [np.where(fits, each, 0) for each in (*steps, motion.seen + 1.0)]
+    return np.stack(told, axis=-1).astype(np.uint16)
+
+
 def _png(image: NDArray[Any]) -> bytes:
     channels_last_first = np.ascontiguousarray(image[..., ::-1]) if image.ndim == 3 else image
     return cv2.imencode(".png", channels_last_first)[1].tobytes()
@@ -132,6 +156,8 @@ def _record(
     return {
         "index": sample.index,
         "split": sample.split,
+        "clip": sample.clip,
+        "frame": sample.frame,
         "scene": {key: _without_folder(value) for key, value in scene.values.items()} | {"number": scene.number},
         "drawn": sample.values,
         "time_s": state.time_s,

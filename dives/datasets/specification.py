@@ -14,7 +14,7 @@ from rigs.section import NotNegative, Number, Positive, Section, Whole
 from scenes.light.waves import STRONGEST_WIND_M_PER_S
 from scenes.stage.scene import DEPTHS_M, WIND_M_PER_S
 
-Format = Literal["coco", "yolo", "webdataset", "parquet"]
+Format = Literal["coco", "yolo", "webdataset", "parquet", "tum", "euroc"]
 
 BoxLabel = Literal["target", "decoy", "world", "hull", "mount", "servo", "mirror_back", "snow"]
 
@@ -47,7 +47,7 @@ def _all_different(values: tuple[Any, ...]) -> tuple[Any, ...]:
 Share = Annotated[Number, Field(ge=0, le=1)]
 Depth = Annotated[Number, Field(ge=DEPTHS_M[0], le=DEPTHS_M[1])]
 Height = Annotated[Number, Field(gt=0, le=90)]
-Speed = Annotated[Number, Field(ge=0, le=STRONGEST_WIND_M_PER_S)]
+WindSpeed = Annotated[Number, Field(ge=0, le=STRONGEST_WIND_M_PER_S)]
 Seed = Annotated[Whole, Field(ge=0)]
 Pixels = Annotated[Whole, Field(ge=16, le=20000)]
 
@@ -56,6 +56,8 @@ Numbers = Annotated[tuple[Number, ...], OneOrMore()]
 
 Angle = Annotated[Distribution, Drawn(-360, 360)]
 Length = Annotated[Distribution, Drawn(-1000, 1000)]
+Speed = Annotated[Distribution, Drawn(-100, 100)]
+TurnRate = Annotated[Distribution, Drawn(-3600, 3600)]
 Size = Annotated[Distribution, Drawn(0.001, 100)]
 
 
@@ -69,7 +71,7 @@ class SunAxes(Section):
 class WindAxes(Section):
     """Wind over the sea, as a dive file says it; each key takes one value or a list."""
 
-    speed_m_per_s: Annotated[tuple[Speed, ...], OneOrMore()] = (WIND_M_PER_S,)
+    speed_m_per_s: Annotated[tuple[WindSpeed, ...], OneOrMore()] = (WIND_M_PER_S,)
     azimuth_deg: Numbers = (0.0,)
 
 
@@ -92,16 +94,18 @@ class SceneAxes(Section):
 
 
 class JointDraws(Section):
-    """Joint values; without them all that the rig's joints reach."""
+    """Joint values at a clip's beginning, without them all that the rig's joints reach, and how fast they turn."""
 
     q1_deg: Angle | None = None
     q2_deg: Angle | None = None
+    q1_deg_per_s: TurnRate = Fixed(0.0)
+    q2_deg_per_s: TurnRate = Fixed(0.0)
 
 
 class RobotDraws(Section):
     """Where the robot is, from the world's z axis at the scene's depth, and how it stands: first yaw, pitch, then roll.
 
-    x, y and z are the world's, z upwards from the scene's depth.
+    x, y and z are the world's, z upwards from the scene's depth. In a clip it moves and turns evenly.
     """
 
     x_m: Length = Fixed(0.0)
@@ -110,6 +114,10 @@ class RobotDraws(Section):
     yaw_deg: Angle = Fixed(0.0)
     pitch_deg: Angle = Fixed(0.0)
     roll_deg: Angle = Fixed(0.0)
+    x_m_per_s: Speed = Fixed(0.0)
+    y_m_per_s: Speed = Fixed(0.0)
+    z_m_per_s: Speed = Fixed(0.0)
+    yaw_deg_per_s: TurnRate = Fixed(0.0)
 
 
 class ThingDraws(Section):
@@ -117,7 +125,8 @@ class ThingDraws(Section):
 
     Azimuth (to the left) and elevation count `seen_from` the gaze, so that 0 and 0 is on its axis, or from the robot's
     bow; the distance counts from the gaze mirror, or from the robot's origin. `yaw_deg` is its own heading, from the
-    world's x to the left. `present` is the share of samples that have it.
+    world's x to the left. `present` is the share of clips that have it. It is there at a clip's beginning, and moves
+    evenly along the world's axes.
     """
 
     seen_from: Literal["gaze", "bow"] = "gaze"
@@ -125,6 +134,9 @@ class ThingDraws(Section):
     elevation_deg: Angle = Fixed(0.0)
     distance_m: Annotated[Distribution, Drawn(0.05, 1000)] = Fixed(2.0)
     yaw_deg: Angle = Fixed(0.0)
+    x_m_per_s: Speed = Fixed(0.0)
+    y_m_per_s: Speed = Fixed(0.0)
+    z_m_per_s: Speed = Fixed(0.0)
     present: Share = 1.0
 
 
@@ -160,12 +172,23 @@ class ImageAxes(Section):
     exr: bool = False
 
 
+class ClipAxes(Section):
+    """Frames that follow each other: each `frames` samples in a row are one clip, drawn once.
+
+    With `flow` each sample has the optical flow to what is a frame later.
+    """
+
+    frames: Annotated[Whole, Field(ge=1, le=10_000)] = 1
+    frame_rate_hz: Annotated[Positive, Field(le=1000)] = 10.0
+    flow: bool = False
+
+
 class DatasetSpecification(Section):
     """What a data set's file says.
 
-    Sample i is known by `seed` and i alone: with more `samples` those that are there stay as they are. `splits` says
-    which share of samples each split has; which one a sample is in is drawn. `boxes` are the labels that COCO and YOLO
-    files tell.
+    Sample i is known by `seed` and i alone, or by the number of its clip: with more `samples` those that are there stay
+    as they are. `splits` says which share of samples each split has; which one a sample is in is drawn. `boxes` are the
+    labels that COCO and YOLO files tell.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
@@ -182,6 +205,7 @@ class DatasetSpecification(Section):
     target: TargetDraws = TargetDraws()
     decoys: tuple[DecoyDraws, ...] = ()
     image: ImageAxes = ImageAxes()
+    clip: ClipAxes = ClipAxes()
 
     @model_validator(mode="after")
     def _splits_are_shares(self) -> DatasetSpecification:

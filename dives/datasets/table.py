@@ -30,6 +30,8 @@ def schema(dataset: Dataset) -> pa.Schema:
         [
             ("index", pa.int64()),
             ("split", pa.string()),
+            ("clip", pa.int64()),
+            ("frame", pa.int32()),
             ("image", pa.string()),
             ("rig", pa.string()),
             ("scene", pa.int32()),
@@ -88,7 +90,7 @@ def row_of(record: dict[str, Any]) -> dict[str, Any]:
     largest: dict[str, Any] = max(target, key=lambda each: each["area"], default={})
     u, v = record["target_px"] or (None, None)
     return {
-        **{key: record[key] for key in ("index", "split", "rig", "time_s", "width_px", "height_px")},
+        **{key: record[key] for key in ("index", "split", "clip", "frame", "rig", "time_s", "width_px", "height_px")},
         "image": file_name("images", record["index"]),
         "scene": scene.pop("number"),
         **scene,

@@ -14,7 +14,7 @@ from dives.datasets.dataset import Dataset
 from dives.datasets.files import file_name, records
 from dives.datasets.formats.coco import boxes_of
 from dives.datasets.formats.webdataset import KEYS
-from dives.datasets.rendering import LAYERS
+from dives.datasets.rendering import FLOW, LAYERS
 from dives.datasets.table import row_of, schema
 from rigs.atomic_files import atomic_file
 
@@ -53,8 +53,8 @@ def _groups(indices: Sequence[int]) -> Iterator[Sequence[int]]:
 def _columns(dataset: Dataset) -> pa.Schema:
     """Columns of the set's table behind images and boxes, with what `datasets` makes of them."""
     plain = [field for field in schema(dataset) if field.name not in ("image", "record_sha256")]
-    images = [pa.field(KEYS[kind], IMAGE) for kind in LAYERS]
-    features: dict[str, Any] = {KEYS[kind]: {"_type": "Image"} for kind in LAYERS}
+    images = [pa.field(KEYS[kind], IMAGE) for kind in _kinds(dataset)]
+    features: dict[str, Any] = {KEYS[kind]: {"_type": "Image"} for kind in _kinds(dataset)}
     told = {"huggingface": json.dumps({"info": {"features": features, "license": dataset.spec.licence}})}
     return pa.schema([*images, pa.field("objects", OBJECTS), *plain], metadata=told)
 
@@ -63,13 +63,17 @@ def _row(dataset: Dataset, folder: Path, record: dict[str, Any]) -> dict[str, An
     boxes = boxes_of(dataset, record)
     return {
         **row_of(record),
-        **{KEYS[kind]: _image(folder / file_name(kind, record["index"])) for kind in LAYERS},
+        **{KEYS[kind]: _image(folder / file_name(kind, record["index"])) for kind in _kinds(dataset)},
         "objects": {
             "bbox": [each["bbox"] for each in boxes],
             "category": [dataset.spec.boxes.index(each["label"]) for each in boxes],
             "path": [each["region"] for each in boxes],
         },
     }
+
+
+def _kinds(dataset: Dataset) -> list[str]:
+    return [*LAYERS, *(FLOW if dataset.spec.clip.flow else ())]
 
 
 def _image(file: Path) -> dict[str, Any]:

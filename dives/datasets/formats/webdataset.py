@@ -18,7 +18,7 @@ SAMPLES_A_SHARD = 1000
 """Half a gigabyte at 640 x 480."""
 
 KEYS = {"images": "image", "depth": "depth", "normals": "normal", "semantic": "semantic", "instances": "instance"}
-KEYS |= {"paths": "path", "layers": "layers"}
+KEYS |= {"paths": "path", "flow": "flow", "layers": "layers"}
 """What a file of a folder is called in a sample."""
 
 

@@ -66,12 +66,19 @@ def _check(folder: Path, *, json: bool) -> None:
 
     found = check_dataset(folder, progress=lambda done, total: print_progress("samples", done, total))
     if json:
-        print_json({"samples": found.samples, "files": found.files, "problems": list(found.problems)})
+        print_json(
+            {
+                "samples": found.samples,
+                "files": found.files,
+                "problems": list(found.problems),
+                "notes": list(found.notes),
+            }
+        )
     else:
         order = f"{len(found.problems)} problems" if found.problems else "in order"
         typer.echo(f"{folder}: {found.samples} samples, {found.files} files read: {order}")
-        for problem in found.problems:
-            print_note(problem)
+        for sentence in (*found.problems, *found.notes):
+            print_note(sentence)
     if found.problems:
         raise typer.Exit(FAILED)
 

@@ -2,10 +2,12 @@
 
 import json
 import shutil
+import sys
 
 import pytest
 
 from dives.datasets.check import check_dataset
+from dives.datasets.formats.readback import read_back
 
 
 @pytest.fixture
@@ -13,11 +15,46 @@ def copied(made, tmp_path):
     return shutil.copytree(made, tmp_path / "set")
 
 
+QUIET = pytest.mark.filterwarnings("ignore")
+"""What libraries warn about themselves is not ours."""
+
+
+@QUIET
 def test_a_set_in_order_has_no_problems(made):
     found = check_dataset(made)
-    assert (found.samples, found.problems) == (6, ())
+    assert (found.samples, found.problems, found.notes) == (6, (), ())
     listed = len(json.loads((made / "manifest.json").read_text())["files"])
     assert found.files == listed + 6 * 7
+
+
+@QUIET
+def test_what_a_format_lacks_is_found_by_its_own_library(copied):
+    document = json.loads((copied / "annotations/instances_train.json").read_text())
+    document["annotations"][0]["area"] += 1
+    last = document["images"].pop()["id"]
+    (copied / "annotations/instances_train.json").write_text(json.dumps(document))
+    shutil.copy(copied / "webdataset/train-000000.tar", copied / "webdataset/val-000000.tar")
+    (copied / "parquet/val-00000.parquet").unlink()
+    problems, notes = read_back(copied)
+    assert notes == []
+    train = len(document["images"]) + 1
+    unlisted = [each["id"] for each in document["annotations"] if each["image_id"] == last]
+    words = [
+        f"expected {train} images, got {train - 1}",
+        "px in annotation 1",
+        *(f"expected the image of annotation {number}" for number in unlisted),
+        f"expected {6 - train} samples of val, got {train}",
+        f"expected {6 - train} samples of val, got 0",
+    ]
+    assert len(problems) == len(words)
+    assert all(word in problem for word, problem in zip(words, problems, strict=True))
+
+
+@QUIET
+def test_a_library_that_is_missing_is_named(made, monkeypatch):
+    monkeypatch.setitem(sys.modules, "webdataset", None)
+    problems, (note,) = read_back(made)
+    assert (problems, note.partition(":")[0]) == ([], "webdataset")
 
 
 def remove(path):

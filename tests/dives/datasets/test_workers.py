@@ -26,7 +26,7 @@ colour = ["red", "yellow"]
 azimuth_deg = "-10..10"
 [image]
 width_px = 64
-height_px = 36
+height_px = 48
 """
 
 
