@@ -37,6 +37,8 @@ def _check_measure(value: Any) -> None:
             _check_measure(each)
     elif isinstance(value, float) and abs(value) > LARGEST_NUMBER:
         raise ValueError(f"expected a number from {-LARGEST_NUMBER:,.0f} to {LARGEST_NUMBER:,.0f}")
+    elif isinstance(value, float) and 0 < abs(value) < SMALLEST_NUMBER:
+        raise ValueError(f"expected 0, or a number of at least {SMALLEST_NUMBER:g} in size")
     elif isinstance(value, int) and abs(value) > LARGEST_WHOLE:
         raise ValueError(f"expected a whole number of at most {LARGEST_WHOLE}")
 
@@ -47,6 +49,9 @@ Direction = Annotated[Vector3, AfterValidator(_not_zero)]
 
 LARGEST_NUMBER = 1e6
 """A kilometre in millimetres; no angle, time, luminous flux or price of a part is larger."""
+
+SMALLEST_NUMBER = 1e-30
+"""But for zero: what is divided by a smaller one may be no number any more."""
 
 LARGEST_WHOLE = 2**63 - 1
 """Seeds are the largest whole numbers, and this is the largest that kernels count with."""

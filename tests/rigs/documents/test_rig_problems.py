@@ -272,6 +272,11 @@ def test_numbers_beyond_measure_are_refused_with_their_key(edit, place):
     assert problems_of(changed(**edit)) == [f"{place}expected a number from -1,000,000 to 1,000,000"]
 
 
+def test_a_number_so_small_that_nothing_can_be_divided_by_it_is_refused():
+    (problem,) = problems_of(changed(gaze_mirror__width_mm=5e-324))
+    assert problem == "gaze_mirror.width_mm = 5e-324: expected 0, or a number of at least 1e-30 in size"
+
+
 def test_joints_and_seeds_beyond_measure_are_refused_with_their_key():
     document = changed(joints__pan__max_deg=1e9, image_sensor={"pattern_seed": 10**900})
     seed, joint = problems_of(document)
