@@ -30,7 +30,7 @@ from mirrorgaze.commands.dives import (
 from mirrorgaze.commands.images import compare, dataset, render
 from mirrorgaze.commands.maintenance import cache, doctor
 from mirrorgaze.commands.mount import export, loads, place
-from mirrorgaze.commands.optics import gaze, port, virtual_camera, water
+from mirrorgaze.commands.optics import export_camera, gaze, port, virtual_camera, water
 from mirrorgaze.commands.rig_files import check, presets, schema, show, studio
 from mirrorgaze.errors import with_exit_status
 from mirrorgaze.help import SectionedCommand, SectionedGroup
@@ -49,7 +49,13 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         share.share,
     ),
     "Mount": (place.place, export.export, loads.loads),
-    "Optics": (gaze.gaze, virtual_camera.virtual_camera, port.port, water.water),
+    "Optics": (
+        gaze.gaze,
+        virtual_camera.virtual_camera,
+        export_camera.export_camera,
+        port.port,
+        water.water,
+    ),
     "Images": (render.render, compare.compare, dataset.dataset),
     "Dives and tracking": (
         dive.dive,
