@@ -33,15 +33,21 @@ def coco_file(split: str) -> str:
 
 def write_coco(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[str]:
     """Write a file for each split; returns their names."""
-    names = []
-    for split in dataset.spec.splits:
+    names, chosen = [], indices_of_splits(dataset, folder, indices)
+    for split, mine in chosen.items():
         names.append(coco_file(split))
         (folder / names[-1]).parent.mkdir(exist_ok=True)
         with atomic_file(folder / names[-1]) as partial, partial.open("w", encoding="utf-8") as file:
-            file.writelines(
-                _text(dataset, folder, [each for each in records(folder, indices) if each["split"] == split])
-            )
+            file.writelines(_text(dataset, folder, mine))
     return names
+
+
+def indices_of_splits(dataset: Dataset, folder: Path, indices: Sequence[int]) -> dict[str, list[int]]:
+    """Samples of each split of the file, in their order."""
+    chosen: dict[str, list[int]] = {split: [] for split in dataset.spec.splits}
+    for record in records(folder, indices):
+        chosen[record["split"]].append(record["index"])
+    return chosen
 
 
 def category_names(dataset: Dataset) -> dict[int, str]:
@@ -54,7 +60,8 @@ def boxes_of(dataset: Dataset, record: dict[str, Any]) -> list[dict[str, Any]]:
     return [each for each in record["annotations"] if each["label"] in dataset.spec.boxes]
 
 
-def _text(dataset: Dataset, folder: Path, chosen: list[dict[str, Any]]) -> Iterator[str]:
+def _text(dataset: Dataset, folder: Path, chosen: Sequence[int]) -> Iterator[str]:
+    """Text piece by piece: records are read twice, since those of a large set do not fit into memory."""
     spec = dataset.spec
     head = {
         "info": {"description": spec.description or spec.name, "version": "1.0"},
@@ -68,12 +75,12 @@ def _text(dataset: Dataset, folder: Path, chosen: list[dict[str, Any]]) -> Itera
                 "height": record["height_px"],
                 "license": 1,
             }
-            for record in chosen
+            for record in records(folder, chosen)
         ],
     }
     yield json.dumps(head, ensure_ascii=False)[:-1] + ', "annotations": ['
     number = 0
-    for record in chosen:
+    for record in records(folder, chosen):
         for annotation in _annotations(dataset, folder, record):
             number += 1
             yield (",\n" if number > 1 else "\n") + json.dumps({"id": number} | annotation)

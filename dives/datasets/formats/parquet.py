@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from dives.datasets.dataset import Dataset
 from dives.datasets.files import file_name, records
-from dives.datasets.formats.coco import boxes_of
+from dives.datasets.formats.coco import boxes_of, indices_of_splits
 from dives.datasets.formats.webdataset import KEYS
 from dives.datasets.rendering import FLOW, LAYERS
 from dives.datasets.table import row_of, schema
@@ -30,9 +30,7 @@ OBJECTS = pa.struct(
 
 def write_parquet(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[str]:
     """Write the files of each split; returns their names."""
-    splits: dict[str, list[int]] = {split: [] for split in dataset.spec.splits}
-    for record in records(folder, indices):
-        splits[record["split"]].append(record["index"])
+    splits = indices_of_splits(dataset, folder, indices)
     (folder / "parquet").mkdir(exist_ok=True)
     names, columns = [], _columns(dataset)
     for split, chosen in splits.items():
