@@ -19,6 +19,9 @@ from rigs.documents.toml import TomlError, parsed
 SEED_KEY = "seed"
 """Of a dive's file."""
 
+RIG_PREFIX = "rig."
+"""Of keys of the rig's file, such as ``rig.image_sensor.read_noise_e``."""
+
 LONGEST_NAME = 120
 """Longer names of members are cut; file systems take 255 bytes."""
 
@@ -79,8 +82,16 @@ class Member:
         return folder_name(self.settings | {SEED_KEY: self.seed})
 
     def document(self, base: Mapping[str, Any]) -> dict[str, Any]:
-        """The dive's file with the settings and the seed of this one."""
-        return with_values(base, self.settings | {SEED_KEY: self.seed})
+        """The dive's file with the settings and the seed of this one; those of its rig are left to `rig_settings`."""
+        own = {key: value for key, value in self.settings.items() if not key.startswith(RIG_PREFIX)}
+        return with_values(base, own | {SEED_KEY: self.seed})
+
+    @property
+    def rig_settings(self) -> dict[str, Any]:
+        """What differs from the rig's file, by dotted key."""
+        return {
+            key.removeprefix(RIG_PREFIX): value for key, value in self.settings.items() if key.startswith(RIG_PREFIX)
+        }
 
 
 def members(

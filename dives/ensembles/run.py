@@ -11,7 +11,7 @@ from typing import Any
 import tomlkit
 
 from dives.dive import Dive, find_dive, parse_dive, varied
-from dives.ensembles.members import Member
+from dives.ensembles.members import Member, folder_name
 from dives.files import is_finished
 from dives.metrics import dive_metrics
 from dives.metrics.verdict import dive_verdict
@@ -19,10 +19,15 @@ from dives.runner import identity_of, run_dive
 from dives.target_size import sized
 from optics.workers.run import Failure, all_ended, counted, run_many
 from optics.workers.shards import Manifest, Shard
+from rigs import Rig
 from tracking.log import read_log
 
 Work = Callable[[str, str], None]
 """Takes the text of a dive file and a folder, dives there, and goes on where an earlier dive stopped."""
+
+
+RIGS = "rigs"
+"""Folder of the rigs that members change."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +97,8 @@ def run_ensemble(
     """
     total = len(members)
     members = members if shard is None else shard.part(members)
-    dives = {name: varied(each, video=video) for name, each in planned(dive, members).items()}
+    dives = with_rigs(planned(dive, members), members, folder / RIGS)
+    dives = {name: varied(each, video=video) for name, each in dives.items()}
     folders = {member.name: folder / member.name for member in members}
     # Workers of other machines are in another folder.
     waiting = {name: (dives[name].as_toml(), str(path.absolute())) for name, path in unfinished(dives, folders).items()}
@@ -140,6 +146,34 @@ def planned(dive: str | Path, members: Sequence[Member]) -> dict[str, Dive]:
     if problems:
         raise ValueError("\n".join(problems))
     return dives
+
+
+def with_rigs(dives: dict[str, Dive], members: Sequence[Member], folder: Path) -> dict[str, Dive]:
+    """Dives whose members change the rig, with the files of such rigs, which are written into a folder.
+
+    Raises
+    ------
+    ValueError
+        Before anything is written: with every problem of every rig, each said once.
+    """
+    rigs: dict[str, Rig] = {}
+    problems: dict[str, None] = {}
+    for member in members:
+        if member.rig_settings:
+            changes = {key.replace(".", "__"): value for key, value in member.rig_settings.items()}
+            try:
+                rigs[member.name] = Rig.load(dives[member.name].rig).with_(**changes)
+            except ValueError as error:
+                problems[str(error)] = None
+    if problems:
+        raise ValueError("\n".join(problems))
+    changed = dict(dives)
+    for member in members:
+        if member.name in rigs:
+            folder.mkdir(parents=True, exist_ok=True)
+            file = rigs[member.name].save(folder.absolute() / f"{folder_name(member.rig_settings)}.toml")
+            changed[member.name] = dives[member.name].model_copy(update={"rig": str(file)})
+    return changed
 
 
 def unfinished(dives: dict[str, Dive], folders: dict[str, Path]) -> dict[str, Path]:

@@ -25,7 +25,7 @@ WRONG_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 
 FAILURES = {
     "optics.kernels.backend": "BackendError",
-    "optics.workers.cluster": "SchedulerError",
+    "optics.workers.cluster": "WorkersError",
     "dives": "DiveStoppedError",
 }
 """Errors of ours, by module, that say what went wrong with good input."""

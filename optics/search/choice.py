@@ -14,7 +14,9 @@ LOOKS = 60
 """Members of the front that are looked at closely, at most; building a mount takes seconds."""
 
 
-def choose(search: Search, count: int, problem_of: Callable[[FloatArray], str]) -> tuple[list[int], dict[int, str]]:
+def choose(
+    search: Search, count: int, problems_of: Callable[[list[FloatArray]], list[str]]
+) -> tuple[list[int], dict[int, str]]:
     """Members of the front that stand far apart and pass a closer look.
 
     Parameters
@@ -22,9 +24,9 @@ def choose(search: Search, count: int, problem_of: Callable[[FloatArray], str]) 
     search : Search
     count : int
         How many are wanted at most.
-    problem_of : callable
-        What is wrong with a design, empty when nothing is. It may be slow: only members that are about to be chosen are
-        looked at, `LOOKS` at most.
+    problems_of : callable
+        What is wrong with each of some designs, empty when nothing is. It may be slow: only members that are about to
+        be chosen are looked at, about `LOOKS` at most.
 
     Returns
     -------
@@ -38,7 +40,8 @@ def choose(search: Search, count: int, problem_of: Callable[[FloatArray], str]) 
     while True:
         candidates = np.array([row for row in search.front.tolist() if row not in problems], dtype=np.int64)
         rows = candidates[spread_out(costs(search.scores[candidates], search.objectives), count)].tolist()
-        news = {row: problem_of(search.designs[row]) for row in rows if row not in passed}
+        unseen = [row for row in rows if row not in passed]
+        news = dict(zip(unseen, problems_of([search.designs[row] for row in unseen]), strict=True))
         passed |= {row for row, problem in news.items() if not problem}
         problems |= {row: problem for row, problem in news.items() if problem}
         if not any(news.values()) or len(passed) + len(problems) >= LOOKS:

@@ -67,6 +67,8 @@ Recorded = tuple[FloatArray, FloatArray]
 Bounds = tuple[FloatArray, FloatArray]
 """Smallest and largest values of the free numbers, shape (6,) each."""
 
+Score = Callable[[FloatArray], FloatArray]
+
 Checkpoint = Callable[[str, Callable[[], Recorded]], Recorded]
 """Takes a batch's name and what computes it; returns its result, computed or remembered."""
 
@@ -116,6 +118,7 @@ def search_designs(
     factor: float = 1.5,
     buildable: Callable[[Rig], str] | None = None,
     checkpoint: Checkpoint | None = None,
+    score: Score | None = None,
 ) -> Search:
     """Search for designs that are not worse than another in everything.
 
@@ -137,6 +140,8 @@ def search_designs(
         violates nothing else, so it must be quick.
     checkpoint : callable, optional
         Remembers batches, so that a search can be taken up again.
+    score : callable, optional
+        Gives designs, shape (n, 6), the scores that `feasible_scores` gives them, shape (n, k), wherever that is done.
 
     Raises
     ------
@@ -148,12 +153,18 @@ def search_designs(
         raise ValueError(f"expected designs > 0 and seed >= 0, got {designs} and {seed}")
     own = rounded(design_of(rig)[np.newaxis])
     bounds = low, high = bounds_around(rig, factor)
-    scorer = CoarseScorer(rig, parts, GRID)
+    if score is None:
+        scorer = CoarseScorer(rig, parts, GRID)
+        score = partial(feasible_scores, rig, scorer, chosen, buildable)
     remember = checkpoint or (lambda _name, work: work())
     pool: list[Recorded] = []
 
     def record(name: str, make: Callable[[], FloatArray]) -> None:
-        pool.append(remember(name, lambda: _scored(rig, scorer, make(), chosen, buildable)))
+        def work() -> Recorded:
+            made = make()
+            return made, score(made)
+
+        pool.append(remember(name, work))
 
     record("own design", lambda: own)
     filling = max(1, round(designs * SOBOL_SHARE))
@@ -202,20 +213,23 @@ def _names(objectives: Sequence[Objective]) -> set[str]:
     return {objective.name for objective in objectives}
 
 
-def _scored(
+def feasible_scores(
     rig: Rig,
     scorer: CoarseScorer,
-    designs: FloatArray,
     objectives: Sequence[Objective],
     buildable: Callable[[Rig], str] | None,
-) -> Recorded:
-    """Designs with their scores; only those that violate nothing are traced."""
+    designs: FloatArray,
+) -> FloatArray:
+    """Scores of designs, shape (n, 6), by objective, shape (n, k): NaN for those that violate something.
+
+    A design scores the same among others as alone.
+    """
     scores = np.full((len(designs), len(objectives)), np.nan)
     possible = np.asarray(~violated(rooms_mm(rig, designs)).any(axis=1))
     if buildable is not None:
         possible[possible] = [not buildable(rig_with(rig, design)) for design in designs[possible]]
     scores[possible] = scorer.scores(designs[possible], objectives)
-    return designs, scores
+    return scores
 
 
 def _sobol(bounds: Bounds, seed: int, first: int, count: int) -> FloatArray:

@@ -47,7 +47,15 @@ SETTINGS: dict[str, Any] = {
 }
 
 
-class SchedulerError(RuntimeError):
+class WorkersError(RuntimeError):
+    """Workers cannot do what they were to do."""
+
+
+class PieceError(WorkersError):
+    """A piece of work failed that nothing can go on without."""
+
+
+class SchedulerError(WorkersError):
     """The scheduler of a cluster is not there, or not one that can be worked with."""
 
 

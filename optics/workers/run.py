@@ -13,7 +13,15 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from optics.kernels.clock import Pace
-from optics.workers.cluster import ADDRESS, LIVES, THREADS_VARIABLE, SchedulerError, joined_cluster, own_cluster
+from optics.workers.cluster import (
+    ADDRESS,
+    LIVES,
+    THREADS_VARIABLE,
+    PieceError,
+    SchedulerError,
+    joined_cluster,
+    own_cluster,
+)
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -57,6 +65,18 @@ class Ended:
     name: str
     value: Any
     failure: Failure | None
+
+    def result(self) -> Any:
+        """What it returned.
+
+        Raises
+        ------
+        PieceError
+            When it failed.
+        """
+        if self.failure is not None:
+            raise PieceError(f"{self.name}: {self.failure.sentence}")
+        return self.value
 
 
 class Workers:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,10 @@ from optics.mesh import PartMesh
 from optics.search.choice import choose
 from optics.search.limits import BINDING_MM, binding, bounds_around, first_problem
 from optics.search.objectives import PARAMETERS, objectives_named, rig_with
-from optics.search.search import Recorded, Search, all_scores, search_designs
+from optics.search.score import CoarseScorer, Grid
+from optics.search.search import GRID, Recorded, Search, all_scores, feasible_scores, search_designs
 from optics.train import OpticalTrain
+from optics.workers.run import Workers
 from reports.figures.search import draw_front, front_rows, write_front
 from reports.progress import Log, Stages
 from rigs import Rig, RigError, load_document, save_document
@@ -42,6 +45,9 @@ MIDDLE = 31
 
 Held = Callable[[FloatArray], list[str]]
 """Names what binds a design."""
+
+CHUNK = 64
+"""Designs that a worker scores at a time: half a second or so."""
 
 ROUNDING_MM = 0.1
 """As in the checks on solids: twice the tolerance of their triangles."""
@@ -76,7 +82,9 @@ class ScoredDesigns:
     scores: list[list[float]]
 
 
-def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Log) -> dict[str, Any]:
+def search_into(
+    rig: Rig, source: Path, folder: Path, wanted: Wanted, *, workers: Workers | None = None, log: Log
+) -> dict[str, Any]:
     """Search, and write what was found.
 
     Parameters
@@ -88,6 +96,9 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Lo
     folder : Path
         New, empty, or that of an earlier search, which goes on.
     wanted : Wanted
+    workers : Workers, optional
+        Score designs and build mounts, many at a time (`optics.workers.run.open_workers`); this process when none are
+        given. The files are the same.
     log : callable
         Takes lines of progress.
 
@@ -124,18 +135,20 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Lo
             np.array(found.scores).reshape(-1, len(wanted.objectives)),
         )
 
-    def problem_of(design: FloatArray) -> str:
-        name = " x ".join(f"{value:g}" for value in design)
-        return stages.run(f"mounts: {name} mm", str, lambda: (_problem(rig, design), []))
+    def problems_of(designs: list[FloatArray]) -> list[str]:
+        mounts = {"mounts: " + " x ".join(f"{value:g}" for value in design) + " mm": design for design in designs}
+
+        def look(name: str, work: Callable[[], str]) -> str:
+            return stages.run(name, str, lambda: (work(), []))
+
+        if workers is not None:
+            unknown = {name: (rig, design) for name, design in mounts.items() if name not in stages.done}
+            for ended in workers.run(_problem, unknown):
+                said = ended.value if ended.failure is None else ended.failure.sentence
+                look(ended.name, partial(str, said))
+        return [look(name, partial(_problem, rig, design)) for name, design in mounts.items()]
 
     parts = rig_meshes(rig)
-    surface = hull_surface(rig)
-    hull = manifold(np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64))
-    assert hull is not None
-
-    def violated_room(made: Rig) -> str:
-        return next((name for name, room in gimbal_rooms_mm(made, hull).items() if room < -ROUNDING_MM), "")
-
     search = search_designs(
         rig,
         parts,
@@ -143,18 +156,19 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Lo
         designs=wanted.designs,
         seed=wanted.seed,
         factor=wanted.factor,
-        buildable=violated_room,
+        buildable=_buildable(rig),
         checkpoint=checkpoint,
+        score=None if workers is None else partial(_scores_by, workers, rig, wanted.objectives),
     )
 
     def held(design: FloatArray) -> list[str]:
-        rooms = gimbal_rooms_mm(rig_with(rig, design), hull).items()
+        rooms = gimbal_rooms_mm(rig_with(rig, design), _solid_hull(rig)).items()
         return binding(rig, design, search.low, search.high) + [name for name, room in rooms if room < BINDING_MM]
 
     def described(row: int) -> dict[str, Any]:
         return _described(rig, search, row, held)
 
-    chosen, problems = choose(search, wanted.count, problem_of)
+    chosen, problems = choose(search, wanted.count, problems_of)
     rows = np.array([0, *chosen])
     figures = stages.run(
         "figures", dict[str, list[float | None]], lambda: (_figures(rig, parts, search.designs[rows]), [])
@@ -174,6 +188,43 @@ def search_into(rig: Rig, source: Path, folder: Path, wanted: Wanted, *, log: Lo
     }
     write_text(folder / "summary.json", json.dumps(summary, indent=2))
     return summary
+
+
+@lru_cache(maxsize=1)
+def _solid_hull(rig: Rig) -> Any:
+    surface = hull_surface(rig)
+    hull = manifold(np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64))
+    assert hull is not None
+    return hull
+
+
+def _buildable(rig: Rig) -> Callable[[Rig], str]:
+    """What names the room that a design's gimbal lacks; empty when it lacks none."""
+    hull = _solid_hull(rig)
+
+    def violated_room(made: Rig) -> str:
+        return next((name for name, room in gimbal_rooms_mm(made, hull).items() if room < -ROUNDING_MM), "")
+
+    return violated_room
+
+
+def _scores_by(workers: Workers, rig: Rig, objectives: tuple[str, ...], designs: FloatArray) -> FloatArray:
+    """Scores of designs, shape (n, k), a chunk by each worker at a time."""
+    chunks = {
+        str(first): (rig, GRID, objectives, designs[first : first + CHUNK]) for first in range(0, len(designs), CHUNK)
+    }
+    scores = {ended.name: ended.result() for ended in workers.run(_scores, chunks)}
+    return np.concatenate([np.empty((0, len(objectives))), *(scores[name] for name in chunks)])
+
+
+def _scores(rig: Rig, grid: Grid, objectives: tuple[str, ...], designs: FloatArray) -> FloatArray:
+    """What a worker does: scores as the search has them."""
+    return feasible_scores(rig, _scorer(rig, grid), objectives_named(objectives), _buildable(rig), designs)
+
+
+@lru_cache(maxsize=1)
+def _scorer(rig: Rig, grid: Grid) -> CoarseScorer:
+    return CoarseScorer(rig, rig_meshes(rig), grid)
 
 
 def _with_mount(rig: Rig, design: FloatArray) -> Rig:

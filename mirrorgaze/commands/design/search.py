@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from mirrorgaze.options import JsonOption, RigArgument, SeedOption
+from mirrorgaze.interrupts import stopping_says
+from mirrorgaze.options import JsonOption, RigArgument, SchedulerOption, SeedOption
 from mirrorgaze.output import print_json, print_step, print_table
 
 COLUMNS = {"coverage": "{:.3f}", "area": "{:.0f}", "swept-volume": "{:.2f}", "resolution": "{:.0f}"}
@@ -48,19 +50,26 @@ def search(
         int | None,
         typer.Option(metavar="N", help="Write design N of the table into the rig file.", min=1, show_default=False),
     ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Number of processes on this machine.", show_default="this one alone", min=1),
+    ] = None,
+    scheduler: SchedulerOption = None,
     json: JsonOption = False,
 ) -> None:
     """Search for mirrors that no other design beats.
 
     Varies distances and sizes, and writes the Pareto front (front.csv, search.png), some of its members as rig files
     whose mounts can be built, and summary.json. Prints these members beside the rig as it is; the same command with
-    --apply N then writes one of them into the rig file. An interrupted search continues where it stopped.
+    --apply N then writes one of them into the rig file. An interrupted search continues where it stopped, and finds the
+    same with any number of processes.
 
     \b
     Example:
       mirrorgaze search aqua2 --objective coverage,area,resolution --designs 10000 -o out/search
     """
     from mirrorgaze.loading import load_usable_rig, own_rig_file
+    from optics.workers.run import open_workers
     from reports.studies.design_search import Wanted, apply_design, search_into
     from rigs.files import find_rig
 
@@ -71,7 +80,12 @@ def search(
     wanted = Wanted(objectives=tuple(objective.split(",")), designs=designs, seed=seed, factor=factor, count=rigs)
     loaded = load_usable_rig(rig)
     folder = output or Path("out") / f"{loaded.name}-search"
-    found = search_into(loaded, find_rig(rig), folder, wanted, log=print_step)
+    many = workers is not None or scheduler is not None
+    with (
+        stopping_says(f"{folder}: stopped; the same command continues from there"),
+        open_workers(workers=workers or 1, scheduler=scheduler) if many else nullcontext() as opened,
+    ):
+        found = search_into(loaded, find_rig(rig), folder, wanted, workers=opened, log=print_step)
     if apply is not None:
         apply_design(found, apply, own_rig_file(rig))
     if json:

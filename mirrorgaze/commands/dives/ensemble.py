@@ -16,6 +16,7 @@ from mirrorgaze.output import print_json, print_step, print_table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from dives.ensembles.factors import Effect
     from dives.ensembles.results import EnsembleResults
     from dives.ensembles.run import Outcome
 
@@ -42,6 +43,9 @@ def ensemble(
             metavar="KEY", help="Compare the values of this key in pairs.", show_default="the first that is varied"
         ),
     ] = None,
+    grid: Annotated[
+        bool, typer.Option("--grid", help="Say what each key does, and each two: tables and figures.")
+    ] = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     shard: ShardOption = None,
@@ -60,12 +64,15 @@ def ensemble(
     Each dive is written to a folder of its own; finished ones are kept, so that the same command continues where it was
     stopped, and more seeds or settings may be added. dives.csv has one line per dive, summary.csv and summary.md every
     setting's metrics with 95 % confidence intervals, differences.csv and differences.md those between the values of a
-    key, over pairs of the same seed; ensemble.json has all of it.
+    key, over pairs of the same seed; ensemble.json has all of it. With --grid, effects.csv has the share of what varies
+    that each key has and each two together, levels.csv their means, and a figure for each metric shows them. Keys that
+    begin with rig. are those of the rig's file.
 
     \b
     Example:
       mirrorgaze ensemble spiral --seeds 8 --vary variant=default,paper -o out/loops
       mirrorgaze ensemble spiral --seeds 4 --vary depth_m=3..12 --points 10 --no-video -o out/depths
+      mirrorgaze ensemble spiral --grid --vary jerlov_type=IB,II,III --vary target.diameter_m=0.1,0.2 --no-video
     """
     from dives.ensembles.members import Choice, members, parsed_variation
     from dives.ensembles.run import run_ensemble
@@ -77,6 +84,9 @@ def ensemble(
         raise ValueError(
             f"--compare {compare}: expected a key with two values or more ({', '.join(choices) or 'none'})"
         )
+    if grid and (points or not choices):
+        got = ", ".join(vary or []) or "none"
+        raise ValueError(f"--grid: expected --vary KEY=VALUE,VALUE, two values or more and no ranges, got {got}")
     chosen = members(variations, seeds=range(seeds), points=points, points_seed=points_seed)
     folder = output or Path("out") / f"{Path(dive).stem}-ensemble"
     part = Shard.parsed(shard) if shard else None
@@ -94,7 +104,7 @@ def ensemble(
         )
     failed = [outcome for outcome in outcomes if outcome.failure is not None]
     if part is None:
-        _tell(outcomes, compare or (choices[0] if choices else None), folder, json=json)
+        _tell(outcomes, compare or (choices[0] if choices else None), folder, grid=grid, json=json)
     else:
         typer.echo(f"{folder}: {part.manifest_name}, a folder for each of {len(outcomes)} dives of {len(chosen)}")
     for outcome in failed:
@@ -104,11 +114,13 @@ def ensemble(
         raise typer.Exit(FAILED)
 
 
-def _tell(outcomes: Sequence[Outcome], compare: str | None, folder: Path, *, json: bool) -> None:
+def _tell(outcomes: Sequence[Outcome], compare: str | None, folder: Path, *, grid: bool, json: bool) -> None:
     from dives.ensembles.results import ensemble_results, write_results
 
-    results = ensemble_results(outcomes, compare)
+    results = ensemble_results(outcomes, compare, grid=grid)
     files = write_results(results, folder)
+    if grid:
+        files += _draw(results.effects, folder)
     if json:
         print_json(results.as_dict())
     else:
@@ -120,9 +132,23 @@ def _tell(outcomes: Sequence[Outcome], compare: str | None, folder: Path, *, jso
 
 
 def _print(results: EnsembleResults) -> None:
+    from dives.ensembles.factors import effects_table
     from dives.ensembles.tables import differences_table, summary_table
 
     print_table(summary_table(results.summary))
     if results.differences:
         typer.echo()
         print_table(differences_table(results.differences))
+    if results.effects:
+        typer.echo()
+        print_table(effects_table(results.effects))
+
+
+def _draw(effects: Sequence[Effect], folder: Path) -> list[str]:
+    """A figure for each metric; the names of the files."""
+    from reports.figures.factors import draw_factors
+
+    by_metric = {each.metric: [other for other in effects if other.metric == each.metric] for each in effects}
+    for metric, those in by_metric.items():
+        draw_factors(those, folder / f"{metric}.png")
+    return [f"{metric}.png" for metric in by_metric]

@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from dives.ensembles.members import Choice, members
-from dives.ensembles.run import planned, run_ensemble
+from dives.ensembles.run import planned, run_ensemble, with_rigs
 from dives.metrics.frames import FLAGS, NUMBERS, TEXT
 from dives.runner import identity_of
 from dives.target_size import sized
@@ -152,6 +152,18 @@ def test_settings_reach_the_dive(short):
     dives = planned(short, chosen)
     assert [dive.target.path.rising_m_per_s for dive in dives.values()] == [0.0, 0.01]
     assert {dive.seed for dive in dives.values()} == {3}
+
+
+def test_settings_reach_the_rig(short, tmp_path):
+    """Its file lies beside the dives, one for each setting; a rig that cannot be is told before any is written."""
+    chosen = members([Choice(key="rig.image_sensor.read_noise_e", values=(1.0, 9.0))], seeds=[0, 1])
+    dives = with_rigs(planned(short, chosen), chosen, tmp_path / "rigs")
+    assert [dive.load_rig().image_sensor.read_noise_e for dive in dives.values()] == [1.0, 1.0, 9.0, 9.0]
+    assert len(list((tmp_path / "rigs").iterdir())) == 2
+    wrong = members([Choice(key="rig.image_sensor.read_noise_e", values=(2.0, -1.0))], seeds=[0])
+    with pytest.raises(ValueError, match="read_noise_e"):
+        with_rigs(planned(short, wrong), wrong, tmp_path / "more")
+    assert not (tmp_path / "more").exists()
 
 
 def test_every_impossible_member_is_told_at_once(short, tmp_path):

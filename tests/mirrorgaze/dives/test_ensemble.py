@@ -38,6 +38,7 @@ def dived(monkeypatch):
                 "losses_reacquired": 0,
                 "acquired": True,
                 "gaze_error_rms_deg": error,
+                "gaze_error_held_rms_deg": error,
             }
             failure = Failure(sentence="OSError: no disk", trace="") if member.name in failing else None
             found.append(
@@ -81,6 +82,23 @@ def test_it_writes_and_prints_tables(dived, here):
     assert sorted(path.name for path in folder.iterdir()) == names.split()
     with (folder / "dives.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 8
+
+
+def test_a_grid_says_what_each_key_does(dived, here):
+    """The second loop is 3 degrees worse; what the size does is nothing."""
+    vary = ("--vary", "variant=default,paper", "--vary", "target.diameter_m=0.1,0.2")
+    result = mirrorgaze("spiral", "--seeds", "2", "--grid", *vary, "-o", "grid")
+    assert result.exit_code == 0, result.stderr
+    with Path("grid/effects.csv").open() as file:
+        rows = {(row["metric"], row["effect"]): row["share"] for row in csv.DictReader(file)}
+    assert rows["gaze_error_held_rms_deg", "target.diameter_m"] == "0.0"
+    # Variances 9 / 4 of the loops and 1 / 4 of the seeds.
+    assert float(rows["gaze_error_held_rms_deg", "variant"]) == pytest.approx(9 / 10)
+    assert "variant x target.diameter_m" in result.stdout
+    assert Path("grid/gaze_error_held_rms_deg.png").stat().st_size > 5000
+    refused = mirrorgaze("spiral", "--grid", "--vary", "depth_m=3..9", "--points", "2")
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith("mirrorgaze: --grid: expected --vary KEY=VALUE,VALUE, two values or more")
 
 
 def test_videos_may_be_left_out(dived, here):

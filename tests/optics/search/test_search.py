@@ -348,15 +348,15 @@ def test_nothing_possible_is_a_sentence() -> None:
 def test_chosen_members_pass_the_closer_look(found: Search) -> None:
     looked: list[float] = []
 
-    def problem_of(design: FloatArray) -> str:
-        looked.append(float(design[0]))
-        return "too far" if design[0] > 90.0 else ""
+    def problems_of(designs: list[FloatArray]) -> list[str]:
+        looked.extend(float(design[0]) for design in designs)
+        return ["too far" if design[0] > 90.0 else "" for design in designs]
 
-    rows, problems = choose(found, 5, problem_of)
+    rows, problems = choose(found, 5, problems_of)
     assert 1 <= len(rows) <= 5
     assert (found.designs[rows, 0] <= 90.0).all()
     assert all(found.designs[row, 0] > 90.0 for row in problems)
     assert len(looked) == len(set(rows) | set(problems)) or len(looked) >= len(rows)
-    none, all_problems = choose(found, 5, lambda _: "no")
+    none, all_problems = choose(found, 5, lambda designs: ["no"] * len(designs))
     assert none == [] and len(all_problems) >= min(LOOKS, len(found.front))
     assert first_problem(Rig.load("aqua2"), found.designs[found.front[0]]) == ""

@@ -14,6 +14,7 @@ from optics.feasibility.feasibility import feasibility_problems
 from optics.search import search
 from optics.search.objectives import OBJECTIVES, design_of
 from optics.search.score import Grid
+from optics.workers.run import open_workers
 from reports.studies import design_search
 from reports.studies.design_search import Wanted, apply_design, search_into
 from rigs import Rig, RigError, preset_path
@@ -29,6 +30,7 @@ def coarser():
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(search, "GRID", SMALL)
         patched.setattr(search, "SLOPE_GRID", SMALL)
+        patched.setattr(design_search, "GRID", SMALL)
         yield
 
 
@@ -130,6 +132,17 @@ def test_an_interrupted_search_ends_the_same(made, problems, tmp_path, monkeypat
     assert not (tmp_path / "out/summary.json").exists()
     monkeypatch.setattr(design_search, "_problem", lambda rig, design: problems[tuple(design)])
     assert run()[0] == "own design: done before"
+    for name in ("front.csv", "summary.json", "search.png"):
+        assert (tmp_path / "out" / name).read_bytes() == (made[0] / name).read_bytes(), name
+
+
+def test_workers_find_the_same(made, problems, tmp_path, monkeypatch):
+    """Scores of two processes; of the mounts they are told what was found."""
+    monkeypatch.setattr(design_search, "_problem", lambda rig, design: problems[tuple(design)])
+    with open_workers(workers=2) as workers:
+        search_into(
+            Rig.load("aqua2"), preset_path("aqua2"), tmp_path / "out", WANTED, workers=workers, log=lambda line: None
+        )
     for name in ("front.csv", "summary.json", "search.png"):
         assert (tmp_path / "out" / name).read_bytes() == (made[0] / name).read_bytes(), name
 
