@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 NAMES = ("first", "train", "projection", "coverage", "render", "search", "loop")
-CHECKS = ("healpix", "distances", "bias", "robots", "detector", "studio")
+CHECKS = ("healpix", "distances", "bias", "robots", "detector", "studio", "kills")
 COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
 
 

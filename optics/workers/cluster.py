@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import importlib.metadata
 import logging
 import os
@@ -21,9 +22,6 @@ DISTRIBUTION = "mirrorgaze"
 THREADS_VARIABLE = "MIRRORGAZE_THREADS"
 """As `optics.kernels.backend` reads it, which a worker loads with its first piece and not before."""
 
-LIVES = 3
-"""Workers that may die at a piece before it is set aside."""
-
 ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^/:\s]+:\d{1,5}|((tcp|tls)://)?\[[0-9a-fA-F:]+\]:\d{1,5}")
 """Of a scheduler, as dask has it."""
 
@@ -39,7 +37,10 @@ END_S = 10
 UNSAID = "ignore::UserWarning:multiprocessing.resource_tracker"
 
 SETTINGS: dict[str, Any] = {
-    "distributed.scheduler.allowed-failures": LIVES - 1,
+    # What is tried again waits for a free worker, not behind a piece that would be suspected with it.
+    "distributed.scheduler.allowed-failures": 0,
+    # A worker that is to come back may take long on a busy machine, and would be ended when it is there.
+    "distributed.deploy.lost-worker-timeout": "1h",
     # What a worker holds is what its piece needs: there is nothing to write to disk, and waiting frees nothing.
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
@@ -86,6 +87,23 @@ def own_cluster(workers: int) -> Iterator[Client]:
             yield client
         finally:
             _end(cluster, client)
+
+
+def keep_up(cluster: LocalCluster, workers: int) -> None:
+    """Start workers again that died just as they began: those their nannies miss."""
+    cluster.loop.add_callback(_revive, cluster)
+    cluster.scale(workers)
+
+
+def _revive(cluster: LocalCluster) -> None:
+    from distributed.core import Status  # noqa: PLC0415
+
+    for name, nanny in list(cluster.workers.items()):
+        if nanny.status in {Status.closed, Status.failed}:
+            del cluster.workers[name]  # and another takes its place
+        elif nanny.status == Status.running and nanny.process and nanny.process.status == Status.stopped:
+            # It does nothing where the nanny has begun to.
+            asyncio.ensure_future(nanny.instantiate())  # noqa: RUF006
 
 
 @contextmanager

@@ -5,28 +5,31 @@ from __future__ import annotations
 import os
 import threading
 import traceback
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from optics.kernels.clock import Pace
 from optics.workers.cluster import (
     ADDRESS,
-    LIVES,
     THREADS_VARIABLE,
     PieceError,
     SchedulerError,
     joined_cluster,
+    keep_up,
     own_cluster,
 )
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-SET_ASIDE = f"{LIVES} workers died at it, so it is set aside; where memory was short, fewer at a time have more each"
+LIVES = 3
+"""Workers of ours that may die at a piece before it is set aside."""
+
+SET_ASIDE = "workers died at it, so it is set aside; where memory was short, fewer at a time have more each"
 
 LISTEN_S = 0.2
 """After which it is looked whether there are more workers now."""
@@ -82,8 +85,8 @@ class Ended:
 class Workers:
     """Processes that do pieces of work, as long as `open_workers` lasts."""
 
-    def __init__(self, client: Client, scheduler: str) -> None:
-        self._client, self._scheduler = client, scheduler
+    def __init__(self, client: Client, *, workers: int | None, scheduler: str) -> None:
+        self._client, self._workers, self._scheduler = client, workers, scheduler
 
     def run(self, function: Callable[..., Any], pieces: Mapping[str, tuple[Any, ...]]) -> Iterator[Ended]:
         """Do pieces of work; each is handed over as it ends, in no order.
@@ -109,40 +112,57 @@ class Workers:
         """
         import cloudpickle  # noqa: PLC0415
 
-        waiting, left = iter(pieces.items()), len(pieces)
+        waiting, left, deaths = deque(pieces), len(pieces), Counter[str]()
         working: dict[Future, str] = {}
         ends: SimpleQueue[Future] = SimpleQueue()
         while left:
             # No worker is given two: what dies with it is the piece that it was working on.
-            for name, arguments in islice(waiting, max(0, self._count() - len(working))):
-                future = self._client.submit(_done, cloudpickle.dumps((function, arguments)), pure=False)
+            for _ in range(min(len(waiting), self._count() - len(working))):
+                name = waiting.popleft()
+                future = self._client.submit(_done, cloudpickle.dumps((function, pieces[name])), pure=False)
                 working[future] = name
                 future.add_done_callback(ends.put)
             with suppress(Empty):
                 future = ends.get(timeout=LISTEN_S)
-                left -= 1
-                yield self._ended(working.pop(future), future)
+                name = working.pop(future)
+                ended = self._ended(name, future, deaths)
+                if ended is None:
+                    waiting.appendleft(name)
+                else:
+                    left -= 1
+                    yield ended
 
     def _count(self) -> int:
         """Pieces at a time: workers come and go."""
         try:
-            return sum(self._client.nthreads().values())
+            count: int = sum(self._client.nthreads().values())
         except OSError:
             raise self._lost() from None
+        if self._workers and count < self._workers:
+            keep_up(self._client.cluster, self._workers)
+        return count
 
     def _lost(self) -> SchedulerError:
         return SchedulerError(
             f"{self._scheduler}: the scheduler was lost; what is written stays, and the same command goes on from there"
         )
 
-    def _ended(self, name: str, future: Future) -> Ended:
-        if future.cancelled():
-            raise self._lost()
-        error = future.exception()
-        if error is not None:
-            sentence = SET_ASIDE if type(error).__name__ == "KilledWorker" else f"{type(error).__name__}: {error}"
+    def _ended(self, name: str, future: Future, deaths: Counter[str]) -> Ended | None:
+        """What became of a piece; None where its worker died and it is to be tried again."""
+        try:
+            value, failure = future.result()
+        except Exception as error:
+            # What the piece raised is not among these: that it returned (`_done`).
+            if future.cancelled():
+                raise self._lost() from None
+            sentence = f"{type(error).__name__}: {error}"
+            if type(error).__name__ == "KilledWorker":
+                # A cluster of others has tried it again by itself, as often as it was told to.
+                deaths[name] += getattr(error, "allowed_failures", 0) + 1
+                if self._workers and deaths[name] < LIVES:
+                    return None
+                sentence = f"{deaths[name]} {SET_ASIDE}"
             return Ended(name=name, value=None, failure=Failure(sentence=sentence, trace=str(error)))
-        value, failure = future.result()
         return Ended(name=name, value=value, failure=failure)
 
 
@@ -167,10 +187,10 @@ def open_workers(*, workers: int, scheduler: str | None = None) -> Iterator[Work
     _check(workers, scheduler)
     if scheduler is None:
         with own_cluster(workers) as client:
-            yield Workers(client, "this machine")
+            yield Workers(client, workers=workers, scheduler="this machine")
     else:
         with joined_cluster(scheduler) as client:
-            yield Workers(client, scheduler)
+            yield Workers(client, workers=None, scheduler=scheduler)
 
 
 def run_many(

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from optics.workers import cluster
-from optics.workers.cluster import LIVES, SchedulerError
-from optics.workers.run import SET_ASIDE, all_ended, counted, open_workers, run_many
+from optics.workers.cluster import SchedulerError
+from optics.workers.run import LIVES, SET_ASIDE, all_ended, counted, open_workers, run_many
 from tests.optics.workers.some_work import square
 
 LONGEST_S = 600.0
@@ -29,7 +29,7 @@ def pieces(folder, count, kills=()):
     return {str(number): (str(folder), number, number in kills) for number in range(count)}
 
 
-@pytest.mark.parametrize(("workers", "kills"), [(1, ()), (2, (0, 3)), (4, (1, 2))])
+@pytest.mark.parametrize(("workers", "kills"), [(1, ()), (2, range(3)), (4, (1, 2))])
 def test_the_same_bytes_whatever_the_workers_and_who_dies(workers, kills, tmp_path):
     work = pieces(tmp_path / "out", 6, kills)
     ends = list(run_many(square, work, workers=workers))
@@ -53,11 +53,11 @@ def test_what_fails_or_kills_does_not_keep_the_others(tmp_path):
     assert set(failures) == {"raises", "kills"}
     assert failures["raises"].sentence.startswith("ValueError: xxx")
     assert "some_work.py" in failures["raises"].trace
-    assert failures["kills"].sentence == SET_ASIDE
+    assert failures["kills"].sentence == f"3 {SET_ASIDE}"
     assert len((tmp_path / "out/-2.tried").read_bytes()) == LIVES
     assert told[0] == "1 of 4 pieces: done before"
     assert any(line.startswith("4 of 4 pieces: ") for line in told)
-    assert any(line.endswith(f"kills, failed: {SET_ASIDE}") for line in told)
+    assert any(line.endswith(f"kills, failed: 3 {SET_ASIDE}") for line in told)
 
 
 def test_nothing_to_do():
