@@ -20,8 +20,10 @@ from dives.ensembles.run import Outcome
 from dives.metrics.intervals import Interval, mean_interval
 from rigs.atomic_files import csv_text
 
-METRICS = ("visible_fraction", "found_fraction", "time_on_target_fraction", "gaze_error_held_rms_deg")
-"""That a grid is analysed for: is the target to be seen, is it found, is it held, and how well."""
+METRICS = ("acquired", "visible_fraction", "found_fraction", "time_on_target_fraction", "gaze_error_held_rms_deg")
+"""That a grid is analysed for: is the target found at all; then is it to be seen, found, held, and how well.
+
+All but the first are told of dives that acquired it alone."""
 
 BETWEEN = " x "
 """Between the names of two factors, and between their levels."""

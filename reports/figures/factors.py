@@ -65,8 +65,8 @@ def _pairs(axes: Axes, effect: Effect, limits: tuple[float, float]) -> None:
     axes.imshow(values, cmap=COLOUR_MAP, vmin=limits[0], vmax=limits[1], aspect="auto")
     middle = sum(limits) / 2
     for (row, column), value in np.ndenumerate(values):
-        text = "-" if np.isnan(value) else f"{value:.2g}"
-        axes.text(column, row, text, ha="center", va="center", color="black" if value > middle else "white")
+        text, colour = ("-", INK) if np.isnan(value) else (f"{value:.2g}", "black" if value > middle else "white")
+        axes.text(column, row, text, ha="center", va="center", color=colour)
     axes.set_xticks(range(len(across)), across)
     axes.set_yticks(range(len(down)), down)
     axes.set_title(_title(effect))
