@@ -16,3 +16,4 @@ from .port_calibration.estimate import calibrate_port as calibrate_port
 from .port_calibration.images import find_boards as find_boards
 from .port_calibration.observations import BoardObservations as BoardObservations
 from .port_calibration.simulation import simulated_observations as simulated_observations
+from .port_calibration.tracks import triangulate as triangulate

@@ -39,6 +39,11 @@ LEAST_GAIN = 1e-5
 LEAST_NOISE_PX = 1e-6
 """Of points without any: nothing is divided by zero."""
 
+OUTLIER = 5.0
+"""Standard deviations beyond which a point counts as an outlier."""
+
+WIDENINGS = 10
+
 SHARED = "n_water"
 """All cameras look into one water."""
 
@@ -320,6 +325,14 @@ def _moved_pose(pose: RigidTransform, step: FloatArray) -> RigidTransform:
 
 
 def standard_noise(off_px: FloatArray) -> float:
-    """Standard deviation of residuals by their median size, pixels: what a few outliers cannot change."""
-    seen = np.abs(off_px[np.isfinite(off_px)])
-    return max(float(np.median(seen) / norm.ppf(0.75)), LEAST_NOISE_PX)
+    """Root mean square of residuals without outliers, pixels.
+
+    It begins with the median size, which a few outliers cannot change, and takes in what is within `OUTLIER` of it, so
+    often until no more comes: long tails count, points far away do not.
+    """
+    sizes = np.abs(off_px[np.isfinite(off_px)])
+    width = float(np.median(sizes) / norm.ppf(0.75))
+    for _ in range(WIDENINGS):
+        kept = sizes[sizes <= OUTLIER * width]
+        width = float(np.sqrt((kept**2).mean())) if len(kept) else width
+    return max(width, LEAST_NOISE_PX)

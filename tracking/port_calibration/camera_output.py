@@ -19,6 +19,7 @@ from optics.perturbation.port_camera import Lens, PortCamera
 from optics.ports.port import DomePort, FlatPort
 from rigs.atomic_files import atomic_files
 from tracking.port_calibration.camera_input import PIXEL_CENTRE
+from tracking.port_calibration.corner_files import write_corners
 from tracking.port_calibration.estimate import PortCalibration
 from tracking.port_calibration.pinhole_fit import (
     FOUR_TERMS,
@@ -31,6 +32,7 @@ from tracking.port_calibration.pinhole_fit import (
 from tracking.port_calibration.summary import as_dict
 
 CALIBRATION_FILE = "calibration.json"
+CORNERS_FILE = "corners.csv"
 KALIBR_FILE = "kalibr_camchain.yaml"
 COLMAP_FILE = "colmap_underwater.txt"
 OF_ROS = {"pinhole": "plumb_bob", "fisheye": "equidistant"}
@@ -55,13 +57,14 @@ def write_port_files(found: PortCalibration, folder: Path) -> list[Path]:
         texts[f"{name}_foxglove.json"] = foxglove_json(name, fit, model)
     maps = [f"{name}_remap.npz" for name in fits]
     with atomic_files(folder) as scratch:
+        write_corners(scratch / CORNERS_FILE, found.observations)
         for file, text in texts.items():
             (scratch / file).write_text(text, encoding="utf-8")
         for file, (name, fit) in zip(maps, fits.items(), strict=True):
             map_u, map_v = undistortion_maps(found.cameras[name], fit, far)
             matrix = camera_matrix(fit.lens)
             np.savez(scratch / file, map_u=map_u, map_v=map_v, camera_matrix=matrix, distance_m=far)
-    return [folder / file for file in (*texts, *maps)]
+    return [folder / file for file in (CORNERS_FILE, *texts, *maps)]
 
 
 def board_distance_m(found: PortCalibration) -> float:

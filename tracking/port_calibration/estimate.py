@@ -12,9 +12,10 @@ from optics.kernels.arrays import FloatArray
 from optics.perturbation.parameters import CAMERA, DISTORTION, PORT_CENTRE
 from optics.perturbation.port_camera import TILTS, Lens, PortCamera, Window
 from optics.ports.port import DomePort, FlatPort, NoPort
-from tracking.port_calibration.bundle import POSE, Arrangement, Bundle, Solution, robust_cost, standard_noise
+from tracking.port_calibration.bundle import OUTLIER, POSE, Arrangement, Bundle, Solution, robust_cost, standard_noise
 from tracking.port_calibration.covariance import PortCovariance, covariance_of, plausible_sizes
 from tracking.port_calibration.observations import MEDIA, BoardObservations, observation_problems
+from tracking.port_calibration.pinhole_fit import fit_pinhole
 from tracking.port_calibration.start import camera_prior, start_camera, start_rig
 
 LENSES = {
@@ -34,9 +35,6 @@ ALSO = ("n_water", "n_port", "port_thickness", "port_radius")
 
 ROUNDS = 3
 """Adjustments, each with the noise that the one before left."""
-
-OUTLIER = 5.0
-"""Standard deviations beyond which a point is counted as an outlier."""
 
 SHORTEST_M = 1e-5
 """A port nearer than that to the pinhole is one whose distance the images do not tell."""
@@ -70,7 +68,7 @@ class PortCalibration:
         Cameras with their ports, their poses, and the boards'.
     covariance : PortCovariance
     noise_px : float
-        Standard deviation of a pixel's u or v, by the residuals' median.
+        Standard deviation of a pixel's u or v, by the residuals without outliers.
     off_px : array, shape (n, 2)
         Predicted less observed.
     converged : bool
@@ -285,8 +283,11 @@ def _pinholes(
         if own is None or isinstance(at.cameras[index].port, NoPort) or observation_problems(own):
             continue
         free = (*CAMERA, *(terms or LENSES["brown"][1]))
-        start, poses = start_camera(own, free, model, NoPort(), None)
-        alone = Bundle(own, [free], [camera_prior(own, free, model, NoPort(), None)])
+        # What comes closest to the camera and its port is where the search begins.
+        far = float(np.median(np.linalg.norm(at.rig_from_board.translation, axis=1)))
+        near = fit_pinhole(at.cameras[index], [far], free[len(CAMERA) :]).lens
+        start, poses = start_camera(own, free, model, NoPort(), near)
+        alone = Bundle(own, [free], [camera_prior(own, free, model, NoPort(), near)])
         single = start_rig(own, [(start, dict(zip(own.images, poses, strict=True)))])
         solution = alone.solve(adjusted(alone, single)[0].arrangement, noise_px=noise_px)
         plain_px = alone.residuals(solution.arrangement)

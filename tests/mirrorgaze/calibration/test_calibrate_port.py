@@ -69,6 +69,7 @@ def test_json_holds_the_same_and_files_are_written(corners, here):
         "camera1_remap.npz",
         "camera1_ros.yaml",
         "colmap_underwater.txt",
+        "corners.csv",
         "kalibr_camchain.yaml",
     ]
     assert json.loads((here / "port/calibration.json").read_text())["parameters"] == told["parameters"]

@@ -81,9 +81,9 @@ def test_images_belong_together_by_the_number_at_their_end(tmp_path):
     for camera in ("left", "right"):
         files[camera, "water"] = [tmp_path / f"{camera}_{number:02d}.png" for number in (1, 7)]
         for path in files[camera, "water"]:
-            cv2.imwrite(str(path), warped(chessboard_image()))
+            cv2.imwrite(str(path), cv2.resize(warped(chessboard_image()), (500, 400), interpolation=cv2.INTER_AREA))
     blank = tmp_path / "left_09.png"
-    cv2.imwrite(str(blank), np.full((800, 1000), 200, np.uint8))
+    cv2.imwrite(str(blank), np.full((400, 500), 200, np.uint8))
     files["left", "water"].append(blank)
     found = find_boards(board, files)
     assert found.observations.images == ("water/01", "water/07")
