@@ -52,21 +52,24 @@ def _area(on_board: FloatArray) -> float:
 
 
 def pose_on_rays(on_board: FloatArray, origins: FloatArray, directions: FloatArray) -> RigidTransform:
-    """`camera_from_board` of points (n, 2) of a board, each on a ray (n, 3) behind port and mirrors."""
-    off_ray = _across(directions)
-    x, y = on_board[:, 0, np.newaxis, np.newaxis], on_board[:, 1, np.newaxis, np.newaxis]
-    rows = np.concatenate([off_ray * x, off_ray * y, off_ray], axis=2).reshape(-1, 9)
+    """`camera_from_board` of points of a board, each on a ray (n, 3) behind port and mirrors.
+
+    Points are of shape (n, 2) on a plane, or (n, 3) of a target that is not flat.
+    """
+    off_ray, columns = _across(directions), on_board.T[:, :, np.newaxis, np.newaxis]
+    rows = np.concatenate([*(off_ray * column for column in columns), off_ray], axis=2).reshape(2 * len(on_board), -1)
     # Columns of one size: metres on the board are not metres of the pool.
     sizes = np.maximum(np.linalg.norm(rows, axis=0), np.finfo(np.float64).tiny)
     found = np.linalg.svd(rows / sizes, full_matrices=False)[2][-1] / sizes
-    along = np.outer(on_board[:, 0], found[:3]) + np.outer(on_board[:, 1], found[3:6]) + found[6:]
+    axes, shift = found[:-3].reshape(-1, 3), found[-3:]
     # The board is in front of the mirror.
-    found = found * (np.sign((directions * along).sum()) or 1.0)
-    first, second = found[:3] / np.linalg.norm(found[:3]), found[3:6] / np.linalg.norm(found[:3])
-    columns = np.column_stack([first, second, np.cross(first, second)])
-    left, _, right = np.linalg.svd(columns)
+    sense = np.sign((directions * (on_board @ axes + shift)).sum()) or 1.0
+    axes = sense * axes / np.linalg.norm(axes[0])
+    if len(axes) == 2:
+        axes = np.vstack([axes, np.cross(axes[0], axes[1])])
+    left, _, right = np.linalg.svd(axes.T)
     turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
-    in_place = on_board @ turn[:, :2].T - origins
+    in_place = on_board @ turn[:, : on_board.shape[1]].T - origins
     offset = -(off_ray @ in_place[..., np.newaxis])[..., 0]
     translation = np.linalg.lstsq(off_ray.reshape(-1, 3), offset.ravel())[0]
     return RigidTransform.from_components(translation, Rotation.from_matrix(turn))

@@ -127,7 +127,7 @@ class Bundle:
         by_board = np.zeros((count, 2, POSE))
         for index, medium, chosen in self._groups():
             camera = in_medium(at.cameras[index], medium)
-            arms, in_camera = _places(at, index, seen.image[chosen], seen.board_m[chosen])
+            arms, in_camera = _places(at, index, seen.image[chosen], seen.places_m[chosen])
             own = self._own(index, camera, medium)
             # All of them: one compiled kernel serves every choice of what is free.
             every = parameters_of(camera.model, camera.shape)
@@ -147,7 +147,7 @@ class Bundle:
         """Predicted less observed, pixels, shape (n, 2); NaN where nothing is predicted."""
         off = np.full((len(self.seen.pixels), 2), np.nan)
         for index, medium, chosen in self._groups():
-            in_camera = _places(at, index, self.seen.image[chosen], self.seen.board_m[chosen])[1]
+            in_camera = _places(at, index, self.seen.image[chosen], self.seen.places_m[chosen])[1]
             off[chosen] = in_medium(at.cameras[index], medium).project(in_camera) - self.seen.pixels[chosen]
         return off
 
@@ -305,7 +305,7 @@ def _places(
 ) -> tuple[FloatArray, FloatArray]:
     """Points seen from the board's origin, in the rig's axes, and in the camera's frame."""
     turns = at.rig_from_board.rotation.as_matrix()
-    arms = np.einsum("nij,nj->ni", turns[image][:, :, :2], board_m)
+    arms = np.einsum("nij,nj->ni", turns[image], board_m)
     in_rig = arms + at.rig_from_board.translation[image]
     return arms, at.camera_from_rig[camera].apply(in_rig)
 

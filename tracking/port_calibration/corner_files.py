@@ -16,17 +16,21 @@ from tracking.port_calibration.observations import MEDIA, BoardObservations
 
 POINT_COLUMNS = ("image", "u_px", "v_px", "board_x_mm", "board_y_mm")
 SIZE_COLUMNS = ("width_px", "height_px")
-OPTIONAL_COLUMNS = ("camera", "medium", *SIZE_COLUMNS)
+HEIGHT_COLUMN = "board_z_mm"
+OPTIONAL_COLUMNS = ("camera", "medium", HEIGHT_COLUMN, *SIZE_COLUMNS)
+
+PLACE_COLUMNS = ("board_x_mm", "board_y_mm", HEIGHT_COLUMN)
 
 ONLY_CAMERA = "camera"
 USUAL_MEDIUM = "water"
-NUMBERS = ("u_px", "v_px", "board_x_mm", "board_y_mm", *SIZE_COLUMNS)
+NUMBERS = ("u_px", "v_px", "board_x_mm", "board_y_mm", HEIGHT_COLUMN, *SIZE_COLUMNS)
 
 
 def read_corners(path: str | os.PathLike[str], *, size_px: tuple[int, int] | None = None) -> BoardObservations:
     """Read points of boards; # begins a comment, the first other line names the columns, in any order.
 
-    Columns: image, u_px, v_px, board_x_mm, board_y_mm; camera, where there are several; medium (`MEDIA`), where it is
+    Columns: image, u_px, v_px, board_x_mm, board_y_mm, and board_z_mm of a target that is not flat; camera, where there
+    are several; medium (`MEDIA`), where it is
     not water; width_px and height_px, unless `size_px` says how large all images are.
 
     Raises
@@ -49,8 +53,10 @@ def read_corners(path: str | os.PathLike[str], *, size_px: tuple[int, int] | Non
 
 def write_corners(path: str | os.PathLike[str], seen: BoardObservations) -> None:
     """Write points so that `read_corners` reads them; the file appears whole or not at all."""
-    rows: list[list[str]] = [["camera", "medium", *SIZE_COLUMNS, *POINT_COLUMNS]]
-    columns = (seen.camera, seen.medium, seen.image, seen.pixels, seen.board_m)
+    height = () if seen.is_flat else (HEIGHT_COLUMN,)
+    rows: list[list[str]] = [["camera", "medium", *SIZE_COLUMNS, *POINT_COLUMNS, *height]]
+    places = seen.board_m[:, :2] if seen.is_flat else seen.places_m
+    columns = (seen.camera, seen.medium, seen.image, seen.pixels, places)
     for camera, medium, image, pixel, place in zip(*columns, strict=True):
         size = [str(side) for side in seen.sizes_px[camera]]
         numbers = [*(f"{value:.4f}" for value in pixel), *(f"{1000 * value:.10g}" for value in place)]
@@ -100,6 +106,6 @@ def _observations(
         camera=np.array([cameras.index(str(row["camera"])) for row in rows], dtype=np.intp),
         image=np.array([place[str(row["image"])] for row in rows], dtype=np.intp),
         medium=media,
-        board_m=np.array([[row["board_x_mm"], row["board_y_mm"]] for row in rows], dtype=np.float64) / 1000,
+        board_m=np.array([[row.get(name, 0.0) for name in PLACE_COLUMNS] for row in rows], dtype=np.float64) / 1000,
         pixels=np.array([[row["u_px"], row["v_px"]] for row in rows], dtype=np.float64),
     )

@@ -39,8 +39,8 @@ class BoardObservations:
         Names of the moments; one camera has one image of each at most.
     camera, image, medium : array of int, shape (n,)
         Which of `cameras`, `images` and `MEDIA` each point belongs to.
-    board_m : array, shape (n, 2)
-        Along the board's x and y.
+    board_m : array, shape (n, 2) or (n, 3)
+        Along the board's x and y; and along z, where the target is not flat.
     pixels : array, shape (n, 2)
         (u, v); the centre of the top-left pixel is (0, 0).
     """
@@ -53,6 +53,17 @@ class BoardObservations:
     medium: NDArray[np.intp]
     board_m: FloatArray
     pixels: FloatArray
+
+    @property
+    def places_m(self) -> FloatArray:
+        """Places on the board, shape (n, 3)."""
+        missing = 3 - self.board_m.shape[1]
+        return np.pad(self.board_m, ((0, 0), (0, missing)))
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether all points are in one plane, z = 0."""
+        return not self.places_m[:, 2].any()
 
     def rows(self, chosen: NDArray[np.bool_]) -> BoardObservations:
         """Some of the points, of the same cameras; images that none is left of are dropped."""
@@ -150,6 +161,8 @@ def board_handedness(board_m: FloatArray, pixels: FloatArray) -> int:
 
 def _mirrored_problems(seen: BoardObservations) -> list[str]:
     """Images that turn the other way than most do: a board is seen from one side."""
+    if not seen.is_flat:
+        return []
     turns = [(view, board_handedness(seen.board_m[view[2]], seen.pixels[view[2]])) for view in seen.views()]
     usual = 1 if sum(turn for _, turn in turns) >= 0 else -1
     odd = [f"{seen.cameras[camera]}/{seen.images[image]}" for (camera, image, _), turn in turns if turn == -usual]

@@ -31,7 +31,7 @@ def simulated_observations(
     ----------
     cameras, camera_from_rig : sequences
         The truth; the rig's frame is that of the first camera.
-    board_m : array, shape (k, 2)
+    board_m : array, shape (k, 2) or (k, 3)
     images : dict of str to int
         How many in each medium.
     distance_m : (float, float)
@@ -43,19 +43,20 @@ def simulated_observations(
     seed : int
     """
     rng, parts = np.random.default_rng(seed), []
-    centred = np.column_stack([board_m - board_m.mean(axis=0), np.zeros(len(board_m))])
+    places_m = np.pad(board_m, ((0, 0), (0, 3 - board_m.shape[1])))
+    centred = places_m - places_m.mean(axis=0)
     index = 0
     for medium, count in images.items():
         for _ in range(count):
             in_rig = _pose(rng, cameras[0], distance_m, tilt_deg).apply(centred)
             for camera, (of, pose) in enumerate(zip(cameras, camera_from_rig, strict=True)):
                 fixed = np.tile([camera, index, MEDIA.index(medium)], (len(board_m), 1))
-                parts.append(np.column_stack([fixed, board_m, in_medium(of, medium).project(pose.apply(in_rig))]))
+                parts.append(np.column_stack([fixed, places_m, in_medium(of, medium).project(pose.apply(in_rig))]))
             index += 1
     table = np.concatenate(parts)
-    table[:, 5:] += rng.normal(scale=noise_px, size=(len(table), 2))
+    table[:, 6:] += rng.normal(scale=noise_px, size=(len(table), 2))
     sizes = tuple((of.camera.width_px, of.camera.height_px) for of in cameras)
-    inside = ((table[:, 5:] >= 0) & (table[:, 5:] <= np.array(sizes)[table[:, 0].astype(int)] - 1)).all(axis=1)
+    inside = ((table[:, 6:] >= 0) & (table[:, 6:] <= np.array(sizes)[table[:, 0].astype(int)] - 1)).all(axis=1)
     whole = _enough(table, inside)
     camera, image, medium_index = table[whole, :3].astype(np.intp).T
     every = BoardObservations(
@@ -65,8 +66,8 @@ def simulated_observations(
         camera=camera,
         image=image,
         medium=medium_index,
-        board_m=table[whole, 3:5],
-        pixels=table[whole, 5:],
+        board_m=table[whole, 3:6],
+        pixels=table[whole, 6:],
     )
     return every.rows(np.ones(len(camera), dtype=bool))
 

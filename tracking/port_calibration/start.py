@@ -47,6 +47,9 @@ FINALISTS = 2
 FEWEST_RAYS = 4
 """Of a board's points: eight numbers for the six of its pose."""
 
+FEWEST_RAYS_IN_SPACE = 6
+"""Of a target that is not flat: eleven numbers are found in one linear step."""
+
 STRAY = 5.0
 """Images whose residual is this many times the median's are placed once more."""
 
@@ -192,14 +195,14 @@ def _alone(camera: PortCamera, poses: RigidTransform) -> Arrangement:
 
 def board_poses(seen: BoardObservations, camera: PortCamera) -> RigidTransform | None:
     """Pose of every image's board by its rays, None when one has too few rays."""
-    poses = []
+    poses, places = [], seen.board_m[:, :2] if seen.is_flat else seen.places_m
     for image in range(len(seen.images)):
         chosen = seen.image == image
         origins, directions = in_medium(camera, MEDIA[seen.medium[chosen][0]]).rays(seen.pixels[chosen])
         usable = np.isfinite(directions).all(axis=1)
-        if usable.sum() < FEWEST_RAYS:
+        if usable.sum() < (FEWEST_RAYS if seen.is_flat else FEWEST_RAYS_IN_SPACE):
             return None
-        poses.append(pose_on_rays(seen.board_m[chosen][usable], origins[usable], directions[usable]))
+        poses.append(pose_on_rays(places[chosen][usable], origins[usable], directions[usable]))
     return RigidTransform.concatenate(poses)
 
 

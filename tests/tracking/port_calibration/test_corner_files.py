@@ -22,15 +22,24 @@ def test_what_is_written_is_read(tmp_path):
     write_corners(tmp_path / "corners.csv", seen)
     again = read_corners(tmp_path / "corners.csv")
     assert (again.cameras, again.sizes_px, again.images) == (seen.cameras, seen.sizes_px, seen.images)
-    for name in ("camera", "image", "medium", "board_m", "pixels"):
+    for name in ("camera", "image", "medium", "places_m", "pixels"):
         np.testing.assert_allclose(getattr(again, name), getattr(seen, name), err_msg=name)
+
+
+def test_targets_may_have_a_third_dimension(tmp_path):
+    text = "image,u_px,v_px,board_x_mm,board_y_mm,board_z_mm\na,1,2,0,25,40\n"
+    (tmp_path / "corners.csv").write_text(text)
+    seen = read_corners(tmp_path / "corners.csv", size_px=(640, 480))
+    assert not seen.is_flat
+    write_corners(tmp_path / "again.csv", seen)
+    assert read_corners(tmp_path / "again.csv").places_m.tolist() == [[0, 0.025, 0.04]]
 
 
 def test_the_size_may_be_given_and_what_is_not_said_is_one_camera_in_water(tmp_path):
     (tmp_path / "corners.csv").write_text("image,u_px,v_px,board_x_mm,board_y_mm\na,1,2,0,25\n")
     seen = read_corners(tmp_path / "corners.csv", size_px=(640, 480))
     assert (seen.cameras, seen.sizes_px, seen.medium.tolist()) == (("camera",), ((640, 480),), [2])
-    assert seen.board_m.tolist() == [[0, 0.025]]
+    assert seen.board_m.tolist() == [[0, 0.025, 0]]
 
 
 def test_every_problem_is_told(tmp_path):

@@ -90,6 +90,19 @@ def test_normalised_errors_are_chi_square():
     assert chi2.ppf(1 - ONE_IN_TEN_THOUSAND, freedom) < total < chi2.ppf(ONE_IN_TEN_THOUSAND, freedom)
 
 
+def test_a_target_that_is_not_flat_is_enough_in_few_images():
+    rng = np.random.default_rng(5)
+    corner = rng.uniform((-0.2, -0.15, -0.1), (0.2, 0.15, 0.1), (60, 3))
+    truth = PortCamera(camera=PINHOLE, port=FLAT)
+    seen = simulated_observations(
+        [truth], [HERE], corner, images={"water": 4}, distance_m=(0.6, 0.8), tilt_deg=30, noise_px=NOISE_PX
+    )
+    found = calibrate_port(seen, ports=FLAT_GUESS, intrinsics=[NEARLY])
+    error, count = normalised_error(found, PortCamera(camera=PINHOLE, port=FLAT))
+    assert not found.covariance.undetermined
+    assert error < chi2.ppf(ONE_IN_TEN_THOUSAND, count)
+
+
 def test_several_cameras_find_their_baseline():
     cameras = [PortCamera(camera=PINHOLE, port=FLAT), PortCamera(camera=replace(PINHOLE, cx_px=950.0), port=FLAT)]
     pose = RigidTransform.from_components([-0.12, 0.002, 0.005], Rotation.from_euler("xyz", [1, -4, 0.5], degrees=True))

@@ -96,7 +96,7 @@ def test_their_chessboard_in_air_gives_the_lens_that_opencv_finds():
     seen = read_corners(DATA / "zebrafish_corners.csv")
     found = calibrate_port(seen, ports=NoPort())
     views = [seen.image == index for index in range(len(seen.images))]
-    boards = [np.column_stack([seen.board_m[view], np.zeros(view.sum())]).astype(np.float32) for view in views]
+    boards = [seen.places_m[view].astype(np.float32) for view in views]
     pixels = [seen.pixels[view].astype(np.float32) for view in views]
     rms_px, matrix, *_ = cv2.calibrateCamera(boards, pixels, seen.sizes_px[0], None, None)
     lens = found.cameras["camera"].camera
