@@ -331,7 +331,7 @@ def standard_noise(off_px: FloatArray) -> float:
     often until no more comes: long tails count, points far away do not.
     """
     sizes = np.abs(off_px[np.isfinite(off_px)])
-    width = float(np.median(sizes) / norm.ppf(0.75))
+    width = float(np.median(sizes) / norm.ppf(0.75)) if len(sizes) else 0.0
     for _ in range(WIDENINGS):
         kept = sizes[sizes <= OUTLIER * width]
         width = float(np.sqrt((kept**2).mean())) if len(kept) else width

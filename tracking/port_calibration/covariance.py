@@ -42,7 +42,7 @@ class PortCovariance:
 
     def standard_deviations(self) -> dict[str, float]:
         """Of each parameter."""
-        return dict(zip(self.names, np.sqrt(np.diag(self.matrix)).tolist(), strict=True))
+        return dict(zip(self.names, np.sqrt(np.maximum(np.diag(self.matrix), 0.0)).tolist(), strict=True))
 
 
 def covariance_of(

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
 
 from optics.camera import FisheyeCamera, PinholeCamera
 from optics.kernels.arrays import FloatArray
@@ -38,6 +39,9 @@ ROUNDS = 3
 
 SHORTEST_M = 1e-5
 """A port nearer than that to the pinhole is one whose distance the images do not tell."""
+
+FEWEST_SHOWN = 0.5
+"""Of the points: what shows fewer is no calibration."""
 
 PARALLEL_DEG = 5.0
 """Boards that are turned against each other by less say nothing of focal length and distance apart."""
@@ -149,19 +153,37 @@ def calibrate_port(
         raise ValueError("\n".join(problems))
     model, _ = LENSES[lens]
     free = [_free(port, lens, also, keep, keep_intrinsics=keep_intrinsics) for port in given]
-    alone = []
-    for index, port in enumerate(given):
-        own = seen.of_camera(index)
-        camera, poses = start_camera(own, free[index], model, port, intrinsics[index] if intrinsics else None)
-        alone.append((camera, dict(zip(own.images, poses, strict=True))))
     lenses = list(intrinsics) if intrinsics else [None] * len(given)
-    parts = zip(range(len(given)), free, given, lenses, strict=True)
-    prior = [
-        camera_prior(seen.of_camera(index), names, model, port, own_lens) for index, names, port, own_lens in parts
-    ]
+    alone, prior = [], []
+    for index, (names, port, guess) in enumerate(zip(free, given, lenses, strict=True)):
+        own = seen.of_camera(index)
+        camera, poses = _started(own, names, model, port, guess)
+        alone.append((camera, dict(zip(own.images, poses, strict=True))))
+        prior.append(camera_prior(own, names, model, port, guess))
     bundle = Bundle(seen, free, prior)
     solution, noise_px = adjusted(bundle, start_rig(seen, alone))
+    _check_shown(bundle.residuals(solution.arrangement))
     return _result(bundle, solution, noise_px, lens)
+
+
+def _started(
+    own: BoardObservations, names: tuple[str, ...], model: str, port: Window, guess: Lens | None
+) -> tuple[PortCamera, RigidTransform]:
+    try:
+        return start_camera(own, names, model, port, guess)
+    except np.linalg.LinAlgError:
+        raise ValueError(
+            f"camera {own.cameras[0]}: found no pose for its boards; check their points and the port"
+        ) from None
+
+
+def _check_shown(off_px: FloatArray) -> None:
+    shown = int(np.isfinite(off_px).all(axis=1).sum())
+    if shown < FEWEST_SHOWN * len(off_px):
+        raise ValueError(
+            f"no camera behind this port shows the points: {shown} of {len(off_px)} are seen where the search ended; "
+            "check the port, its unit, and the order of the points"
+        )
 
 
 def adjusted(bundle: Bundle, start: Arrangement) -> tuple[Solution, float]:

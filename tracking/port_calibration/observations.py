@@ -26,6 +26,13 @@ FLATTEST = 1e-2
 """Points of a board are on a line when they are this much wider one way than the other."""
 
 
+SMALLEST_M, LARGEST_M = 1e-3, 100.0
+"""Of a board: what is outside was given in another unit."""
+
+LARGEST_SIDE_PX = 20_000
+"""Of an image, as a rig file's."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class BoardObservations:
     """Points of boards in images; several cameras that took images of one name saw the board in one place.
@@ -102,6 +109,10 @@ class BoardObservations:
 def observation_problems(seen: BoardObservations, *, known_intrinsics: bool = False) -> list[str]:
     """What keeps observations from being used: a sentence each, with its place."""
     problems = _number_problems(seen)
+    for name, size in zip(seen.cameras, seen.sizes_px, strict=True):
+        if max(size) > LARGEST_SIDE_PX:
+            told = f"{size[0]} x {size[1]}"
+            problems.append(f"camera {name}: expected images of at most {LARGEST_SIDE_PX} pixels a side, got {told}")
     for camera, image, chosen in seen.views():
         problems += _view_problems(f"camera {seen.cameras[camera]}, image {seen.images[image]}", seen, chosen)
     for index, name in enumerate(seen.cameras):
@@ -133,8 +144,21 @@ def _view_problems(place: str, seen: BoardObservations, chosen: NDArray[np.bool_
         return [f"{place}: expected at least {FEWEST_POINTS} points of the board, got {len(points)}"]
     if len(np.unique(points, axis=0)) < len(points):
         return [f"{place}: expected each point of the board once, got one again"]
+    problems = [] if _spreads(points) else [f"{place}: expected points that are not on a line"]
+    if not _spreads(seen.pixels[chosen]):
+        problems.append(f"{place}: expected pixels that are not on a line: the board is seen from its edge")
+    extent = float(np.ptp(points, axis=0).max())
+    if not SMALLEST_M < extent < LARGEST_M:
+        problems.append(f"{place}: expected a board of {SMALLEST_M} to {LARGEST_M:g} m, got {extent:g} m; check units")
+    return problems
+
+
+def _spreads(points: FloatArray) -> bool:
+    """Whether points spread two ways."""
+    if not np.isfinite(points).all():
+        return True  # told elsewhere
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return [] if spread[1] > FLATTEST * spread[0] else [f"{place}: expected points that are not on a line"]
+    return bool(spread[1] > FLATTEST * spread[0])
 
 
 def _camera_problems(name: str, seen: BoardObservations, *, known_intrinsics: bool) -> list[str]:

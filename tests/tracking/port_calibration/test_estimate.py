@@ -160,6 +160,21 @@ def test_every_problem_of_the_observations_is_told_at_once():
         assert sentence in told
 
 
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"pixels": lambda seen: np.full_like(seen.pixels, 300.0)}, "the board is seen from its edge"),
+        ({"board_m": lambda seen: 1e-6 * seen.board_m}, "expected a board of 0.001 to 100 m"),
+        ({"board_m": lambda seen: seen.board_m * [1, 0, 0]}, "expected each point of the board once"),
+        ({"sizes_px": lambda seen: ((10**9, 10**9),)}, "at most 20000 pixels a side"),
+    ],
+)
+def test_points_that_tell_nothing_are_refused(changes, sentence):
+    seen = session(images={"water": 4})
+    with pytest.raises(ValueError, match=sentence):
+        calibrate_port(replace(seen, **{name: change(seen) for name, change in changes.items()}), ports=FLAT_GUESS)
+
+
 def test_one_image_is_too_few():
     with pytest.raises(ValueError, match="expected at least 3 images of the board, got 1"):
         calibrate_port(session(images={"water": 1}), ports=FLAT_GUESS)
