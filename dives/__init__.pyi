@@ -6,6 +6,10 @@ from .calibration.simulation import simulated_edges as simulated_edges
 from .calibration.simulation import simulated_target as simulated_target
 from .calibration.simulation import tank_points as tank_points
 from .calibration.simulation import useful_poses as useful_poses
+from .datasets.check import check_dataset as check_dataset
+from .datasets.dataset import Dataset as Dataset
+from .datasets.dataset import DatasetError as DatasetError
+from .datasets.run import make_dataset as make_dataset
 from .dive import Dive as Dive
 from .dive import DiveError as DiveError
 from .dive import preset_names as preset_names

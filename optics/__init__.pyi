@@ -11,6 +11,7 @@ from .coverage.usable_fov import UsableFov as UsableFov
 from .coverage.usable_fov import usable_fov as usable_fov
 from .feasibility.requirements import Achieved as Achieved
 from .feasibility.requirements import judged as judged
+from .gaze.camera_table import write_camera_table as write_camera_table
 from .gaze.kinematics import forward_gaze as forward_gaze
 from .gaze.kinematics import inverse_gaze as inverse_gaze
 from .gaze.kinematics import virtual_camera as virtual_camera
