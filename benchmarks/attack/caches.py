@@ -19,7 +19,7 @@ KIND, VERSION = "attack", 1
 
 def prepare(folder: Path) -> Callable[[random.Random], None]:
     """What the cases share: a result of several kinds of array, and its entry in a cache of its own."""
-    from optics.kernels import cache
+    from optics.kernels.cache import _warn, load_or_make, result_key
     from optics.kernels.cache_contents import entry_path
 
     drawn = np.random.default_rng(0)
@@ -30,11 +30,11 @@ def prepare(folder: Path) -> Callable[[random.Random], None]:
         "count": np.array(3),
         "none": np.empty((0, 3)),
     }
-    key = cache.result_key(KIND, VERSION, 1)
+    key = result_key(KIND, VERSION, 1)
     path = entry_path(KIND, key)
 
     def found() -> dict[str, np.ndarray]:
-        return cache.load_or_make(KIND, key, lambda: dict(arrays), pack=dict, unpack=_unpacked)
+        return load_or_make(KIND, key, lambda: dict(arrays), pack=dict, unpack=_unpacked)
 
     found()
     whole = path.read_bytes()
@@ -44,7 +44,7 @@ def prepare(folder: Path) -> Callable[[random.Random], None]:
         result = found()
         if result.keys() != arrays.keys() or not all(_same(result[name], arrays[name]) for name in arrays):
             raise LostError(f"another result from a damaged file: {result}")
-        cache._warn.cache_clear()
+        _warn.cache_clear()
 
     return case
 

@@ -161,15 +161,15 @@ def _stages() -> Write:
 
 
 def _cache() -> Write:
-    from optics.kernels import cache
+    from optics.kernels.cache import load_or_make, result_key
 
     def write(disk: Path, rng: random.Random) -> None:
         """Results that cannot be kept are made."""
         os.environ["MIRRORGAZE_CACHE"] = str(disk / "cache")
         values = np.array([rng.random() for _ in range(rng.randrange(3000))])
-        key = cache.result_key("attack", 1, values)
+        key = result_key("attack", 1, values)
         for _ in range(2):
-            found: dict[str, Any] = cache.load_or_make("attack", key, lambda: {"v": values}, pack=dict, unpack=dict)
+            found: dict[str, Any] = load_or_make("attack", key, lambda: {"v": values}, pack=dict, unpack=dict)
             if not np.array_equal(found["v"], values):
                 raise LostError("another result where it could not be kept")
         _nothing_hidden(disk)
