@@ -36,13 +36,13 @@ MOST_RATE = math.radians(20.0)
 SEEN_S = 0.1
 """Time in view after which a place that does not show the target has lost two thirds of its weight: three images."""
 
-REGAINED_S = 5.0
+REGAINED_S = 15.0
 """After which it has regained two thirds of what it lost."""
 
 LOOK_S = 0.1
 """Least time of a look: a mirror that stops at a place to see something must slow down first."""
 
-GIVEN_UP_S = 6.0
+GIVEN_UP_S = 12.0
 """After which the target may be anywhere."""
 
 GRID = 0.5
@@ -84,15 +84,19 @@ class LostTarget:
 
     def next_pose(self, q: FloatArray, passed_s: float) -> FloatArray:
         """Joint values to ask for, shape (2,), after an image taken at `q` that did not show the target."""
-        self._age_s += passed_s
-        seen = in_view(self._gimbal, q, self._places.after(self._age_s), self._view)
-        self._weights[seen] *= math.exp(-passed_s / SEEN_S)
-        self._weights += (1 - self._weights) * -math.expm1(-passed_s / REGAINED_S)
+        self.note_unseen(q, passed_s)
         self._goal_s -= passed_s
         if self._goal is None or self._goal_s <= 0:
             pan, tilt, travel_s = self._best(*self._gimbal.angles(q))
             self._goal, self._goal_s = self._gimbal.joint_values(pan, tilt), travel_s + LOOK_S
         return self._goal
+
+    def note_unseen(self, q: FloatArray, passed_s: float) -> None:
+        """Take in an image taken at `q` that did not show the target, so long after the one before."""
+        self._age_s += passed_s
+        seen = in_view(self._gimbal, q, self._places.after(self._age_s), self._view)
+        self._weights[seen] *= math.exp(-passed_s / SEEN_S)
+        self._weights += (1 - self._weights) * -math.expm1(-passed_s / REGAINED_S)
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""

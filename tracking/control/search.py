@@ -59,6 +59,11 @@ class Search:
         """Search where a target can have gone that was last seen at a bearing, so long ago."""
         self._lost = LostTarget(self._gimbal, self._speeds, self._step, bearing, age_s)
 
+    def note_unseen(self, seconds: float, q: FloatArray) -> None:
+        """Take in an image taken at `q` without a lost target that is still waited for where it is predicted."""
+        if self._lost is not None:
+            self._lost.note_unseen(q, seconds)
+
     def resume(self, q: FloatArray) -> None:
         """Go on from joint values `q` where the search was broken off."""
         self._approach_s = float(move_time(self._speeds, q, self._place()[np.newaxis])[0])

@@ -255,24 +255,43 @@ class TrackingLoop:
         mode = self._state.mode
         if mode is Mode.CHECK and self._check is not None:
             return self._check.at(elapsed_s)
+        if mode is Mode.PREDICT:
+            self._note_unseen(before, observation)
         if mode is not Mode.SCAN or self._state.hits > 0:
             return self._follower.follow(observation)
         if before.mode is not Mode.SCAN:
             self._search_on(before, observation)
         self._follower.forget()
-        return self._search.advance(self._intervals[-1] if self._intervals else 0.0, observation.q)
+        return self._search.advance(self._passed_s, observation.q)
+
+    def _note_unseen(self, before: BehaviourState, observation: Observation) -> None:
+        """While a target is waited for where it is predicted, keep what images say of where else it can have gone."""
+        lost = self._follower.last_seen if self._variant.rescan == "reachable" else None
+        if before.mode is Mode.TRACK and lost and self._long_seen(before):
+            self._search.begin_lost(lost[0], observation.time_s - lost[1])
+        self._search.note_unseen(self._passed_s, observation.q)
 
     def _search_on(self, before: BehaviourState, observation: Observation) -> None:
         """Begin a search, or take up the one that something else of the target's colour has broken off."""
-        lost = self._follower.last_seen if self._variant.rescan == "reachable" else None
-        long_seen = before.seen > self._variant.behaviour.predict_frames
-        if lost and long_seen and not self._follower.doubted:
-            self._search.begin_lost(lost[0], observation.time_s - lost[1])
-        elif before.mode is Mode.CHECK or self._variant.rescan == "raster" or long_seen:
+        long_seen = self._long_seen(before)
+        if (
+            before.mode is Mode.CHECK
+            or self._variant.rescan == "raster"
+            or (long_seen and (self._follower.doubted or before.mode is Mode.TRACK))
+        ):
             self._search.begin(observation.q)
-        else:
+        elif not long_seen:
             # It was something else, or seen in fewer images than it has been missed in since.
             self._search.resume(observation.q)
+
+    def _long_seen(self, before: BehaviourState) -> bool:
+        """Whether what was followed was seen in more images than one that is missed is waited for."""
+        return before.seen > self._variant.behaviour.predict_frames
+
+    @property
+    def _passed_s(self) -> float:
+        """Since the image before."""
+        return self._intervals[-1] if self._intervals else 0.0
 
 
 def _corner_model(rig: Rig, variant: Variant, samples: CornerSamples | None, gimbal: Gimbal) -> CornerModel:

@@ -104,7 +104,7 @@ VARIANTS = {
             contrast=True,
             # Wherever the paper's servos stand, they have met the check within 2 s: from then on the driver knows them.
             behaviour=BehaviourSettings(
-                check_s=3.0, confirm_frames=3, predict_frames=30, unseen_frames=90, wait_frames=300, earned=True
+                check_s=3.0, confirm_frames=3, predict_frames=15, unseen_frames=15, wait_frames=300, earned=True
             ),
         ),
     )
