@@ -14,7 +14,7 @@ from studio.lines import change_line, command_line, dive_words, search_words, si
 from studio.results import ViewRequest
 from studio.surroundings import Surroundings
 
-SOON_S = 60.0
+SOON_S = 600.0
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 
 from studio.workers import Failed, Worker
 
-SOON_S = 60.0
+SOON_S = 600.0
 
 
 @pytest.fixture
