@@ -32,13 +32,18 @@ def wrapped(angle):
     return np.abs((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
+def angles(lowest_deg, highest_deg):
+    """A rig file refuses numbers next to zero: to the nearest of 1e-9 degrees."""
+    return st.floats(lowest_deg, highest_deg).map(lambda angle: round(angle, 9))
+
+
 @st.composite
 def joints(draw):
-    lowest = draw(st.floats(-360, 300))
+    lowest = draw(angles(-360, 300))
     return Joint(
         min_deg=lowest,
-        max_deg=draw(st.floats(lowest + 1, 360)),
-        offset_deg=draw(st.floats(-200, 200)),
+        max_deg=draw(angles(lowest + 1, 360)),
+        offset_deg=draw(angles(-200, 200)),
         sign=draw(st.sampled_from([1, -1])),
     )
 
@@ -46,7 +51,7 @@ def joints(draw):
 @st.composite
 def layouts(draw):
     """The aqua2 with its camera turned anywhere and any joints."""
-    angle = st.floats(-180, 180)
+    angle = angles(-180, 180)
     camera = AQUA2.camera.model_copy(update={"yaw_deg": draw(angle), "pitch_deg": draw(angle), "roll_deg": draw(angle)})
     rig = AQUA2.with_gaze(joints={"pan": draw(joints()), "tilt": draw(joints())})
     return Layout.from_rig(rig.model_copy(update={"camera": camera}))
