@@ -104,6 +104,8 @@ def make_dataset(
     left = {piece: len(left_of(folder, piece)) for piece in mine}
     count = _Count(sum(len(piece.indices) for piece in mine), sum(left.values()), progress)
     waiting = [piece for piece in mine if left[piece]]
+    if waiting:
+        log("samples ...")
     ended: Told = lambda end: None  # noqa: E731
     if shard is not None:
         total = len(pieces(dataset))
