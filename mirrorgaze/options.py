@@ -38,6 +38,13 @@ RigArgument = Annotated[str, typer.Argument(metavar="RIG", help="Preset name or 
 DiveArgument = Annotated[
     str, typer.Argument(metavar="DIVE", help="Preset name or dive file.", autocompletion=_dive_names)
 ]
+WidthOption = Annotated[
+    int | None, typer.Option(metavar="N", help="Image width, in pixels.", show_default="the camera's", min=1, max=20000)
+]
+HeightOption = Annotated[
+    int | None,
+    typer.Option(metavar="N", help="Image height, in pixels.", show_default="the camera's", min=1, max=20000),
+]
 
 PanOption = Annotated[float, typer.Option("--q1-deg", help="Pan joint angle, in degrees.")]
 TiltOption = Annotated[

@@ -90,7 +90,9 @@ def make_piece(
     left = left_of(folder, piece)
     if not left:
         return
-    scene, wrong = _lit(dataset, piece.scene), []
+    scene = _lit(dataset, piece.scene)
+    wrong: list[str] = []
+    first: Exception | None = None
     for index in left:
         try:
             _make_sample(scene, index, folder)
@@ -98,9 +100,11 @@ def make_piece(
             raise
         except Exception as error:
             wrong.append(f"sample {index}: {type(error).__name__}: {error}")
+            first = first or error
         made(index)
     if wrong:
-        raise FailedSamplesError("; ".join(wrong))
+        # With the first one's traceback, which says where: a sample that raises is a fault of ours.
+        raise FailedSamplesError("; ".join(wrong)) from first
 
 
 def _make_sample(scene: DatasetScene, index: int, folder: Path) -> None:

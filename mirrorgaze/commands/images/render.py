@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from mirrorgaze.options import JsonOption, PanOption, RigArgument, TiltOption
+from mirrorgaze.options import HeightOption, JsonOption, PanOption, RigArgument, TiltOption, WidthOption
 from mirrorgaze.output import print_json, print_progress, print_table
 from mirrorgaze.scene_options import SceneOptions
 
@@ -33,14 +33,8 @@ def render(
     renderer: Annotated[
         Literal["fast", "reference"], typer.Option(help="Renderer; the reference is Mitsuba's path tracer.")
     ] = "fast",
-    width_px: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Image width, in pixels.", show_default="the camera's", min=1, max=20000),
-    ] = None,
-    height_px: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Image height, in pixels.", show_default="the camera's", min=1, max=20000),
-    ] = None,
+    width_px: WidthOption = None,
+    height_px: HeightOption = None,
     samples: Annotated[
         int | None,
         typer.Option(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mirrorgaze.options import RigArgument
+from mirrorgaze.options import HeightOption, RigArgument, WidthOption
 
 
 def export_camera(
@@ -15,14 +15,8 @@ def export_camera(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="Write the table here (.npz), its reader beside it.")
     ] = Path("camera.npz"),
-    width_px: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Image width, in pixels.", show_default="the camera's", min=1, max=20000),
-    ] = None,
-    height_px: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Image height, in pixels.", show_default="the camera's", min=1, max=20000),
-    ] = None,
+    width_px: WidthOption = None,
+    height_px: HeightOption = None,
 ) -> None:
     """Write the camera as rays by pixel, for simulators.
 
