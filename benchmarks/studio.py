@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from studio.controller import Heard, Studio
-from studio.results import Covered, Parts, View
+from studio.results import Parts, View
 from studio.session import Session
 
 RIG = "aqua2"
@@ -48,31 +48,31 @@ def _measure(folder: Path, minutes: float) -> None:
     try:
         begin = time.monotonic()
         studio.start()
-        _wait(heard, View)
-        print(f"first image after {time.monotonic() - begin:.1f} s")
-        _wait(heard, Covered, "fine")
+        image, _ = _wait(heard, View, "fine")
+        print(f"first image after {image - begin:.1f} s")
         print(f"640 x 480, dragged: {_dragged(studio, heard)}")
         for width in WIDTHS_MM:
             begin = time.monotonic()
             studio.change("gaze_mirror.width_mm", width)
-            coarse = _wait(heard, Covered, "coarse") - begin
-            mount = _wait(heard, Parts) - begin
-            image, fine = _wait(heard, View) - begin, _wait(heard, Covered, "fine") - begin
+            coarse, mount = (when - begin for when in _wait(heard, "coarse", Parts))
+            image, fine = (when - begin for when in _wait(heard, View, "fine"))
             print(f"a change: coverage {coarse:.2f} s, mount {mount:.2f} s, image {image:.2f} s, fine {fine:.2f} s")
         begin = time.monotonic()
         while (passed := (time.monotonic() - begin) / 60) < minutes:
             studio.change("gaze_mirror.width_mm", 70.0 + math.floor(10 * passed) % 30)
-            print(f"{passed:.1f} min: {_dragged(studio, heard)}; {_memory_mb():.0f} MB in all processes")
+            print(f"{passed:.1f} min: {_dragged(studio, heard)}; {_memory()}")
     finally:
         studio.close()
 
 
-def _wait(heard: queue.Queue[tuple[float, Any]], kind: type, fineness: str = "") -> float:
-    """When the next result of a kind came."""
-    while True:
+def _wait(heard: queue.Queue[tuple[float, Any]], *wanted: type | str) -> list[float]:
+    """When the first result of each kind, or fineness of coverage, came, in whatever order."""
+    came: dict[type | str, float] = {}
+    while len(came) < len(wanted):
         when, result = heard.get(timeout=PATIENCE_S)
-        if isinstance(result, kind) and getattr(result, "fineness", "") == fineness:
-            return when
+        came.setdefault(getattr(result, "fineness", type(result)), when)
+        came = {kind: when for kind, when in came.items() if kind in wanted}
+    return [came[kind] for kind in wanted]
 
 
 def _dragged(studio: Studio, heard: queue.Queue[tuple[float, Any]]) -> str:
@@ -93,11 +93,15 @@ def _dragged(studio: Studio, heard: queue.Queue[tuple[float, Any]]) -> str:
     )
 
 
-def _memory_mb() -> float:
-    """Resident memory of this process and of those that it began."""
-    pages = (int(Path(f"/proc/{pid}/statm").read_text().split()[1]) for pid in _processes())
-    return sum(pages) * os.sysconf("SC_PAGE_SIZE") / 1e6
+def _memory() -> str:
+    """Resident megabytes of this process and of those that it began, in their order."""
+    each_mb = [_resident_mb(pid) for pid in _processes()]
+    return f"{sum(each_mb):.0f} MB in all processes ({', '.join(f'{mb:.0f}' for mb in each_mb)})"
+
+
+def _resident_mb(pid: int) -> float:
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def _processes() -> list[int]:
-    return [os.getpid(), *(child.pid for child in active_children() if child.pid is not None)]
+    return [os.getpid(), *sorted(child.pid for child in active_children() if child.pid is not None)]
