@@ -12,6 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from optics.kernels.child_programs import ENDS_WITH_US
+
 COUNTED = re.compile(r"(\d+) of (\d+)")
 """How commands say how far they are."""
 LAST_LINES = 40
@@ -53,28 +55,17 @@ class Runner:
     folder: Path
     said: Callable[[str, float | None], None] = lambda line, share: None
     _process: subprocess.Popen[str] | None = None
+    _is_busy: bool = False
     _stopped: bool = False
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
     def run(self, words: Sequence[str], ended: Callable[[Ended], None]) -> bool:
         """Begin a command, such as ``("place", "my.toml")``; False when another one runs still."""
         with self._lock:
-            if self._process is not None:
+            if self._is_busy:
                 return False
-            self._stopped = False
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "mirrorgaze", *words],
-                cwd=self.folder,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                # Ctrl-C ends the page, and the page its command.
-                start_new_session=True,
-            )
-            # Images come first.
-            os.setpriority(os.PRIO_PROCESS, self._process.pid, NICE)
-        threading.Thread(target=self._watch, args=(self._process, ended), daemon=True).start()
+            self._is_busy, self._stopped = True, False
+        threading.Thread(target=self._watch, args=(words, ended), daemon=True).start()
         return True
 
     def stop(self) -> None:
@@ -89,7 +80,9 @@ class Runner:
         except subprocess.TimeoutExpired:
             process.kill()
 
-    def _watch(self, process: subprocess.Popen[str], ended: Callable[[Ended], None]) -> None:
+    def _watch(self, words: Sequence[str], ended: Callable[[Ended], None]) -> None:
+        # Begun here and not where it is asked for: the system ends it with this thread, which ends after it.
+        process = self._begin(words)
         lines: deque[str] = deque(maxlen=LAST_LINES)
         assert process.stdout is not None
         with process.stdout as said:
@@ -98,8 +91,26 @@ class Runner:
                 self.said(lines[-1], share_done(line))
         status = process.wait()
         with self._lock:
-            self._process, stopped = None, self._stopped
+            self._process, self._is_busy, stopped = None, False, self._stopped
         ended(Ended(good=status == 0, stopped=stopped, lines=tuple(lines)))
+
+    def _begin(self, words: Sequence[str]) -> subprocess.Popen[str]:
+        with self._lock:
+            self._process = subprocess.Popen(
+                [*ENDS_WITH_US, sys.executable, "-m", "mirrorgaze", *words],
+                cwd=self.folder,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                # Ctrl-C ends the page, and the page its command.
+                start_new_session=True,
+            )
+            # Images come first.
+            os.setpriority(os.PRIO_PROCESS, self._process.pid, NICE)
+            if self._stopped:
+                self._process.terminate()
+            return self._process
 
 
 def share_done(line: str) -> float | None:

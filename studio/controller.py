@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optics.gaze.kinematics import inverse_gaze
+from optics.gaze.kinematics import fold_reflection, inverse_gaze, inverse_reflection
+from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig, RigError
 from studio.design import change_at
@@ -142,11 +143,30 @@ class Studio:
     def look_towards(self, direction: ArrayLike) -> bool:
         """Turn the gaze to a direction of the body frame, by the nearest joint values; False out of their reach."""
         x, y, z = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
-        layout = Layout.from_rig(self.session.rig)
-        found = np.degrees(inverse_gaze(layout, float(np.arctan2(y, x)), float(np.arcsin(z))))
-        if not len(found):
+        return self._turn_nearest(inverse_gaze(self._layout, float(np.arctan2(y, x)), float(np.arcsin(z))))
+
+    def show_at(self, direction: ArrayLike, sight: ArrayLike) -> bool:
+        """Bring a direction of the body frame to where the camera looks along `sight`; False out of the joints' reach.
+
+        Parameters
+        ----------
+        direction : array, shape (3,)
+            Unit vector; what is far away that way.
+        sight : array, shape (3,)
+            Unit vector behind the port, body frame.
+        """
+        incoming = fold_reflection(self._layout, sight)
+        return self._turn_nearest(inverse_reflection(self._layout, incoming, direction))
+
+    @property
+    def _layout(self) -> Layout:
+        return Layout.from_rig(self.session.rig)
+
+    def _turn_nearest(self, joint_values: FloatArray) -> bool:
+        """Turn to the nearest of some joint values, radians, shape (k, 2); False when there is none."""
+        if not len(joint_values):
             return False
-        here = np.array([self.pose.q1_deg, self.pose.q2_deg])
+        found, here = np.degrees(joint_values), np.array([self.pose.q1_deg, self.pose.q2_deg])
         q1, q2 = found[np.abs(found - here).sum(axis=1).argmin()]
         self.turn(float(q1), float(q2))
         return True

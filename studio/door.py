@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import http
 import secrets
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import SplitResult, parse_qs, parse_qsl, urlsplit
 
 import websockets.asyncio.server
 from websockets import Headers
@@ -21,9 +21,14 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 LOOPBACK = "127.0.0.1"
+MISTAKEN = b"400: expected what the page itself sends\n"
 HOSTS = (LOOPBACK, "localhost")
 REFUSED = b"403: open the address that mirrorgaze studio printed, with its token\n"
 
+SAME_ORIGIN = ("same-origin", "none")
+"""What browsers say of a request that one of our own pages sends, and of an address that was typed."""
+
+Listener = Callable[[Mapping[str, str]], None]
 Answer = Callable[[ServerConnection, Request], Response | None]
 
 
@@ -35,9 +40,12 @@ class Door:
     ----------
     token : str
         Random, of this run.
+    heard : dict
+        What our own pages may tell besides asking for files: who takes the values of an address, by its path.
     """
 
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    heard: dict[str, Listener] = field(default_factory=dict)
 
     def address(self, port: int) -> str:
         """Address of the page, with the token."""
@@ -63,7 +71,10 @@ class Door:
 
         def guarded(connection: ServerConnection, request: Request) -> Response | None:
             if not self.admits(request):
-                return Response(http.HTTPStatus.FORBIDDEN, "Forbidden", _plain(REFUSED), REFUSED)
+                return _refusal()
+            told = urlsplit(request.path)
+            if told.path in self.heard:
+                return self._hear(request, told)
             response = answer(connection, request)
             if response is not None:
                 self._remember(response, request.headers["Host"])
@@ -85,6 +96,16 @@ class Door:
         finally:
             websockets.asyncio.server.serve = serve  # type: ignore[misc]
 
+    def _hear(self, request: Request, told: SplitResult) -> Response:
+        # Pages of other ports of this machine are of the same site, and the cookie goes along with what they ask for.
+        if request.headers.get("Sec-Fetch-Site", "none") not in SAME_ORIGIN:
+            return _refusal()
+        try:
+            self.heard[told.path](dict(parse_qsl(told.query)))
+        except (KeyError, ValueError):
+            return Response(http.HTTPStatus.BAD_REQUEST, "Bad Request", _plain(MISTAKEN), MISTAKEN)
+        return Response(http.HTTPStatus.NO_CONTENT, "No Content", Headers({"Cache-Control": "no-store"}))
+
     def _remember(self, response: Response, host: str) -> None:
         # The page's websocket cannot carry the token in its address: viser makes that. Strict: no other site's page
         # sends it along. The policy keeps other sites from framing the page.
@@ -99,6 +120,10 @@ class Door:
             return ""
         found = cookies.get(_cookie_name(host))
         return "" if found is None else found.value
+
+
+def _refusal() -> Response:
+    return Response(http.HTTPStatus.FORBIDDEN, "Forbidden", _plain(REFUSED), REFUSED)
 
 
 def _cookie_name(host: str) -> str:

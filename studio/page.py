@@ -9,8 +9,10 @@ import viser
 from optics.kernels.arrays import FloatArray
 from rigs import Rig
 from studio.controller import Heard, Studio
+from studio.door import Listener
 from studio.panels.camera import CameraPanel
 from studio.panels.design import DesignPanel
+from studio.panels.hand import POINTED
 from studio.panels.lines import LinesPanel
 from studio.panels.markup import mark, padded
 from studio.panels.verdict import VerdictPanel
@@ -30,15 +32,18 @@ class Page:
     server : ViserServer
     studio : Studio
         Is started by `open`.
+    heard : dict
+        Gets who takes what the page's own script tells, by its path.
     """
 
-    def __init__(self, server: viser.ViserServer, studio: Studio) -> None:
+    def __init__(self, server: viser.ViserServer, studio: Studio, heard: dict[str, Listener]) -> None:
         self._gui, self._studio = server.gui, studio
         self._lock = threading.RLock()
         server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(30, 110, 140))
         server.gui.set_panel_label(f"mirrorgaze studio: {studio.session.rig.name}")
         self._scene = RigScene(server, self._pick, self._pull)
         self._camera = CameraPanel(server.gui, studio, self._scene)
+        heard[POINTED] = self._camera.pointed
         self._add_controls()
         studio.heard = Heard(
             changed=self._changed,

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.gaze.sights import Sights
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from rigs import Rig
@@ -68,6 +69,10 @@ class View:
         Rays at the rim of what both mirrors pass: where they leave M2, and further out; body frame.
     gaze_deg : tuple of three floats
         Azimuth, elevation and roll of the image.
+    region : array of uint8, shape (height, width)
+        `optics.status.Region` of each pixel.
+    sights : Sights
+        Where pixels look.
     render_ms : float
         Of the image.
     """
@@ -81,6 +86,8 @@ class View:
     axis_m: FloatArray
     cone_m: FloatArray
     gaze_deg: tuple[float, float, float]
+    region: NDArray[np.uint8]
+    sights: Sights
     render_ms: float
 
 

@@ -54,7 +54,7 @@ def served(session: Session, *, port: int = 0, width_px: int = 640) -> Iterator[
                 f"--port {port}: expected a free port; {server.get_port()} is one, without --port any is found"
             )
         studio = Studio(session, width_px=width_px)
-        page = Page(server, studio)
+        page = Page(server, studio, door.heard)
         try:
             page.open()
             yield door.address(server.get_port())

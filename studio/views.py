@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.spatial import ConvexHull
 
 from cad.assembly.meshes import rig_meshes
 from optics.gaze.kinematics import forward_gaze
+from optics.gaze.sights import Sights
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.status import Region, Status
@@ -84,6 +86,8 @@ def see(request: ViewRequest) -> View:
         request=request,
         image=image,
         light=_KEPT.light,
+        region=frame.region,
+        sights=_sights(request.rig),
         render_ms=elapsed_ms,
         **_geometry(request.rig, q1, q2, renderer),
     )
@@ -104,6 +108,11 @@ def _renderer(request: ViewRequest) -> FastRenderer:
         _KEPT.renderer = None
         _KEPT.key, _KEPT.light, _KEPT.renderer = key, light, _sized(lit, request.width_px)
     return _KEPT.renderer
+
+
+@lru_cache(maxsize=1)
+def _sights(rig: Rig) -> Sights:
+    return Sights.of(rig)
 
 
 def _sized(lit: LitScene, width_px: int) -> FastRenderer:

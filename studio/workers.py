@@ -17,6 +17,7 @@ from multiprocessing.context import SpawnProcess
 from pkgutil import resolve_name
 from typing import Any, Protocol
 
+from optics.kernels.child_programs import end_with_parent
 from optics.kernels.faults import sentence_of
 
 JOIN_S = 5.0
@@ -135,6 +136,7 @@ def _work(pipe: Connection, nice: int) -> None:
     """Answer until the other end is closed."""
     # Ctrl-C at the terminal reaches all processes of a command; the page's ends the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
     os.nice(nice)
     while True:
         try:

@@ -95,6 +95,44 @@ def inverse_gaze(layout: Layout, azimuth: float, elevation: float) -> FloatArray
     return np.array(sorted(found), dtype=np.float64).reshape(-1, 2)
 
 
+def inverse_reflection(layout: Layout, incoming: ArrayLike, outgoing: ArrayLike) -> FloatArray:
+    """All joint values within the limits with which M2 sends a ray another way.
+
+    Parameters
+    ----------
+    incoming, outgoing : array, shape (3,)
+        Unit vectors of the body frame, along the ray as it is followed out of the camera: before M2 (`fold_reflection`)
+        and behind it.
+
+    Returns
+    -------
+    q : array, shape (k, 2)
+        (q1, q2), radians, sorted; empty where the joints do not reach. For the optical axis they are those of
+        `inverse_gaze`, except at the zenith and the nadir of the gimbal.
+    """
+    # M2's normal halves the angle between where the ray goes and where it comes from.
+    normal = np.asarray(outgoing, dtype=np.float64) - np.asarray(incoming, dtype=np.float64)
+    x, y, z = layout.body_from_gimbal.rotation.inv().apply(normal)
+    pan, elevation = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
+    found = [
+        (q1, q2)
+        for theta, phi in ((pan, elevation), (pan + np.pi, np.pi - elevation))
+        for q1 in _within_limits(layout.pan, theta, period=2 * np.pi)
+        for q2 in _within_limits(layout.tilt, phi - FACE_ELEVATION_AT_ZERO, period=2 * np.pi)
+    ]
+    return np.array(sorted(found), dtype=np.float64).reshape(-1, 2)
+
+
+def fold_reflection(layout: Layout, direction: ArrayLike) -> FloatArray:
+    """Directions of the body frame, shape (..., 3), after M1."""
+    return _mirrored(np.asarray(direction, dtype=np.float64), layout.body_from_m1.rotation.as_matrix()[:, 2])
+
+
+def gaze_reflection(layout: Layout, direction: ArrayLike, q1: ArrayLike, q2: ArrayLike) -> FloatArray:
+    """Directions of the body frame, shape (..., 3), after M2 at joint values in radians."""
+    return _mirrored(np.asarray(direction, dtype=np.float64), gaze_mirror_normal(layout, q1, q2))
+
+
 def faces_light(layout: Layout, q2: ArrayLike) -> NDArray[np.bool_]:
     """Whether M2 turns its face, not its back or its edge, to the folded axis at tilt joint values `q2`, radians."""
     return np.asarray(np.sin(FACE_ELEVATION_AT_ZERO + layout.tilt.angle(np.asarray(q2, dtype=np.float64))) > 0)

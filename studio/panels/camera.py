@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import viser
 from optics.kernels.arrays import FloatArray
 from rigs import Rig
 from studio.controller import Studio
+from studio.panels.hand import Hand, pointing_html
 from studio.panels.markup import put_value
 from studio.results import View
 from studio.rig_scene import RigScene
@@ -31,6 +33,7 @@ class CameraPanel:
 
     def __init__(self, gui: viser.GuiApi, studio: Studio, scene: RigScene) -> None:
         self._gui, self._studio, self._scene = gui, studio, scene
+        self._hand = Hand(studio)
         rig, pose = studio.session.rig, studio.pose
         panel = gui.add_panel(order=-1)
         panel.dock_left()
@@ -40,6 +43,7 @@ class CameraPanel:
             self._image = gui.add_image(
                 np.full((height, pose.width_px, 3), 40, dtype=np.uint8), format="jpeg", jpeg_quality=85
             )
+            gui.add_html(pointing_html())
             self._seen = gui.add_markdown("the mount is being built ...")
             joints = rig.require_gaze().joints
             self._q1 = self._joint("q1, pan (deg)", joints.pan.min_deg, joints.pan.max_deg, pose.q1_deg)
@@ -65,10 +69,18 @@ class CameraPanel:
     def pull(self, direction: FloatArray) -> None:
         """Turn the gaze to where it is dragged, a direction of the body frame."""
         if self._studio.look_towards(direction):
-            pose = self._studio.pose
-            put_value(self._q1, pose.q1_deg)
-            put_value(self._q2, pose.q2_deg)
-            self._turn_scene()
+            self._joints_follow()
+
+    def pointed(self, told: Mapping[str, str]) -> None:
+        """Take what the page's script tells of a pointer on the image."""
+        if self._hand.take(told):
+            self._joints_follow()
+
+    def _joints_follow(self) -> None:
+        pose = self._studio.pose
+        put_value(self._q1, pose.q1_deg)
+        put_value(self._q2, pose.q2_deg)
+        self._turn_scene()
 
     def follow(self, rig: Rig) -> None:
         """Take over limits and joint values of a rig that has changed."""
@@ -81,6 +93,7 @@ class CameraPanel:
     def show(self, view: View) -> None:
         """Show an image and what it shows of the gaze."""
         request = view.request
+        self._hand.view = view
         self._image.image = view.image
         self._scene.show_light(view)
         azimuth, elevation, roll = (angle + 0.0 for angle in np.round(view.gaze_deg, 1))

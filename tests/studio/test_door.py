@@ -62,3 +62,19 @@ def test_a_name_that_is_made_to_lead_here_is_refused():
 def test_every_run_has_its_own_token():
     assert Door().token != DOOR.token
     assert len(DOOR.token) >= 32
+
+
+def test_only_the_own_page_is_heard():
+    told = []
+    door = Door(token=DOOR.token, heard={"/pointed": lambda values: told.append(float(values["x"]))})
+    guarded = door.before(lambda *_: pytest.fail("is no file"))
+
+    def status(query="x=0.5", **headers):
+        cookie = {"Cookie": f"mirrorgaze-studio-8123={door.token}"}
+        return guarded(None, request(f"/pointed?{query}", **cookie | headers)).status_code
+
+    assert status(**{"Sec-Fetch-Site": "same-origin"}) == 204
+    assert status(**{"Sec-Fetch-Site": "same-site"}) == 403
+    assert status(Cookie="") == 403
+    assert status("x=here") == status("y=1") == 400
+    assert told == [0.5]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from optics.gaze.kinematics import forward_gaze
+from optics.gaze.sights import Sights
 from optics.layout import Layout
 from rigs import Rig
 from studio import notebook, views
@@ -38,6 +39,8 @@ def asked(monkeypatch):
             axis_m=np.zeros((2, 3)),
             cone_m=np.zeros((2, 0, 3)),
             gaze_deg=tuple(float(np.degrees(each)) for each in (gaze.azimuth, gaze.elevation, gaze.roll)),
+            region=np.zeros((120, 160), dtype=np.uint8),
+            sights=Sights.of(RIG),
             render_ms=12.0,
         )
 

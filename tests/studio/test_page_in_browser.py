@@ -15,15 +15,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from optics import OpticalTrain
-from optics.layout import camera_pose
+from optics.layout import Layout, camera_pose
 from optics.status import Status
 from rigs import Rig
 from rigs.files import PRESETS
 from scenes.stage.scene import TARGET_M
 
 pytest.importorskip("viser", reason="the studio's page needs viser: pip install 'mirrorgaze[studio]'")
+from studio.rig_scene import HANDLE_AWAY_M, HANDLE_M, VIEWPOINT
+
 playwright = pytest.importorskip(
     "playwright.sync_api", reason="driving a browser needs Playwright: pip install playwright"
 )
@@ -40,6 +43,12 @@ TARGET_PX = 1.0
 RED = 2.0
 """Red over green and blue, of the ball and of nothing else among the labels."""
 LOOKS = 100
+JOINT_DEG = 0.1
+"""What the fields show, and what the table of sights loses."""
+BALL_DEG = 0.5
+"""As far as a pixel is on the ball's way."""
+FOV_DEG = 75.0
+"""Vertical, of viser's view."""
 HARMLESS = "favicon"
 
 READ_IMAGE = """async () => {
@@ -195,6 +204,66 @@ def test_a_slider_that_is_dragged_moves_the_image(page):
     page.mouse.move(middle[0] - 40, middle[1], steps=4)
     page.mouse.up()
     assert waited_for(page, lambda: np.abs(image(page) - before).mean() > 1)
+
+
+def drag(page, start, *stops):
+    """Drag from a place of the window over others."""
+    page.mouse.move(*start)
+    page.mouse.down()
+    for stop in stops:
+        page.mouse.move(*stop, steps=3)
+    page.mouse.up()
+
+
+def joints_deg(page):
+    return tuple(float(slider(page, label).input_value()) for label in ("q1, pan (deg)", "q2, tilt (deg)"))
+
+
+def test_what_m2_shows_is_dragged(page):
+    q_deg = (30.0, -10.0)
+    put(page, "q1, pan (deg)", q_deg[0])
+    put(page, "q2, tilt (deg)", q_deg[1])
+    u, v = projected_px(*q_deg)
+    page.get_by_text(re.compile(re.escape(f"target at {u:.1f}, {v:.1f} px"))).wait_for()
+    rig, box = Rig.load("aqua2"), page.locator("img").first.bounding_box()
+    # Of the window there is a whole number of pixels.
+    corner, size = np.array([box["x"], box["y"]]), np.array([box["width"], box["height"]])
+    start = np.round(corner + (np.array([u, v]) + 0.5) / WIDTH_PX * size[0])
+    end = start + np.array([40, -25])
+    drag(page, start, (start + end) / 2, end)
+
+    def seen(place, q):
+        q1, q2 = np.radians(q)
+        pixel = (place - corner) / size * (rig.camera.width_px, rig.camera.height_px) - 0.5
+        return OpticalTrain.from_rig(rig, q1=q1, q2=q2).unbounded().trace([pixel]).direction[0]
+
+    expected = least_squares(lambda q: seen(end, q) - seen(start, q_deg), q_deg).x
+    assert waited_for(page, lambda: joints_deg(page) == pytest.approx(expected, abs=JOINT_DEG))
+
+
+def test_the_ball_on_the_gaze_is_dragged(page):
+    q_deg = (40.0, 0.0)
+    put(page, "q1, pan (deg)", q_deg[0])
+    put(page, "q2, tilt (deg)", q_deg[1])
+    page.get_by_text("azimuth 40.0°, elevation 0.0°").wait_for()
+    centre = Layout.from_rig(Rig.load("aqua2")).body_from_gimbal.translation
+    ball = centre + HANDLE_AWAY_M * np.array([np.cos(np.radians(40.0)), np.sin(np.radians(40.0)), 0.0])
+    box = page.locator("canvas").first.bounding_box()
+    eye, looked_at = (np.array(each) for each in VIEWPOINT)
+    forward = (looked_at - eye) / np.linalg.norm(looked_at - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    axes = np.stack([right / np.linalg.norm(right), np.cross(forward, right) / np.linalg.norm(right), forward])
+    focal_px = box["height"] / 2 / np.tan(np.radians(FOV_DEG) / 2)
+    middle = np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
+    x, y, z = axes @ (ball - eye)
+    start = np.round(middle + focal_px * np.array([x, y]) / z)
+    end = start + np.array([30, -40])
+    drag(page, start, (start + end) / 2, end)
+    # The pointer moves in the plane of the image through the point of the ball that it took.
+    depth = z - HANDLE_M
+    pulled = eye + depth * (np.array([*(end - middle) / focal_px, 1.0]) @ axes) - centre
+    azimuth, elevation = np.degrees([np.arctan2(pulled[1], pulled[0]), np.arcsin(pulled[2] / np.linalg.norm(pulled))])
+    assert waited_for(page, lambda: joints_deg(page) == pytest.approx((azimuth, elevation / 2), abs=BALL_DEG))
 
 
 def test_a_change_is_judged_and_undo_restores_the_bytes(page, folder):

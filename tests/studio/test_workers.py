@@ -1,6 +1,8 @@
 """A process does the newest of what it is asked, the most urgent first, and one that ends is replaced."""
 
 import queue
+import subprocess
+import sys
 import time
 
 import pytest
@@ -63,3 +65,24 @@ def test_work_that_has_begun_can_be_stopped(worker, answers):
         time.sleep(0.01)
     worker.stop_work("rest")
     assert answers.get(timeout=SOON_S)[1].stopped
+
+
+BEGINS_WORK = """
+import time
+from studio.workers import Worker
+worker = Worker(("rest",), print)
+worker.ask("rest", "time:sleep", 1000)
+while worker._running is None:
+    time.sleep(0.01)
+print("runs", flush=True)
+time.sleep(1000)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the system's own way to end children with their parent")
+def test_a_process_ends_with_a_studio_that_is_killed():
+    """The pipe that both print to is closed when the last of them has ended."""
+    with subprocess.Popen([sys.executable, "-c", BEGINS_WORK], stdout=subprocess.PIPE) as studio:
+        assert studio.stdout.readline() == b"runs\n"
+        studio.kill()
+        assert studio.communicate(timeout=SOON_S)[0] == b""
