@@ -15,7 +15,16 @@ from .dive import DiveError as DiveError
 from .dive import preset_names as preset_names
 from .dive import varied as varied
 from .ensembles.run import run_ensemble as run_ensemble
+from .environment.evaluation import PolicyResult as PolicyResult
+from .environment.evaluation import policy_named as policy_named
+from .environment.evaluation import run_policy as run_policy
+from .environment.gaze_env import GazeEnv as GazeEnv
+from .environment.gaze_env import GazeVectorEnv as GazeVectorEnv
+from .environment.policies import LoopPolicy as LoopPolicy
+from .environment.task import GazeTask as GazeTask
 from .metrics import dive_metrics as dive_metrics
+from .metrics.intervals import difference_interval as difference_interval
+from .metrics.intervals import mean_interval as mean_interval
 from .metrics.verdict import Verdict as Verdict
 from .metrics.verdict import dive_verdict as dive_verdict
 from .planning.plan import DivePlan as DivePlan

@@ -96,7 +96,7 @@ class GroundTruthColumns:
         assert state.world_from_body is not None and state.world_from_target is not None  # a dive knows both
         body_from_target = state.world_from_body.inv() * state.world_from_target
         corners = self.corners_px(q)
-        row = self._directions(q, body_from_target)
+        row = self.directions(q, body_from_target)
         centre, full_px, outlines = self._silhouette(q, body_from_target)
         height, width = step.crop.shape[:2]
         crop = Crop.of(corners, width, height, self._outline)
@@ -124,8 +124,12 @@ class GroundTruthColumns:
         )
         return row
 
-    def _directions(self, q: FloatArray, body_from_target: RigidTransform) -> Row:
-        """Directions from M2 and from the virtual camera to the target, and where the axis points."""
+    def directions(self, q: FloatArray, body_from_target: RigidTransform) -> Row:
+        """Directions from M2 and from the virtual camera to the target, and where the axis points.
+
+        At true joint values, radians, shape (2,). `gaze_error_deg` is the angle at the virtual camera's centre between
+        its axis and the target's origin.
+        """
         place = body_from_target.translation
         from_mirror = place - self._layout.body_from_gimbal.translation
         # The virtual camera's centre and axis are the real one's, reflected over M1 and M2.

@@ -23,6 +23,7 @@ from mirrorgaze.commands.dives import (
     corners,
     dive,
     ensemble,
+    env,
     evaluate_detector,
     redetect,
     track,
@@ -66,6 +67,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         evaluate_detector.evaluate_detector,
         angular_speed.angular_speed,
         corners.corners,
+        env.env,
         bag.bag,
     ),
     "Calibration": (

@@ -23,8 +23,13 @@ def display_image(frame: Frame, scene: Scene) -> NDArray[np.uint8]:
     Exposure and white balance are those of a camera set on a white card held level at the robot's depth, as a diver
     sets them; what is brighter than the card by more than the headroom saturates.
     """
+    return display_colours(frame.radiance, scene)
+
+
+def display_colours(radiance: NDArray[np.float32], scene: Scene) -> NDArray[np.uint8]:
+    """SRGB of radiance, shape (..., 3), in front of the lens, as `display_image` has it."""
     card = scene.light.white_radiance(scene.depth_m) / scene.light.n_water**2
-    linear = np.clip(frame.radiance / card * WHITE_LEVEL, 0, 1)
+    linear = np.clip(radiance / card * WHITE_LEVEL, 0, 1)
     return np.round(srgb_encode(linear) * 255).astype(np.uint8)
 
 

@@ -57,6 +57,7 @@ class FastRenderer:
         self._rays = replace(rays, prefix=prefix)
         self._geometry, self._tables = Flat(lit.geometry), Flat(lit.tables)
         self._flat_rays = Flat(self._rays)
+        self._repeated: tuple[int, Flat] | None = None
         self._light: tuple[float, Any] | None = None
         self._light_packing = Packing.of(lit.uniforms(lit.scene.depth_m))
         self._kernels: dict[tuple[int, bool, int, int, int], Callable[..., FrameArrays]] = {}
@@ -102,17 +103,42 @@ class FastRenderer:
         """
         return frames_of(self.sweep_arrays(states), 1, self.shape, self.samples)[0]
 
-    def arrays(self, states: Sequence[State], *, truth: bool = True) -> FrameArrays:
+    def arrays(
+        self,
+        states: Sequence[State],
+        *,
+        truth: bool = True,
+        chosen: Sequence[NDArray[np.uint32]] | None = None,
+        depth_m: float | None = None,
+    ) -> FrameArrays:
         """Same as `render_states`, left on the device as flat arrays.
 
         State by state, pixel by pixel (row by row), sample by sample. Without `truth` there is only radiance
         and label.
+
+        Parameters
+        ----------
+        states : sequence of State
+        truth : bool
+        chosen : sequence of array, optional
+            Of each state the rays that are followed (`rays_of`), in their order; all without it.
+        depth_m : float, optional
+            For which light is computed; by default the mean of the states. With one of its own a state looks the same
+            whatever others it is rendered with.
         """
         if not states:
             raise ValueError("expected at least one state, got none")
         count = len(states)
-        rays = self._flat_rays if count == 1 else Flat(self._repeated_rays(count))
-        return self._computed(rays, self._uploaded(states), self._depth(states), frames=count, truth=truth)
+        rays = self._flat_rays if count == 1 else self._rays_of_states(count)
+        lanes = self.samples * self.shape[0] * self.shape[1]
+        return self._computed(
+            rays,
+            self._uploaded(states),
+            self._depth(states) if depth_m is None else depth_m,
+            frames=count,
+            truth=truth,
+            chosen=None if chosen is None else np.concatenate([own + k * lanes for k, own in enumerate(chosen)]),
+        )
 
     def sweep_arrays(
         self, states: Sequence[State], *, truth: bool = True, chosen: NDArray[np.uint32] | None = None
@@ -194,6 +220,12 @@ class FastRenderer:
         if self._light is None or self._light[0] != depth_m:
             self._light = (depth_m, self._light_packing.upload(self._lit.uniforms(depth_m)))
         return self._light[1]
+
+    def _rays_of_states(self, count: int) -> Flat:
+        """Rays of the port once for each state; those of the last number of states are kept."""
+        if self._repeated is None or self._repeated[0] != count:
+            self._repeated = (count, Flat(self._repeated_rays(count)))
+        return self._repeated[1]
 
     def _repeated_rays(self, count: int) -> Rays:
         """Rays of the port once for each state, and which state each belongs to."""

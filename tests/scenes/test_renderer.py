@@ -229,6 +229,18 @@ def test_a_sweep_needs_two_states(bare):
         bare.render_sweep([State()])
 
 
+def test_chosen_rays_of_several_states_are_those_of_their_frames(bare):
+    """Every other pixel of one state, a tenth of another: the pixels of frames with the same light, to the bit."""
+    states = [State(q1=0.2, q2=0.1), State(q1=-0.3, q2=-0.1)]
+    masks = [np.arange(bare.shape[0] * bare.shape[1]).reshape(bare.shape) % step == 0 for step in (2, 10)]
+    rays, pixels = zip(*(bare.rays_of(mask) for mask in masks), strict=True)
+    some = bare.arrays(states, truth=False, chosen=rays, depth_m=DEPTH)
+    chosen = np.split(np.stack([channel.numpy() for channel in some.rgb], axis=-1), [len(rays[0])])
+    for state, pixel, found in zip(states, pixels, chosen, strict=True):
+        whole = bare.arrays([state], truth=False, depth_m=DEPTH)
+        np.testing.assert_array_equal(found, np.stack([channel.numpy() for channel in whole.rgb], axis=-1)[pixel])
+
+
 def test_same_input_gives_the_same_bytes(bare):
     first, second = (bare.render(q1=0.2, q2=0.1) for _ in range(2))
     assert first.radiance.tobytes() == second.radiance.tobytes()

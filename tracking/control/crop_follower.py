@@ -27,11 +27,21 @@ class CropFollower:
     noise : CentroidNoise
     literal : bool
         Eqs. 14 and 15 as printed, pan with one sign everywhere, and no B u in eq. 8.
+    gains : tuple of float
+        Of pan and tilt: the share of the error that one image takes away.
     """
 
-    def __init__(self, gimbal: Gimbal, scale: FloatArray, noise: CentroidNoise, *, literal: bool):
+    def __init__(
+        self,
+        gimbal: Gimbal,
+        scale: FloatArray,
+        noise: CentroidNoise,
+        *,
+        literal: bool,
+        gains: tuple[float, float] = (GAIN, GAIN),
+    ):
         self._gimbal, self._scale, self._literal = gimbal, scale, literal
-        self._gains = -GAIN * gimbal.signs * scale
+        self._gains = -np.array(gains) * gimbal.signs * scale
         self._filter = CentroidFilter(noise)
         self._q_before: FloatArray | None = None
         self._now = self._before = NO_ERRORS

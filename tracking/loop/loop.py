@@ -112,7 +112,9 @@ class TrackingLoop:
             )
         else:
             literal = variant.law == "paper-literal"
-            self._follower = CropFollower(self._gimbal, scale, variant.centroid_noise, literal=literal)
+            self._follower = CropFollower(
+                self._gimbal, scale, variant.centroid_noise, literal=literal, gains=variant.gains
+            )
         self._search = Search(self._gimbal, speeds, view, likely_first=variant.likely_first)
         check_s = variant.behaviour.check_s
         self._check = check_path(self._gimbal, speeds, check_s) if check_s > 0 else None

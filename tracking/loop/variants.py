@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Literal, Self
 
+from tracking.control.paper_law import GAIN
 from tracking.estimation.centroid_filter import CentroidNoise
 from tracking.estimation.direction_filter import DirectionNoise
 from tracking.loop.behaviour import BehaviourSettings
@@ -32,6 +33,8 @@ class Variant:
         Whether the target is found by its contrast with what is around it (`tracking.perception.contrast`), unless the
         detector's colour window is another than `RED_IN_WATER`; else by that window.
     behaviour : BehaviourSettings
+    gains : tuple of float
+        Of the paper's law, pan and tilt: the share of the error that one image takes away.
     centroid_noise : CentroidNoise
         Of the paper's filter.
     direction_noise : DirectionNoise
@@ -50,6 +53,7 @@ class Variant:
     ignores_robot: bool
     contrast: bool
     behaviour: BehaviourSettings
+    gains: tuple[float, float] = (GAIN, GAIN)
     centroid_noise: CentroidNoise = field(default_factory=CentroidNoise)
     direction_noise: DirectionNoise = field(default_factory=DirectionNoise)
     target_distance_m: float = 2.0
@@ -57,6 +61,8 @@ class Variant:
 
     def __post_init__(self) -> None:
         problems = []
+        if not all(math.isfinite(gain) and gain > 0 for gain in self.gains):
+            problems.append(f"expected gains above 0, got {self.gains}")
         if not (math.isfinite(self.target_distance_m) and self.target_distance_m > 0):
             problems.append(f"expected target_distance_m above 0, got {self.target_distance_m}")
         if not (math.isfinite(self.control_latency_s) and self.control_latency_s >= 0):
