@@ -206,16 +206,21 @@ def profile(mount: Mount) -> dict[str, str]:
     return dict(sorted({**PROFILE, **FILAMENTS[mount.material], **own}.items()))
 
 
-def profile_ini(mount: Mount) -> str:
-    """Settings as a file that PrusaSlicer loads: `--load FILE`, or Import Config."""
+def named_profile(mount: Mount) -> dict[str, str]:
+    """Settings with the names under which PrusaSlicer shows them."""
     length, width, height = mount.printer_bed_mm
     printer = mount.printer or f"{length:g} x {width:g} x {height:g} mm bed, {mount.nozzle_mm:g} mm nozzle"
-    names = {
+    return {
+        **profile(mount),
         "filament_settings_id": f'"{mount.material.upper()}, mirrorgaze"',
         "print_settings_id": "mirrorgaze",
         "printer_settings_id": printer,
     }
-    return "".join(f"{key} = {value}\n" for key, value in {**profile(mount), **names}.items())
+
+
+def profile_ini(mount: Mount) -> str:
+    """Settings as a file that PrusaSlicer loads: `--load FILE`, or Import Config."""
+    return "".join(f"{key} = {value}\n" for key, value in named_profile(mount).items())
 
 
 def _settings(mount: Mount) -> list[str]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from cad.assembly.print_pose import print_orientation
+from cad.checks.printing.slicer import named_profile
 from cad.export.printing.three_mf import PlacedMesh, write_3mf
 from optics.mesh import PartMesh, merge
 from rigs import Mount, Rig
@@ -79,11 +80,13 @@ def shelves(boxes: Sequence[Laid], bed_mm: tuple[float, float]) -> list[list[Lai
 
 
 def write_plates(rig: Rig, meshes: Sequence[PartMesh], folder: Path) -> list[Path]:
-    """Write `plate_1.3mf`, `plate_1.stl`, ... in the bed's frame, millimetres."""
+    """Write `plate_1.3mf` with its print settings, `plate_1.stl`, ... in the bed's frame, millimetres."""
     written = []
+    settings = named_profile(rig.require_gaze().mount)
     for number, plate in enumerate(print_plates(rig, meshes), 1):
         placed = [PlacedMesh(mesh=mesh, pose=RigidTransform.identity()) for mesh in plate]
-        written.append(write_3mf(placed, folder / f"plate_{number}.3mf", title=f"{rig.name}, plate {number}"))
+        title = f"{rig.name}, plate {number}"
+        written.append(write_3mf(placed, folder / f"plate_{number}.3mf", title=title, settings=settings))
         written.append(folder / f"plate_{number}.stl")
         written[-1].write_bytes(plate_stl(plate))
     return written

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import zipfile
 from itertools import combinations
 
 import numpy as np
@@ -10,8 +12,10 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cad.checks.printing.slicer import FILAMENTS, NO_SLICER, PROFILE, named_profile, slicer_path
 from cad.export.printing.plates import GAP_MM, Laid, print_plates, shelves
 from optics.mesh import Group, PartMesh, Role
+from rigs import Rig
 
 ROUNDING_MM = 1e-6
 BED_MM = (250.0, 210.0)
@@ -79,3 +83,21 @@ def test_stl_and_3mf_of_a_plate_hold_the_same(exported):
     # Six decimals of a millimetre in one, single precision in the other.
     assert stl.bounds == pytest.approx(scene.bounds, abs=1e-4)
     assert stl.volume == pytest.approx(sum(mesh.volume for mesh in scene.geometry.values()), rel=1e-5)
+
+
+def test_prusaslicer_takes_its_settings_from_a_plate(exported, tmp_path):
+    """Whichever version reads it; without the program at least the file says what the profile beside it says."""
+    plate, profile = (exported.folder / "print" / name for name in ("plate_1.3mf", "prusaslicer.ini"))
+    with zipfile.ZipFile(plate) as archive:
+        inside = archive.read("Metadata/Slic3r_PE.config").decode()
+    assert [line.removeprefix("; ") for line in inside.splitlines()[2:]] == profile.read_text().splitlines()
+    program = slicer_path()
+    if program is None:
+        pytest.skip(NO_SLICER)
+    taken = tmp_path / "taken.ini"
+    subprocess.run([program, "--save", taken, plate], check=True, capture_output=True, timeout=60)
+    settings = dict(line.split(" = ", 1) for line in taken.read_text().splitlines() if " = " in line)
+    mount = Rig.load("aqua2").gaze.mount
+    assert settings["temperature"] == FILAMENTS[mount.material]["temperature"]
+    assert settings["bed_shape"] == named_profile(mount)["bed_shape"]
+    assert settings["fill_density"] == PROFILE["fill_density"]
