@@ -50,6 +50,16 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileSche
     return Sharing(config, log)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def no_slicer():
+    """Hides the slicer that this machine may have, which takes 20 s for a mount; tests of slicing name it."""
+    rooms = ("cad.checks.printing.slicer", "cad.export.printing.plate_slices", "cad.export.printing.prints")
+    with pytest.MonkeyPatch.context() as patch:
+        for room in rooms:
+            patch.setattr(f"{room}.slicer_path", lambda: None)
+        yield
+
+
 @pytest.fixture(scope="module")
 def rough_light():
     """Coarse light for commands and dives, which light scenes in full, in tests of what does not depend on it.

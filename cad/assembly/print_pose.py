@@ -90,21 +90,25 @@ def print_pose(mesh: PartMesh, mount: Mount) -> PrintPose:
         Of the poses on the facets of the convex hull, one that fits and stands firmly with the least support and
         height; when none does, the best of the others.
     """
-    poses = [_pose(mesh, down, mount.printer_bed_mm) for down in _directions(1000 * mesh.vertices_m)]
+    vertices = 1000 * mesh.vertices_m
+    hull = ConvexHull(vertices)
+    # What is outermost decides about footprint, height and fit: the hull's corners are a tenth of the vertices.
+    corners = vertices[hull.vertices]
+    poses = [_pose(mesh, _laid(corners, down, mount.printer_bed_mm), down) for down in _directions(hull)]
     # Rounded, so that ties are broken by the order of the facets and not by the last bit.
     return min(poses, key=lambda pose: (not pose.fits, not pose.firm, round(pose.cost_mm3, 0)))
 
 
 def fits_printer(mesh: PartMesh, mount: Mount) -> bool:
     """Whether a part, a closed surface in metres, fits the printer in any of the poses of `print_pose`."""
-    directions = _directions(1000 * mesh.vertices_m)
-    return any(_laid(mesh, down, mount.printer_bed_mm).fits for down in directions)
+    hull = ConvexHull(1000 * mesh.vertices_m)
+    corners = hull.points[hull.vertices]
+    return any(_laid(corners, down, mount.printer_bed_mm).fits for down in _directions(hull))
 
 
-def _directions(vertices_mm: FloatArray) -> list[FloatArray]:
-    """Normals of the largest facets of the convex hull, outwards, and the six axis directions."""
-    hull = ConvexHull(vertices_mm)
-    corners = vertices_mm[hull.simplices]
+def _directions(hull: ConvexHull) -> list[FloatArray]:
+    """Normals of the largest facets of a convex hull, outwards, and the six axis directions."""
+    corners = hull.points[hull.simplices]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     normals = hull.equations[:, :3]
     found: list[FloatArray] = []
@@ -123,64 +127,67 @@ def _directions(vertices_mm: FloatArray) -> list[FloatArray]:
 
 @dataclass(frozen=True)
 class _Laid:
-    """A part on the bed: how it is turned upright and then along the bed, and its vertices upright, millimetres."""
+    """How a part lies on the bed: its turn from its own frame, its extent along the bed, its footprint."""
 
-    upright: Rotation
-    turn: Rotation
-    vertices: FloatArray
-    footprint: ConvexHull
+    bed_from_part: Rotation
+    size_mm: FloatArray
+    footprint_mm2: float
     fits: bool
 
 
-def _laid(mesh: PartMesh, down: FloatArray, bed_mm: tuple[float, float, float]) -> _Laid:
+def _laid(corners_mm: FloatArray, down: FloatArray, bed_mm: tuple[float, float, float]) -> _Laid:
     upright = Rotation.align_vectors([[0.0, 0.0, -1.0]], [down])[0]
-    vertices = upright.apply(1000 * mesh.vertices_m)
-    footprint = ConvexHull(vertices[:, :2])
-    turn, fits = _turned_to_bed(vertices, vertices[footprint.vertices][:, :2], bed_mm)
-    return _Laid(upright=upright, turn=turn, vertices=vertices, footprint=footprint, fits=fits)
+    corners = upright.apply(corners_mm)
+    footprint = ConvexHull(corners[:, :2])
+    turn, fits = _turned_to_bed(float(np.ptp(corners[:, 2])), corners[footprint.vertices, :2], bed_mm)
+    return _Laid(
+        bed_from_part=turn * upright,
+        size_mm=np.ptp(turn.apply(corners), axis=0),
+        footprint_mm2=float(footprint.volume),
+        fits=fits,
+    )
 
 
-def _pose(mesh: PartMesh, down: FloatArray, bed_mm: tuple[float, float, float]) -> PrintPose:
-    laid = _laid(mesh, down, bed_mm)
-    overhang, base, support = overhang_base_support(laid.vertices, mesh.faces)
+def _pose(mesh: PartMesh, laid: _Laid, down: FloatArray) -> PrintPose:
+    overhang, base, support = overhang_base_support(1000 * mesh.vertices_m, mesh.faces, down)
     return PrintPose(
-        bed_from_part=laid.turn * laid.upright,
-        size_mm=np.ptp(laid.turn.apply(laid.vertices), axis=0),
+        bed_from_part=laid.bed_from_part,
+        size_mm=laid.size_mm,
         overhang_mm2=overhang,
         support_mm3=support,
         base_mm2=base,
-        footprint_mm2=float(laid.footprint.volume),
+        footprint_mm2=laid.footprint_mm2,
         fits=laid.fits,
     )
 
 
-def overhang_base_support(vertices_mm: FloatArray, faces: NDArray[np.int32]) -> tuple[float, float, float]:
+def overhang_base_support(
+    vertices_mm: FloatArray, faces: NDArray[np.int32], down: FloatArray
+) -> tuple[float, float, float]:
     """Area that leans out by more than 45 degrees off the bed, area on the bed, and room under the former.
 
-    z is up; square and cubic millimetres.
+    `down` is a unit vector; square and cubic millimetres.
     """
     corners = vertices_mm[faces]
     doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas, flat = np.linalg.norm(doubled, axis=1) / 2, -doubled[:, 2] / 2
+    areas, flat = np.linalg.norm(doubled, axis=1) / 2, doubled @ down / 2
     # A face that leans out by 45 degrees exactly prints: the sine of the lean, with room for rounding.
     leaning = flat > (np.sin(np.radians(OVERHANG_DEG)) + 1e-6) * areas
-    height = corners[:, :, 2] - vertices_mm[:, 2].min()
+    heights = -(vertices_mm @ down)
+    height = (heights - heights.min())[faces]
     on_bed = height.max(axis=1) < ON_BED_MM
     hanging = leaning & ~on_bed
     support = float((flat * height.mean(axis=1))[hanging].sum())
     return float(areas[hanging].sum()), float(areas[leaning & on_bed].sum()), support
 
 
-def _turned_to_bed(
-    vertices: FloatArray, outline: FloatArray, bed_mm: tuple[float, float, float]
-) -> tuple[Rotation, bool]:
+def _turned_to_bed(height: float, outline: FloatArray, bed_mm: tuple[float, float, float]) -> tuple[Rotation, bool]:
     """Turn about z that lays the smallest rectangle around the footprint along the bed's sides, and whether it fits."""
     edges = np.roll(outline, -1, axis=0) - outline
     angles = np.unique(np.round(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 9))
     cosine, sine = np.cos(angles)[:, np.newaxis], np.sin(angles)[:, np.newaxis]
     x, y = outline.T
     sizes = np.stack([np.ptp(cosine * x + sine * y, axis=1), np.ptp(cosine * y - sine * x, axis=1)], axis=-1)
-    height = float(np.ptp(vertices[:, 2]))
     # A quarter turn more lays the longer side the other way.
     choices = []
     for k in np.argsort(np.round(sizes.prod(axis=1), 3), kind="stable"):

@@ -73,7 +73,7 @@ def draw_assembly(assembly: Assembly, items: Sequence[Item], *, rig_hash: str) -
         extent = scale * np.ptp(projected, axis=0)
         place = _Place(scale=scale, shift=shifts[view])
         _draw_hull(sheet, hull, view, place, corner=corner, extent=extent)
-        draw_outline(sheet, outline(mount, view), scale, shifts[view], hidden=False)
+        draw_outline(sheet, outline(mount, view), scale, shifts[view])
     _overall(sheet, size, scale, corners)
     right = front[0] + scale * size[0]
     front_place = _Place(scale=scale, shift=shifts[FRONT])
@@ -110,7 +110,7 @@ def _draw_hull(
         return
     lines = [place.scale * line + place.shift for line in outline(hull, view).visible]
     window = (corner - AROUND_MM, corner + extent + AROUND_MM)
-    sheet.lines(lines, width_mm=THIN_MM, colors="#9a9a9a", window=window)
+    sheet.lines(lines, width_mm=THIN_MM, edgecolor="#9a9a9a", window=window)
 
 
 def _overall(sheet: Sheet, size: FloatArray, scale: float, corners: dict[View, FloatArray]) -> None:
@@ -126,7 +126,7 @@ def _axes_and_distances(sheet: Sheet, layout: Layout, place: _Place, *, right: f
     """Optical axis from pinhole over M1 to M2, both joint axes, and d1 and d2, in the front view."""
     poses = (layout.body_from_camera, layout.body_from_m1, layout.body_from_gimbal)
     pinhole, m1, m2 = (place.scale * FRONT.project(1000 * pose.translation) + place.shift for pose in poses)
-    sheet.lines([np.array([pinhole, m1, m2])], width_mm=THIN_MM, colors="#0b4f9c")
+    sheet.lines([np.array([pinhole, m1, m2])], width_mm=THIN_MM, edgecolor="#0b4f9c")
     pan = FRONT.project(layout.body_from_gimbal.rotation.apply([0.0, 0.0, 1.0]))
     sheet.axis_line(m2 + 12 * pan, m2 - (m2[1] - bottom + 4) * pan)
     places = ((pinhole, [-5, 9], "pinhole"), (m1, [6, 14], "M1"), (m2, [-8, 12], "M2"))
@@ -157,7 +157,7 @@ def _image(sheet: Sheet, assembly: Assembly, items: Sequence[Item], *, ceiling: 
     room = np.array([right - left, ceiling - floor - 6])
     factor = float(min(room / (high - low)))
     shift = np.array([(left + right) / 2, floor]) - factor * np.array([(low[0] + high[0]) / 2, low[1]])
-    draw_outline(sheet, lines, factor, shift, hidden=False)
+    draw_outline(sheet, lines, factor, shift)
     seen = visible_places(assembly, [mesh for mesh in assembly.meshes if mesh.role is not Role.HULL], ISOMETRIC)
     tips = [
         (number, factor * seen[name] + shift)

@@ -10,14 +10,15 @@ import matplotlib as mpl
 import numpy as np
 import trimesh
 from build123d import Location, Solid
-from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
 
 from cad.assembly.assembly import Assembly
 from cad.checks.sequence.findings import check_steps
 from cad.checks.sequence.steps import Step
 from cad.export.drawings.projection import ISOMETRIC, outline
-from cad.export.drawings.sheet import STYLE
+from cad.export.drawings.sheet import STYLE, pen
 from cad.shapes import location_mm
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh, Role
@@ -61,17 +62,14 @@ def _draw(step: Step, number: int, assembly: Assembly, path: Path) -> None:
         # Far parts first; the tint is covered by what stands nearer.
         for name in sorted(mount, key=lambda name: _depth(assembly, meshes[name], shifts[name])):
             colour = TINT if name in added else "#ffffff"
-            triangles = _front_faces(points[name][meshes[name].faces])
-            tint = PolyCollection(triangles, facecolors=colour, edgecolors=colour, linewidths=0.3)
-            axes.add_collection(tint, autolim=False)
+            axes.add_artist(PathPatch(_front(points[name][meshes[name].faces]), color=colour, linewidth=0.3))
         solids = [_placed(assembly, name, shifts[name]) for name in mount]
         lines = outline(solids, ISOMETRIC)
-        axes.add_collection(LineCollection(list(lines.visible), colors="black", linewidths=0.8), autolim=False)
+        axes.add_artist(pen(lines.visible, edgecolor="black", linewidth=0.8))
         exact = [name for name in hull if isinstance(assembly.part(name).solid, Solid)]
         if exact:
             behind = outline([_placed(assembly, name, shifts[name]) for name in exact], ISOMETRIC)
-            grey = LineCollection(list(behind.visible), colors="#b0b0b0", linewidths=0.6, zorder=0)
-            axes.add_collection(grey, autolim=False)
+            axes.add_artist(pen(behind.visible, edgecolor="#b0b0b0", linewidth=0.6, zorder=0))
         _paths(axes, assembly, meshes, step)
         shown = np.vstack([points[name] for name in mount])
         low, high = shown.min(axis=0), shown.max(axis=0)
@@ -88,14 +86,17 @@ def _paths(axes: mpl.axes.Axes, assembly: Assembly, meshes: Mapping[str, PartMes
         for name in move.names[:1]:
             start = _on_paper(assembly, meshes[name], np.zeros(3)).mean(axis=0)
             tracks.append(np.vstack([start, start + ISOMETRIC.project(1000 * move.way_m)]))
-    chain = LineCollection(tracks, colors="#b3261e", linewidths=0.7, linestyles=[(0, (8, 3, 1, 3))])
-    axes.add_collection(chain, autolim=False)
+    if tracks:
+        axes.add_artist(pen(tracks, edgecolor="#b3261e", linewidth=0.7, linestyle=(0, (8, 3, 1, 3))))
 
 
-def _front_faces(triangles: FloatArray) -> list[FloatArray]:
-    """Triangles, shape (m, 3, 2), that turn counter-clockwise: those that face the observer."""
+def _front(triangles: FloatArray) -> Outline:
+    """Of triangles, shape (m, 3, 2), those that turn counter-clockwise and so face the observer, as one path."""
     first, second = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    return list(triangles[first[:, 0] * second[:, 1] > first[:, 1] * second[:, 0]])
+    front = triangles[first[:, 0] * second[:, 1] > first[:, 1] * second[:, 0]]
+    closed = np.concatenate([front, front[:, :1]], axis=1)
+    codes = [Outline.MOVETO, Outline.LINETO, Outline.LINETO, Outline.CLOSEPOLY]
+    return Outline(closed.reshape(-1, 2), np.tile(codes, len(front)))
 
 
 def _placed(assembly: Assembly, name: str, shift_m: FloatArray) -> Solid:

@@ -64,7 +64,7 @@ def draw_part(solid: Solid, *, rig: str, name: str, material: str, rig_hash: str
     found = named(holes(solid))
     for view, corner in corners.items():
         shift = corner - scale * view.project([low, high]).min(axis=0)
-        draw_outline(sheet, outline([solid], view), scale, shift)
+        draw_outline(sheet, outline([solid], view, hidden=True), scale, shift)
         _mark_holes(sheet, found, view, scale, shift)
         _mark_datum(sheet, view.project(datum) * scale + shift)
     _overall(sheet, size, scale, corners)
@@ -73,13 +73,10 @@ def draw_part(solid: Solid, *, rig: str, name: str, material: str, rig_hash: str
     return sheet
 
 
-def draw_outline(sheet: Sheet, lines: Outline, scale: float, shift: FloatArray, *, hidden: bool = True) -> None:
+def draw_outline(sheet: Sheet, lines: Outline, scale: float, shift: FloatArray) -> None:
     """Draw a projected shape at a scale, `shift` being where the origin of its frame is on paper."""
-    if hidden:
-        dashes = [(0, (6, 3))]
-        sheet.lines(
-            [scale * line + shift for line in lines.hidden], width_mm=THIN_MM, linestyles=dashes, colors="#777777"
-        )
+    hidden = [scale * line + shift for line in lines.hidden]
+    sheet.lines(hidden, width_mm=THIN_MM, linestyle=(0, (6, 3)), edgecolor="#777777")
     sheet.lines([scale * line + shift for line in lines.visible])
 
 
@@ -113,7 +110,8 @@ def _mark_holes(sheet: Sheet, found: list[tuple[str, Hole]], view: View, scale: 
 
 def _mark_datum(sheet: Sheet, place: FloatArray) -> None:
     sheet.ring(place, 1.6, edgecolor="#b3261e")
-    sheet.lines([np.array([place - arm, place + arm]) for arm in 2.6 * np.eye(2)], width_mm=THIN_MM, colors="#b3261e")
+    cross = [np.array([place - arm, place + arm]) for arm in 2.6 * np.eye(2)]
+    sheet.lines(cross, width_mm=THIN_MM, edgecolor="#b3261e")
 
 
 def _overall(sheet: Sheet, size: FloatArray, scale: float, corners: dict[View, FloatArray]) -> None:
@@ -135,7 +133,7 @@ def _image(sheet: Sheet, solid: Solid, left: float, ceiling: float) -> None:
     floor = MARGIN_MM + 5 + (TITLE_MM[1] if over_title else 0)
     room = np.array([right - left, ceiling - floor])
     factor = float(min(room / (high - low)))
-    draw_outline(sheet, lines, factor, np.array([left, ceiling]) - factor * np.array([low[0], high[1]]), hidden=False)
+    draw_outline(sheet, lines, factor, np.array([left, ceiling]) - factor * np.array([low[0], high[1]]))
 
 
 def _hole_table(sheet: Sheet, found: list[tuple[str, Hole]], datum: FloatArray) -> None:

@@ -74,18 +74,18 @@ ISOMETRIC = _isometric()
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """Lines of a view: polylines of shape (k, 2), millimetres."""
+    """Lines of a view: polylines of shape (k, 2), millimetres; `hidden` is empty where it was not asked for."""
 
     visible: tuple[FloatArray, ...]
     hidden: tuple[FloatArray, ...]
 
 
-def outline(solids: Sequence[Solid], view: View) -> Outline:
-    """Visible and hidden edges of solids that stand in each other's way."""
+def outline(solids: Sequence[Solid], view: View, *, hidden: bool = False) -> Outline:
+    """Visible and, when asked for, hidden edges of solids that stand in each other's way."""
     shape = solids[0] if len(solids) == 1 else Compound(children=list(solids))
     eye = tuple(FAR_MM * view.towards_observer)
-    visible, hidden = shape.project_to_viewport(eye, view.up, (0.0, 0.0, 0.0))
-    return Outline(visible=_polylines(visible), hidden=_polylines(hidden))
+    seen, covered = shape.project_to_viewport(eye, view.up, (0.0, 0.0, 0.0))
+    return Outline(visible=_polylines(seen), hidden=_polylines(covered) if hidden else ())
 
 
 def _polylines(edges: Iterable[Edge]) -> tuple[FloatArray, ...]:

@@ -6,16 +6,16 @@ bytes every time once date and identifiers are fixed. One unit of the axes is on
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import pathlib
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import Circle, PathPatch, Rectangle
+from matplotlib.path import Path
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
@@ -69,6 +69,15 @@ def largest_scale(size_mm: ArrayLike, room_mm: ArrayLike) -> float:
     return next((scale for scale in SCALES if (scale * size <= room).all()), SCALES[-1])
 
 
+def pen(polylines: Sequence[FloatArray], **style: Any) -> PathPatch:
+    """Polylines of shape (k, 2) as one path: a drawing holds thousands, and an artist each takes most of its time."""
+    codes = np.full(sum(len(line) for line in polylines), Path.LINETO, dtype=np.uint8)
+    codes[np.cumsum([0, *(len(line) for line in polylines[:-1])])] = Path.MOVETO
+    # Above what is filled, as lines are in matplotlib.
+    options: dict[str, Any] = {"zorder": 2, **style}
+    return PathPatch(Path(np.concatenate(polylines), codes), fill=False, **options)
+
+
 class Sheet:
     """A sheet that is being drawn; positions are millimetres on paper from the lower left corner."""
 
@@ -81,7 +90,7 @@ class Sheet:
         self.axes.set_axis_off()
         self._frame(title)
 
-    def write(self, path: Path) -> list[Path]:
+    def write(self, path: pathlib.Path) -> list[pathlib.Path]:
         """Write SVG and PDF beside each other; `path` is without suffix."""
         written = [path.with_suffix(".svg"), path.with_suffix(".pdf")]
         with mpl.rc_context(STYLE):
@@ -91,18 +100,20 @@ class Sheet:
 
     def lines(
         self,
-        polylines: Iterable[FloatArray],
+        polylines: Sequence[FloatArray],
         *,
         width_mm: float = VISIBLE_MM,
         window: tuple[FloatArray, FloatArray] | None = None,
         **style: Any,
     ) -> None:
         """Draw polylines on paper, or what of them is in a window given by two corners."""
-        options: dict[str, Any] = {"colors": "black", "capstyle": "round", "joinstyle": "round", **style}
-        if "linestyles" in options:
-            del options["capstyle"]
-        drawn = LineCollection(list(polylines), linewidths=width_mm * POINTS_PER_MM, **options)
-        self.axes.add_collection(drawn, autolim=False)
+        if not polylines:
+            return
+        options: dict[str, Any] = {"edgecolor": "black", "joinstyle": "round", **style}
+        if "linestyle" not in options:
+            options["capstyle"] = "round"
+        drawn = pen(polylines, linewidth=width_mm * POINTS_PER_MM, **options)
+        self.axes.add_artist(drawn)
         if window is not None:
             low, high = window
             frame = Rectangle((float(low[0]), float(low[1])), *(high - low), transform=self.axes.transData)
@@ -125,7 +136,7 @@ class Sheet:
 
     def axis_line(self, start: ArrayLike, end: ArrayLike) -> None:
         """Chain line, for axes."""
-        self.lines([np.array([start, end], dtype=float)], width_mm=THIN_MM, linestyles=[(0, (14, 3, 2, 3))])
+        self.lines([np.array([start, end], dtype=float)], width_mm=THIN_MM, linestyle=(0, (14, 3, 2, 3)))
 
     def ring(self, centre: ArrayLike, radius_mm: float, **style: Any) -> None:
         """Circle on paper."""

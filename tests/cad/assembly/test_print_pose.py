@@ -13,6 +13,7 @@ from cad.assembly.print_pose import overhang_base_support, print_orientation, pr
 from optics.mesh import Group, PartMesh, Role
 from rigs import Mount
 
+DOWN = np.array([0.0, 0.0, -1.0])
 MOUNT = Mount(fold_anchor_mm=(0, 0, 0), base_anchor_mm=(0, 0, 0))
 ROUNDING_MM2 = 1e-6
 """Double precision on areas of thousands of square millimetres."""
@@ -39,7 +40,7 @@ def table():
 
 def test_a_table_overhangs_by_its_top_less_its_foot():
     surface = table()
-    overhang, base, support = overhang_base_support(np.asarray(surface.vertices), surface.faces)
+    overhang, base, support = overhang_base_support(np.asarray(surface.vertices), surface.faces, DOWN)
     assert overhang == pytest.approx(80 * 60 - 10 * 10, abs=ROUNDING_MM2)
     assert base == pytest.approx(10 * 10, abs=ROUNDING_MM2)
     assert support == pytest.approx((80 * 60 - 10 * 10) * 30, abs=ROUNDING_MM2 * 30)
@@ -52,7 +53,7 @@ def test_a_wall_counts_once_it_leans_by_more_than_45_degrees(lean_deg, counts):
     outline = np.array([[0, 0], [10, 0], [10 + reach, 20], [0, 20]])
     corners = np.array([[x, y, z] for x, z in outline for y in (0.0, 10.0)])
     hull = trimesh.convex.convex_hull(corners)
-    overhang, _, _ = overhang_base_support(np.asarray(hull.vertices), hull.faces)
+    overhang, _, _ = overhang_base_support(np.asarray(hull.vertices), hull.faces, DOWN)
     expected = 10 * 20 / np.cos(np.radians(lean_deg)) if counts else 0.0
     assert overhang == pytest.approx(expected, abs=ROUNDING_MM2)
 

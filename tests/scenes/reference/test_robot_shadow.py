@@ -62,7 +62,7 @@ def floors(looking_down):
     frames = [
         [FastRenderer(prepare(scene, rig, parts), **SIZE, samples=16).render() for parts in ([plate()], [])],
         [
-            render_reference(rig, parts, scene, **SIZE, samples=2**12, seed=seed)
+            render_reference(rig, parts, scene, **SIZE, samples=2**11, seed=seed)
             for seed, parts in enumerate(([plate()], []))
         ],
     ]

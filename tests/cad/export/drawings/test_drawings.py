@@ -38,7 +38,7 @@ def test_coordinates_on_paper_are_those_of_the_view():
 
 def test_what_stands_behind_is_hidden():
     near, far = Pos(0, -20, 0) * Box(10, 1, 10), Box(4, 1, 4)
-    lines = outline([near.solid(), far.solid()], FRONT)
+    lines = outline([near.solid(), far.solid()], FRONT, hidden=True)
     assert np.abs(np.vstack(lines.visible)).max() == pytest.approx(5)
     assert np.abs(np.vstack(lines.visible)).min() == pytest.approx(5)
     assert len(lines.hidden) >= 4
