@@ -14,7 +14,7 @@ from studio.panels.camera import CameraPanel
 from studio.panels.design import DesignPanel
 from studio.panels.hand import POINTED
 from studio.panels.lines import LinesPanel
-from studio.panels.markup import mark, padded
+from studio.panels.markup import PHONE_STYLE, mark, padded
 from studio.panels.verdict import VerdictPanel
 from studio.panels.water import add_water
 from studio.panels.work import WorkPanel
@@ -74,6 +74,7 @@ class Page:
     def _add_controls(self) -> None:
         self._gui.main_panel.dock_right()
         self._gui.main_panel.set_width(CONTROLS_WIDTH_PX)
+        self._gui.add_html(PHONE_STYLE)
         self._said = self._gui.add_html("")
         tabs = self._gui.add_tab_group()
         with tabs.add_tab("Design"):

@@ -38,6 +38,8 @@ class CameraPanel:
         panel = gui.add_panel(order=-1)
         panel.dock_left()
         panel.set_width(WIDTH_PX)
+        # On a phone it is shut otherwise.
+        panel.expand()
         height = round(pose.width_px * rig.camera.height_px / rig.camera.width_px)
         with panel.add_tab("Camera"):
             self._image = gui.add_image(

@@ -9,6 +9,15 @@ from typing import Any
 
 GREEN, RED = "#1b7f5c", "#c1272d"
 
+PHONE_STYLE = """<style>
+@media (max-width: 36em) {
+  [style*="width: 20em"] { width: 100% !important; }
+  [style*="width: 20em"] div:has(> [style*="grid-template-rows"]) { display: flex; flex-direction: column; }
+  [style*="width: 20em"] [style*="grid-template-rows"] ~ * { order: -1; }
+}
+</style>"""
+"""On a phone viser has a sheet 20 em wide, the camera's panel under all others: as wide as the phone, and on top."""
+
 
 def put_value(handle: Any, value: Any) -> None:
     """Give an input a value that it does not have; what is sent again makes the page blink."""

@@ -49,7 +49,8 @@ BALL_DEG = 0.5
 """As far as a pixel is on the ball's way."""
 FOV_DEG = 75.0
 """Vertical, of viser's view."""
-HARMLESS = "favicon"
+HARMLESS = ("favicon", "passive event listener")
+"""What Chromium says of an icon that is not there, and of viser's own handler where a thing in 3-D is dragged."""
 
 READ_IMAGE = """async () => {
   const image = document.querySelector('img');
@@ -266,6 +267,25 @@ def test_the_ball_on_the_gaze_is_dragged(page):
     assert waited_for(page, lambda: joints_deg(page) == pytest.approx((azimuth, elevation / 2), abs=BALL_DEG))
 
 
+def test_on_a_phone_the_image_is_as_wide_as_it_and_takes_fingers(browser, served, page):
+    put(page, "q1, pan (deg)", 0)
+    put(page, "q2, tilt (deg)", 0)
+    page.get_by_text("azimuth 0.0°, elevation 0.0°").wait_for()
+    phone = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+    with browser.new_context(**phone) as context:
+        other = context.new_page()
+        other.set_default_timeout(PATIENCE_MS)
+        other.goto(served.address)
+        shown = other.locator("img[src^='blob:']").first
+        shown.wait_for()
+        box = shown.bounding_box()
+        assert box["x"] >= 0
+        assert 300 < box["x"] + box["width"] <= 390
+        assert box["y"] + box["height"] < 844
+        shown.tap(position={"x": 0.55 * box["width"], "y": 0.5 * box["height"]})
+        assert waited_for(page, lambda: joints_deg(page)[0] != 0)
+
+
 def test_a_change_is_judged_and_undo_restores_the_bytes(page, folder):
     kept = next(folder.glob(".aqua2-*.studio.toml"))
     before = kept.read_bytes()
@@ -334,7 +354,7 @@ def test_a_page_of_another_site_gets_no_socket(browser, served, page):
 
 def test_nothing_complained_and_ctrl_c_ends_it_and_the_next_goes_on(page, served, folder):
     page.wait_for_timeout(200)
-    assert [said for said in page.complaints if HARMLESS not in said] == []
+    assert [said for said in page.complaints if not any(each in said for each in HARMLESS)] == []
     page.close()
     out, err, status = served.interrupt()
     assert status == 0

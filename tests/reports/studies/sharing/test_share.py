@@ -51,7 +51,8 @@ def page(file):
     with playwright.sync_playwright() as driver:
         options = ["--no-sandbox", "--use-gl=swiftshader", "--enable-unsafe-swiftshader"]
         browser = driver.chromium.launch(executable_path=chromium, args=options)
-        shown = browser.new_context(offline=True, viewport={"width": 390, "height": 800}).new_page()
+        phone = {"viewport": {"width": 390, "height": 800}, "has_touch": True, "is_mobile": True}
+        shown = browser.new_context(offline=True, **phone).new_page()
         shown.wrong = []
         shown.on("pageerror", lambda error: shown.wrong.append(str(error)))
         shown.on("console", lambda said: shown.wrong.append(said.text) if said.type == "error" else None)
@@ -122,9 +123,35 @@ def test_a_slider_moves_rig_image_and_read_out(page):
     assert page.wrong == []
 
 
+def fingers(page, *moves):
+    """Touch the screen: for each move where the fingers are, in pixels."""
+    screen = page.context.new_cdp_session(page)
+    for kind, places in zip(("touchStart", *["touchMove"] * (len(moves) - 1)), moves, strict=True):
+        points = [{"x": float(x), "y": float(y), "id": number} for number, (x, y) in enumerate(places)]
+        screen.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    screen.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+
+def test_a_finger_turns_the_rig_and_two_bring_it_nearer(page):
+    page.locator("#rig").scroll_into_view_if_needed()
+    box = page.locator("#rig").bounding_box()
+    middle = np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
+    before = page.evaluate("({ ...camera })")
+    aside = np.array([1.0, 0.0])
+    fingers(page, [middle], [middle + 30 * aside], [middle + 60 * aside])
+    turned = page.evaluate("({ ...camera })")
+    assert turned["distance"] == before["distance"]
+    assert turned != before
+    fingers(page, *([middle - half * aside, middle + half * aside] for half in (20, 30, 40)))
+    # Twice as far apart brings the eye to half of the distance.
+    assert page.evaluate("camera.distance") == pytest.approx(before["distance"] / 2, rel=0.01)
+    assert page.wrong == []
+
+
 def test_a_tap_on_the_map_is_answered(page):
+    page.locator("#map").scroll_into_view_if_needed()
     box = page.locator("#map").bounding_box()
-    page.click("#map", position={"x": 0.5 * box["width"], "y": 0.3 * box["height"]})
+    page.tap("#map", position={"x": 0.5 * box["width"], "y": 0.3 * box["height"]})
     assert re.search(r"poses? shows? azimuth .*°, elevation 36°", page.text_content("#answer"))
     assert page.wrong == []
 
