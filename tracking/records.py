@@ -27,6 +27,9 @@ class Blob:
         4 pi area / perimeter^2; 1 for a disc.
     log_odds : float
         Natural logarithm of the odds that it is the target; infinite from a detector that does not weigh.
+    ellipse_share : float
+        Its area over that of the ellipse that has its second moments: 1 for a ball seen from anywhere, less for any
+        other outline.
     """
 
     area_px: float
@@ -34,6 +37,7 @@ class Blob:
     box_px: tuple[int, int, int, int]
     circularity: float
     log_odds: float = math.inf
+    ellipse_share: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -56,6 +56,7 @@ class CropFollower:
     """Nor where it was, once it is out of it."""
 
     doubted = False
+    likely = True
     """Nor does it weigh what it follows."""
 
     @property

@@ -76,6 +76,10 @@ class Follower(Protocol):
         """Whether what is followed is likelier not to be the target."""
 
     @property
+    def likely(self) -> bool:
+        """Whether what is followed looks enough like the target to be tracked."""
+
+    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
 

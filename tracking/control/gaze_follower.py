@@ -16,6 +16,7 @@ from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.track_evidence import TrackEvidence
 from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
 from tracking.perception.cut_blobs import cut_sides, middle_of_cut
+from tracking.perception.outline import outline_log_odds
 from tracking.records import Blob
 
 WIDEST_GATE_RAD = math.radians(15.0)
@@ -77,6 +78,11 @@ class GazeFollower:
         return self._evidence.doubted
 
     @property
+    def likely(self) -> bool:
+        """Whether what is followed looks enough like the target to be tracked."""
+        return self._evidence.likely
+
+    @property
     def direction(self) -> FloatArray | None:
         """Unit vector from the centre of M2 to the target, body frame; None without an estimate."""
         bearing = self._filter.bearing
@@ -108,15 +114,9 @@ class GazeFollower:
         """Correct the direction by the ray of the centroid of the blobs that are the target's."""
         blobs = self._likeliest(tuple(blob for blob in observation.blobs if self._may_be_target(blob, observation)))
         if blobs:
-            middle_px, doubt = self._middle_px(blobs, observation)
-            direction = self._direction(middle_px, observation)
-            if direction is not None:
-                self._filter.update(direction, doubt)
-                self._steady.update(direction, doubt)
-                self._evidence.update(blobs[0].log_odds, observation.interval_s)
-        elif self._seen and self._steady.bearing is not None:
-            self._filter.coast(self._steady.bearing.rate)
-            self._last_seen = None if self._filter.bearing is None else (self._filter.bearing, observation.time_s)
+            self._take_in(blobs, observation)
+        elif self.known:
+            self._note_missing(observation)
         self._seen = bool(blobs)
         return blobs
 
@@ -131,15 +131,43 @@ class GazeFollower:
         ahead_s = images * observation.interval_s
         return self._pointing.command(bearing, ahead_s, observation.q, seen=self._seen, left=left)
 
-    def _middle_px(self, blobs: tuple[Blob, ...], observation: Observation) -> tuple[tuple[float, float], float]:
+    def _take_in(self, blobs: tuple[Blob, ...], observation: Observation) -> None:
+        """Correct direction and evidence by what was taken for the target."""
+        sides = _cut_sides(blobs[0], observation) if len(blobs) == 1 else (0, 0)
+        middle_px, doubt = self._middle_px(blobs, sides)
+        direction = self._direction(middle_px, observation)
+        if direction is None:
+            return
+        if self._may_be_another(blobs[0], observation):
+            self._evidence.begin_again()
+        self._filter.update(direction, doubt)
+        self._steady.update(direction, doubt)
+        outline = outline_log_odds(blobs[0], cut=sides != (0, 0))
+        self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
+
+    def _may_be_another(self, blob: Blob, observation: Observation) -> bool:
+        """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
+        if self._seen or self._last_seen is None:
+            return False
+        gap_s = observation.time_s - self._last_seen[1]
+        return self._filter.expected_spread > PLACE_TELLS_RAD or self._evidence.is_another(blob.log_odds, gap_s)
+
+    def _note_missing(self, observation: Observation) -> None:
+        """Go on at the steady rate from the first image without the target on; count those that should show it."""
+        if self._seen and self._steady.bearing is not None:
+            self._filter.coast(self._steady.bearing.rate)
+            self._last_seen = None if self._filter.bearing is None else (self._filter.bearing, observation.time_s)
+        expected = self._expected_px(observation)
+        shown = expected is not None and observation.shows(expected)
+        self._evidence.miss(observation.interval_s, shown=shown)
+
+    def _middle_px(self, blobs: tuple[Blob, ...], sides: tuple[int, int]) -> tuple[tuple[float, float], float]:
         """Where the target's middle is in the crop, and the standard deviation that its being cut adds, radians."""
         centroid_px = weighted_centroid(blobs)
         assert centroid_px is not None  # there are blobs
         if len(blobs) > 1:
             return centroid_px, 0.0
         blob = blobs[0]
-        crop, robot = observation.crop, observation.robot
-        sides = cut_sides(blob, np.zeros((crop.height_px, crop.width_px), bool) if robot is None else robot > 0)
         if sides == (0, 0):
             self._whole_px2 = blob.area_px
             return centroid_px, 0.0
@@ -156,7 +184,7 @@ class GazeFollower:
         """Drop the estimate; of what was doubted, remember where it was."""
         if self.doubted and self.direction is not None and self._before is not None:
             self._evidence.drop(self.direction, self._before[0])
-        self._evidence.forget()
+        self._evidence.begin_again()
         self._filter.forget()
         self._steady.forget()
         self._whole_px2, self._last_seen = None, None
@@ -228,3 +256,9 @@ class GazeFollower:
             return None
         x, y = observation.crop.from_image(np.array([pixel]))[0].tolist()
         return x, y
+
+
+def _cut_sides(blob: Blob, observation: Observation) -> tuple[int, int]:
+    """On which sides the crop's edge or the robot cuts a blob."""
+    crop, robot = observation.crop, observation.robot
+    return cut_sides(blob, np.zeros((crop.height_px, crop.width_px), bool) if robot is None else robot > 0)

@@ -2,9 +2,13 @@
 
 One image's odds are those of a guess: things that look like the target are found among corals. What is followed is
 seen many times, but images of a thing that stands still are nearly the same, so that their odds do not add up: their
-mean is asked for. Is it below even, the thing is dropped, and its direction is remembered as clutter: the search does
-not end there again. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and
-what stands around a hovering robot nearly does; a robot that swims on leaves clutter behind, so it is forgotten.
+mean is asked for. Contrast, outline and whether it has moved count together until the mean has been that of a target
+for a while: then it is *trusted*, and looks that fade, as before the sun, are believed for as long as its contrast
+alone is above even. What never gets there within its probation, what falls below even before, and what is seen in
+less than a third of the images that should show it, is dropped, and its direction is remembered as clutter: the
+search does not end there again. A thing that moves with the robot, as its mount, keeps its direction in the body's
+frame, and what stands around a hovering robot nearly does; a robot that swims on leaves clutter behind, so it is
+forgotten.
 """
 
 from __future__ import annotations
@@ -21,7 +25,32 @@ MEMORY_S = 0.5
 """Over which odds are averaged, exponentially."""
 
 MOST_LOG_ODDS = 3.0
-"""That one image counts for, more or less: a lucky one does not outweigh ten others."""
+"""That one image's contrast counts for, more or less: a lucky one does not outweigh ten others."""
+
+MOVED_RAD = math.radians(12.0)
+"""From where it was first seen, by which only a thing that moves by itself gets: a hovering robot turns by 5 degrees
+to each side."""
+
+MOVED_LOG_ODDS = 2.0
+"""That having moved counts for; decoys drift as well."""
+
+TRUSTED_LOG_ODDS = 1.0
+"""Of the mean, from which what is followed is taken for the target."""
+
+TRUSTED_S, PROBATION_S = 0.5, 1.5
+"""How long it must have been followed to be trusted, and may be followed without."""
+
+AT_ONCE_LOG_ODDS, AT_LEISURE_S = 3.0, 1.0
+"""That a candidate of one image needs to be tracked, and the age from which it needs to be above even alone."""
+
+GAP_S, FADED = 0.2, 1.0
+"""What comes into view after a gap, and has by so much less log odds by contrast, may be another thing."""
+
+JUDGED_S = 0.3
+"""After which it may fall below even: the first images of a target are smeared, or show its edge."""
+
+SHARE_MEMORY_S, LEAST_SHARE = 1.0, 1 / 3
+"""Over which the share of images is averaged that show what they should, and the least share of them."""
 
 CLUTTER_S = 30.0
 """How long clutter is remembered: the time of a search of everything within reach."""
@@ -44,33 +73,87 @@ class TrackEvidence:
 
     Attributes
     ----------
-    mean : float, optional
-        Mean natural logarithm of the odds; None while nothing is followed.
+    contrast, together : float, optional
+        Mean natural logarithm of the odds, by contrast alone and with outline and motion; None while nothing is
+        followed.
+    age_s : float
+        Time in which it was seen.
+    share : float
+        Of the images that should show it, those that did.
+    trusted : bool
+    first : array, shape (3,), optional
+        Unit vector to where it was first seen in all images since, body frame.
     clutter : list of ClutterPlace
     """
 
-    mean: float | None = None
+    contrast: float | None = None
+    together: float | None = None
+    age_s: float = 0.0
+    share: float = 1.0
+    trusted: bool = False
+    first: FloatArray | None = None
     clutter: list[ClutterPlace] = field(default_factory=list)
 
     @property
     def doubted(self) -> bool:
         """Whether what is followed is likelier not to be the target."""
-        return self.mean is not None and self.mean < 0
+        if self.contrast is None or self.together is None:
+            return False
+        if self.share < LEAST_SHARE:
+            return True
+        if self.trusted:
+            return self.contrast < 0
+        return self.age_s > PROBATION_S or (self.age_s > JUDGED_S and self.together < 0)
 
-    def update(self, log_odds: float, interval_s: float) -> None:
-        """Take in the odds of what was taken for the target in one more image; infinite ones are no guess."""
-        counted = min(max(log_odds, -MOST_LOG_ODDS), MOST_LOG_ODDS)
-        share = -math.expm1(-interval_s / MEMORY_S)
-        self.mean = counted if self.mean is None else self.mean + share * (counted - self.mean)
+    @property
+    def likely(self) -> bool:
+        """Whether a candidate may be tracked: the less is asked of it the longer it has been seen."""
+        if self.together is None or self.trusted:
+            return True
+        return self.together >= AT_ONCE_LOG_ODDS * max(1 - self.age_s / AT_LEISURE_S, 0.0)
 
-    def forget(self) -> None:
-        """Nothing is followed any more."""
-        self.mean = None
+    def update(self, contrast: float, outline: float, direction: FloatArray, interval_s: float) -> None:
+        """Take in one more image of what was taken for the target.
+
+        Parameters
+        ----------
+        contrast : float
+            Log odds of the detector; infinite ones are no guess.
+        outline : float
+            Log odds of its outline.
+        direction : array, shape (3,)
+            Unit vector, body frame.
+        interval_s : float
+            Since the image before.
+        """
+        self.first = direction if self.first is None else self.first
+        moved = MOVED_LOG_ODDS if float(self.first @ direction) < math.cos(MOVED_RAD) else 0.0
+        counted = min(max(contrast, -MOST_LOG_ODDS), MOST_LOG_ODDS)
+        self.contrast = _averaged(self.contrast, counted, interval_s / MEMORY_S)
+        self.together = _averaged(self.together, counted + outline + moved, interval_s / MEMORY_S)
+        self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
+        self.age_s += interval_s
+        self.trusted = self.trusted or (self.age_s >= TRUSTED_S and self.together >= TRUSTED_LOG_ODDS)
+
+    def miss(self, interval_s: float, *, shown: bool) -> None:
+        """Take in an image without it, which should show it or not; what is seen next to it has not moved there."""
+        self.first = None
+        if shown:
+            self.share = _averaged(self.share, 0.0, interval_s / SHARE_MEMORY_S)
+
+    def is_another(self, contrast: float, gap_s: float) -> bool:
+        """Whether what is seen after a gap looks less like the target than what was followed before it."""
+        return self.contrast is not None and gap_s >= GAP_S and contrast < self.contrast - FADED
+
+    def begin_again(self) -> None:
+        """What is seen next may be another thing than what was followed: it has to be trusted first."""
+        self.contrast = self.together = self.first = None
+        self.age_s, self.share, self.trusted = 0.0, 1.0, False
 
     def drop(self, direction: FloatArray, time_s: float) -> None:
         """What is followed is not the target: remember where it is."""
         self.clutter.append(ClutterPlace(direction=direction, dropped_s=time_s))
-        self.forget()
+        self.begin_again()
 
     def is_clutter(self, direction: FloatArray, time_s: float) -> bool:
         """Whether something was dropped in a direction, a unit vector, not too long ago."""
@@ -80,14 +163,26 @@ class TrackEvidence:
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         return {
-            "mean": self.mean,
+            "contrast": self.contrast,
+            "together": self.together,
+            "age_s": self.age_s,
+            "share": self.share,
+            "trusted": self.trusted,
+            "first": None if self.first is None else self.first.tolist(),
             "clutter": [[each.direction.tolist(), each.dropped_s] for each in self.clutter],
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        self.mean = snapshot["mean"]
+        for name in ("contrast", "together", "age_s", "share", "trusted"):
+            setattr(self, name, snapshot[name])
+        self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
         self.clutter = [
             ClutterPlace(direction=np.array(direction), dropped_s=dropped_s)
             for direction, dropped_s in snapshot["clutter"]
         ]
+
+
+def _averaged(mean: float | None, value: float, times: float) -> float:
+    """Exponential average after one more value, so many times of its memory after the one before."""
+    return value if mean is None else mean - math.expm1(-times) * (value - mean)

@@ -1,7 +1,7 @@
 """The behaviour of figure 12 as a state machine: check, scan, track, predict, and scan again.
 
     CHECK    --- its time is over ----------------------------> SCAN
-    SCAN     --- seen in `confirm_frames` images -----------> TRACK
+    SCAN     --- seen in `confirm_frames` images, likely ---> TRACK
     TRACK    --- not seen ------------------------------------> PREDICT
     PREDICT  --- seen ----------------------------------------> TRACK
     PREDICT  --- not seen for more than `predict_frames` -----> SCAN
@@ -100,6 +100,7 @@ def next_state(
     found: bool,
     expected: bool,
     beyond_reach: bool = False,
+    likely: bool = True,
     doubted: bool = False,
 ) -> BehaviourState:
     """State in which the command after one more image is decided.
@@ -117,6 +118,8 @@ def next_state(
         Whether the place where it is predicted lies in the crop.
     beyond_reach : bool
         Whether it is predicted where the joints do not reach.
+    likely : bool
+        Whether a candidate looks enough like the target to be tracked.
     doubted : bool
         Whether what is followed is likelier not to be the target.
     """
@@ -127,8 +130,8 @@ def next_state(
     if doubted:
         return BehaviourState(mode=Mode.SCAN)
     if state.mode is Mode.SCAN:
-        hits = state.hits + 1 if found else max(state.hits - 1, 0)
-        confirmed = hits >= settings.confirm_frames
+        hits = min(state.hits + 1, settings.confirm_frames) if found else max(state.hits - 1, 0)
+        confirmed = hits >= settings.confirm_frames and likely
         return BehaviourState(mode=Mode.TRACK, seen=hits) if confirmed else replace(state, hits=hits)
     if found:
         return BehaviourState(mode=Mode.TRACK, seen=state.seen + 1)

@@ -178,6 +178,7 @@ class TrackingLoop:
             found=bool(blobs),
             expected=expected is not None and observation.shows(expected),
             beyond_reach=self._follower.beyond_reach,
+            likely=self._follower.likely,
             doubted=self._follower.doubted,
         )
         self._q_command = np.clip(

@@ -36,6 +36,7 @@ from tracking.perception.contrast_pyramid import (
     spread_of,
 )
 from tracking.perception.crop import check_image
+from tracking.perception.outline import ellipse_share
 from tracking.records import Blob, Detection
 
 JUDGED = 2
@@ -234,6 +235,7 @@ def cut_out(pyramid: ContrastPyramid, place: Place) -> Piece | None:
         box_px=((box[0] + x0) * cell_px, (box[1] + y0) * cell_px, box[2] * cell_px, box[3] * cell_px),
         circularity=circularity(contours[0]),
         log_odds=contrast.log_odds,
+        ellipse_share=ellipse_share(cells),
     )
     return Piece(contrast=contrast, blob=blob, cells=cells, level=level, first=(x0, y0))
 

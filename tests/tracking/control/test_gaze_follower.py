@@ -120,6 +120,21 @@ def test_what_was_doubted_is_not_acquired_again():
     assert following.update(weighed(elsewhere, 3.0))
 
 
+@pytest.mark.parametrize("log_odds, ellipse_share, doubted", [(1.1, 0.95, True), (5.0, 0.99, False)])
+def test_what_is_met_where_the_target_was_hidden_must_be_trusted_anew(log_odds, ellipse_share, doubted):
+    """A ball is seen for a second and hidden for 8 images; then a tile or the ball is in its place for a second."""
+    target = np.array([1.0, 0.0, 0.0])
+    following = follower(0.0)
+    for image in range(68):
+        seen, _ = observation(IMAGES // 2, target, 0.0)
+        looks = (5.0, 0.99) if image < 30 else (log_odds, ellipse_share)
+        blob = replace(seen.blobs[0], log_odds=looks[0], ellipse_share=looks[1], box_px=(140, 100, 25, 25))
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=() if 30 <= image < 38 else (blob,))
+        following.expect(seen)
+        following.update(seen)
+    assert following.known and following.doubted is doubted
+
+
 def leaving(time_s):
     """A target that goes to the side at 6 degrees/s."""
     azimuth, elevation = math.radians(6 * time_s), math.radians(10)

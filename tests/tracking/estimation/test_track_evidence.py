@@ -1,4 +1,4 @@
-"""Evidence of a track: what is doubted when, what clutter is and for how long."""
+"""Evidence of a track: what is trusted and doubted when, what clutter is and for how long."""
 
 import json
 import math
@@ -6,7 +6,19 @@ import math
 import numpy as np
 import pytest
 
-from tracking.estimation.track_evidence import CLUTTER_RAD, CLUTTER_S, MEMORY_S, MOST_LOG_ODDS, TrackEvidence
+from tracking.estimation.track_evidence import (
+    CLUTTER_RAD,
+    CLUTTER_S,
+    FADED,
+    GAP_S,
+    MEMORY_S,
+    MOST_LOG_ODDS,
+    MOVED_LOG_ODDS,
+    MOVED_RAD,
+    PROBATION_S,
+    SHARE_MEMORY_S,
+    TrackEvidence,
+)
 
 INTERVAL_S = 1 / 30
 AHEAD = np.array([1.0, 0.0, 0.0])
@@ -16,44 +28,130 @@ def turned(angle_rad):
     return np.array([math.cos(angle_rad), math.sin(angle_rad), 0.0])
 
 
+def followed(contrast, outline, images, direction=AHEAD):
+    """Evidence of a thing whose looks do not change."""
+    evidence = TrackEvidence()
+    for _ in range(images):
+        evidence.update(contrast, outline, direction, INTERVAL_S)
+    return evidence
+
+
+def images(seconds):
+    return math.ceil(seconds / INTERVAL_S)
+
+
 def test_odds_are_averaged_over_their_memory():
     """A step of one, after the memory's time: 1 - 1/e of it, whatever the rate of the images."""
     for interval_s in (INTERVAL_S, INTERVAL_S / 10):
         evidence = TrackEvidence()
-        evidence.update(0.0, interval_s)
+        evidence.update(0.0, 0.0, AHEAD, interval_s)
         for _ in range(round(MEMORY_S / interval_s)):
-            evidence.update(1.0, interval_s)
-        assert evidence.mean == pytest.approx(1 - math.exp(-1))
+            evidence.update(1.0, -1.0, AHEAD, interval_s)
+        assert evidence.contrast == pytest.approx(1 - math.exp(-1))
+        assert evidence.together == pytest.approx(0.0)
 
 
-def test_a_coral_is_doubted_and_a_target_is_not():
-    """Acquired at odds of e to 1; then on the one side of even or on the other, image by image."""
-    coral, target = TrackEvidence(mean=1.0), TrackEvidence(mean=1.0)
-    for image in range(60):
-        coral.update(-0.4, INTERVAL_S)
-        target.update(-0.4 if image % 3 else 4.0, INTERVAL_S)
-        assert not target.doubted
-    assert coral.doubted
+def test_the_share_of_images_that_show_it_is_averaged_too():
+    evidence = followed(3.0, 2.0, 60)
+    for _ in range(round(SHARE_MEMORY_S / INTERVAL_S)):
+        evidence.miss(INTERVAL_S, shown=True)
+    assert evidence.share == pytest.approx(math.exp(-1))
+
+
+def test_a_thing_of_the_targets_colour_and_another_outline_is_doubted():
+    """A tile: log odds of 1.1 by contrast and -1.2 by outline, below even together."""
+    tile = followed(1.1, -1.2, images(0.5) + 1)
+    assert not tile.trusted and not tile.likely and tile.doubted
+    ball = followed(1.1, 1.2, images(0.5) + 1)
+    assert ball.trusted and ball.likely and not ball.doubted
+
+
+def test_what_is_trusted_may_fade_until_its_contrast_is_below_even():
+    """Before the sun: ragged and pale, but still in the place where it is followed."""
+    evidence = followed(3.0, 2.0, 30)
+    for _ in range(60):
+        evidence.update(0.4, -1.5, AHEAD, INTERVAL_S)
+    assert evidence.together < 0 and not evidence.doubted
+    for _ in range(60):
+        evidence.update(-0.4, -1.5, AHEAD, INTERVAL_S)
+    assert evidence.doubted
+
+
+def test_what_is_neither_has_a_probation():
+    assert not followed(0.5, 0.0, images(PROBATION_S) - 1).doubted
+    assert followed(0.5, 0.0, images(PROBATION_S) + 1).doubted
+
+
+def test_what_moves_by_itself_is_trusted_sooner():
+    """Half a log odd by its looks; 13 degrees from where it was first seen, which no hovering robot makes."""
+    evidence = followed(0.5, 0.0, images(1.0))
+    assert not evidence.trusted
+    for _ in range(images(MEMORY_S)):
+        evidence.update(0.5, 0.0, turned(1.1 * MOVED_RAD), INTERVAL_S)
+    assert evidence.together == pytest.approx(0.5 + MOVED_LOG_ODDS * (1 - math.exp(-1)), abs=0.05)
+    assert evidence.trusted and not evidence.doubted
+
+
+def test_two_things_beside_each_other_have_not_moved():
+    """A tile is seen, then another one 13 degrees beside it, after an image that shows neither."""
+    evidence = followed(0.5, 0.0, 9)
+    evidence.miss(INTERVAL_S, shown=False)
+    assert evidence.share == 1.0
+    evidence.update(0.5, 0.0, turned(1.1 * MOVED_RAD), INTERVAL_S)
+    assert evidence.together == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("log_odds, likely_after_s", [(5.0, 0.0), (1.5, 0.5), (0.3, 0.9)])
+def test_the_longer_a_candidate_is_seen_the_less_is_asked_of_it(log_odds, likely_after_s):
+    """Three times as much as even asks for, falling to nothing within a second."""
+    evidence = followed(min(log_odds, MOST_LOG_ODDS), max(log_odds - MOST_LOG_ODDS, 0.0), 1)
+    age_s = INTERVAL_S
+    while not evidence.likely:
+        evidence.update(min(log_odds, MOST_LOG_ODDS), max(log_odds - MOST_LOG_ODDS, 0.0), AHEAD, INTERVAL_S)
+        age_s += INTERVAL_S
+    assert age_s == pytest.approx(likely_after_s, abs=2 * INTERVAL_S)
+
+
+def test_what_is_seen_in_few_of_the_images_that_should_show_it_is_doubted():
+    """A coral is found in one of five images, a ball at dusk in two of three."""
+    for every, seen, doubted in ((5, 1, True), (3, 2, False)):
+        evidence = followed(3.0, 0.0, 30)
+        for image in range(90):
+            if image % every < seen:
+                evidence.update(3.0, 0.0, AHEAD, INTERVAL_S)
+            else:
+                evidence.miss(INTERVAL_S, shown=True)
+        assert evidence.doubted is doubted
+
+
+def test_what_comes_back_paler_may_be_another_thing():
+    evidence = followed(3.0, 2.0, 30)
+    assert evidence.is_another(2.9 - FADED, GAP_S)
+    assert not evidence.is_another(3.1 - FADED, GAP_S)
+    assert not evidence.is_another(2.9 - FADED, 0.9 * GAP_S)
+    assert not TrackEvidence().is_another(-3.0, GAP_S)
 
 
 def test_one_image_does_not_outweigh_the_others():
     evidence = TrackEvidence()
-    evidence.update(math.inf, INTERVAL_S)
-    assert evidence.mean == MOST_LOG_ODDS
-    evidence.update(-math.inf, INTERVAL_S)
+    evidence.update(math.inf, 0.0, AHEAD, INTERVAL_S)
+    assert evidence.contrast == evidence.together == MOST_LOG_ODDS
+    evidence.update(-math.inf, 0.0, AHEAD, INTERVAL_S)
     assert not evidence.doubted
 
 
 def test_nothing_followed_is_not_doubted():
-    evidence = TrackEvidence(mean=-1.0)
-    evidence.forget()
+    evidence = followed(-1.0, 0.0, 30)
+    assert evidence.doubted
+    evidence.begin_again()
     assert not evidence.doubted and evidence.clutter == []
+    assert evidence == TrackEvidence()
 
 
 def test_what_was_dropped_is_clutter_there_and_for_a_while():
-    evidence = TrackEvidence(mean=-1.0)
+    evidence = followed(-1.0, 0.0, 30)
     evidence.drop(AHEAD, 5.0)
-    assert evidence.mean is None
+    assert evidence.contrast is None and evidence.together is None
     assert evidence.is_clutter(turned(0.9 * CLUTTER_RAD), 6.0)
     assert not evidence.is_clutter(turned(1.1 * CLUTTER_RAD), 6.0)
     assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * CLUTTER_S)
@@ -61,10 +159,13 @@ def test_what_was_dropped_is_clutter_there_and_for_a_while():
 
 
 def test_a_snapshot_holds_all_of_it():
-    evidence = TrackEvidence(mean=0.3)
+    evidence = followed(3.0, 2.0, 30)
     evidence.drop(turned(0.1), 2.0)
-    evidence.update(1.0, INTERVAL_S)
+    for _ in range(20):
+        evidence.update(1.0, 0.5, AHEAD, INTERVAL_S)
+    evidence.miss(INTERVAL_S, shown=True)
     again = TrackEvidence()
     again.restore(json.loads(json.dumps(evidence.snapshot())))
-    assert again.mean == evidence.mean
+    assert again.snapshot() == evidence.snapshot()
     assert again.is_clutter(turned(0.1), 3.0)
+    np.testing.assert_array_equal(again.first, evidence.first)

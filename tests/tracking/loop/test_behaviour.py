@@ -109,3 +109,14 @@ def test_what_is_doubted_is_let_go_of(mode):
     assert next_state(state, settings, elapsed_s=9.0, found=True, expected=True, doubted=True) == BehaviourState(
         mode=Mode.SCAN
     )
+
+
+def test_a_candidate_must_look_like_the_target_to_be_tracked():
+    """Seen often enough, it is tracked in the first image in which it is likely; how often before does not add up."""
+    settings = BehaviourSettings(check_s=0.0, confirm_frames=3)
+    state = BehaviourState(mode=Mode.SCAN)
+    for _ in range(20):
+        state = next_state(state, settings, elapsed_s=1.0, found=True, expected=True, likely=False)
+    assert state == BehaviourState(mode=Mode.SCAN, hits=3)
+    tracked = next_state(state, settings, elapsed_s=1.0, found=True, expected=True, likely=True)
+    assert tracked == BehaviourState(mode=Mode.TRACK, seen=3)
