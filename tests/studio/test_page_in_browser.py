@@ -313,6 +313,20 @@ def test_saves_a_rig_file(page, folder):
     assert "# nominal (d1 of figure 3)" in file.read_text()
 
 
+def test_size_runs_to_its_end_and_is_one_step_of_undo(page, folder):
+    kept = next(folder.glob(".aqua2-*.studio.toml"))
+    before = kept.read_bytes()
+    page.get_by_role("tab", name="Work").click()
+    page.get_by_text("Size the mirrors for a window").click()
+    page.get_by_role("button", name="Size", exact=True).click()
+    page.get_by_text("size: done").wait_for()
+    sized = Rig.load(kept).gaze.gaze_mirror.width_mm
+    page.get_by_role("tab", name="Design").click()
+    assert waited_for(page, lambda: float(slider(page, "M2 width (mm)").input_value()) == sized != 90)
+    page.get_by_role("button", name="Undo").click()
+    assert waited_for(page, lambda: kept.read_bytes() == before)
+
+
 def test_two_browsers_see_the_same_rig(browser, served, page):
     with browser.new_context() as context:
         other = context.new_page()
@@ -352,15 +366,22 @@ def test_a_page_of_another_site_gets_no_socket(browser, served, page):
     assert outcome == "refused"
 
 
-def test_nothing_complained_and_ctrl_c_ends_it_and_the_next_goes_on(page, served, folder):
+def test_nothing_complained_and_ctrl_c_or_a_kill_ends_it_and_the_next_goes_on(browser, page, served, folder):
     page.wait_for_timeout(200)
     assert [said for said in page.complaints if not any(each in said for each in HARMLESS)] == []
     page.close()
     out, err, status = served.interrupt()
     assert status == 0
     assert "Traceback" not in out + err
+    killed = Served(folder)
+    killed.process.kill()
+    killed.process.communicate()
     again = Served(folder)
     try:
+        after = browser.new_page()
+        after.goto(again.address)
+        after.get_by_text("went on with the changes of the last time").wait_for()
+        after.close()
         assert Path(folder / "my-aqua2.toml").is_file()
         kept = next(folder.glob(".aqua2-*.studio.toml"))
         assert "width_mm = 90" in kept.read_text()
