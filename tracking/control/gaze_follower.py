@@ -27,6 +27,9 @@ PLACE_TELLS_RAD = math.radians(3.0)
 """Spread of the expected direction up to which its place alone makes a blob the target's: beyond, it must look like it
 as one does of which nothing is known."""
 
+COMES_BACK_S = 2.5
+"""That a target which went past the joints' end is waited for there."""
+
 GATE = 3.0
 """Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
 
@@ -94,6 +97,14 @@ class GazeFollower:
         return self.direction is not None and self._pointing.beyond_reach(self.direction)
 
     @property
+    def waits_at_the_end(self) -> bool:
+        """Whether the target has gone past the joints' end so lately that it is waited for there."""
+        if self._seen or self._last_seen is None or self._before is None:
+            return False
+        bearing, last_s = self._last_seen
+        return self._before[0] - last_s < COMES_BACK_S and self._pointing.past_the_end(bearing.direction)
+
+    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
         return self._filter.bearing is not None
@@ -127,7 +138,8 @@ class GazeFollower:
             return observation.q_command
         images = math.floor(self._latency_s / observation.interval_s) + 1
         last = self._last_seen
-        left = not self._seen and last is not None and self._pointing.past_the_end(last[0].direction)
+        gone = not self._seen and not self.waits_at_the_end
+        left = gone and last is not None and self._pointing.past_the_end(last[0].direction)
         ahead_s = images * observation.interval_s
         return self._pointing.command(bearing, ahead_s, observation.q, seen=self._seen, left=left)
 
@@ -140,6 +152,10 @@ class GazeFollower:
             return
         if self._may_be_another(blobs[0], observation):
             self._evidence.begin_again()
+        if self._comes_back(direction) and not self._is_near(direction):
+            # It has turned back: neither its rate nor where that led is known any more.
+            self._filter.forget()
+            self._steady.forget()
         self._filter.update(direction, doubt)
         self._steady.update(direction, doubt)
         outline = outline_log_odds(blobs[0], cut=sides != (0, 0))
@@ -246,7 +262,18 @@ class GazeFollower:
             return False
         apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
         gate = min(GATE * self._filter.expected_spread, WIDEST_GATE_RAD)
-        return apart <= gate + self._radius(blob.area_px)
+        reach = gate + self._radius(blob.area_px)
+        return apart <= reach or (likely and self._comes_back(direction))
+
+    def _is_near(self, direction: FloatArray) -> bool:
+        """Whether a direction is within the widest gate of the expected one."""
+        return self.direction is not None and float(self.direction @ direction) > math.cos(WIDEST_GATE_RAD)
+
+    def _comes_back(self, direction: FloatArray) -> bool:
+        """Whether a direction is one in which a target comes back that is waited for where it went past the end."""
+        if not self.waits_at_the_end or self._last_seen is None:
+            return False
+        return float(self._last_seen[0].direction @ direction) > math.cos(WIDEST_GATE_RAD)
 
     def _expected_px(self, observation: Observation) -> tuple[float, float] | None:
         if self.direction is None or observation.crop.empty:

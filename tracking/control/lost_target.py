@@ -27,8 +27,13 @@ GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 GOLDEN_RATIO = (math.sqrt(5) - 1) / 2
 
-TURNED = 1.5
-"""Times its rate by which the rate has changed at most: one that comes back half as fast as it went."""
+SILVER_RATIO = math.sqrt(2) - 1
+
+KEPT = (-1.0, 0.5)
+"""Of its rate, what one has at least and at most that has turned back, stopped or slowed down."""
+
+TURNED_S = 3.0
+"""Within which it has done so, at any time alike."""
 
 MOST_RATE = math.radians(20.0)
 """That the target's rate is off by at most; half of the places are within a quarter of it."""
@@ -150,13 +155,16 @@ class _Places:
         off = MOST_RATE * (index / PLACES) ** 2
         turn = GOLDEN_ANGLE * index
         around = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-        # Every second one has kept its rate, the others have slowed down, stopped or turned back.
-        kept = np.where(np.arange(PLACES) % 2 == 0, 1.0, 1 - TURNED * (GOLDEN_RATIO * np.arange(PLACES) % 1))
-        rates = kept[:, np.newaxis] * rate + (off[:, np.newaxis] * around) @ across
+        rates = rate + (off[:, np.newaxis] * around) @ across
         self._speeds = np.linalg.norm(rates, axis=1)
         self._along = rates / np.maximum(self._speeds, np.finfo(float).tiny)[:, np.newaxis]
+        # Every second one keeps its rate, the others turn back, stop or slow down some time later.
+        every_second = np.arange(PLACES) % 2 == 1
+        self._kept = np.where(every_second, KEPT[0] + (KEPT[1] - KEPT[0]) * (GOLDEN_RATIO * index % 1), 1.0)
+        self._turned_s = TURNED_S * (SILVER_RATIO * index % 1)
 
     def after(self, seconds: float) -> FloatArray:
         """Unit vectors, shape (PLACES, 3), each along its great circle."""
-        angle = (self._speeds * seconds)[:, np.newaxis]
+        before_s = np.minimum(seconds, self._turned_s)
+        angle = (self._speeds * (before_s + self._kept * (seconds - before_s)))[:, np.newaxis]
         return np.asarray(np.cos(angle) * self._direction + np.sin(angle) * self._along)

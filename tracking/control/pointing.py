@@ -14,8 +14,9 @@ time, to wait at a limit. A direction out of reach is followed by the nearest ga
 A target that is not seen is not planned for: where it will be in two seconds is a guess, and a mirror that has turned
 round for it does not see it come back. Only where this way does not show the place that it is expected in, and another
 pan angle will by the time that pan has got there, is there nothing to lose: so a target that goes round the robot is
-met again behind it, over the other half of the tilt. It must have been seen to go past the joints' end: one that the
-detector lost in the middle of the view, as before the sun, is waited for.
+met again behind it, over the other half of the tilt. It must have been seen to go past the joints' end, and not to come
+back for a while (`tracking.control.gaze_follower`): one that the detector lost in the middle of the view, as before the
+sun, is waited for. Nor is a target that is in view left for where it will be.
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ class Pointing:
         x, y, z = self._gimbal.in_gimbal(bearing.after(ahead_s).direction).tolist()
         if seen:
             later = self._gimbal.in_gimbal([bearing.after(seconds).direction for seconds in self._times_s.tolist()])
-            pan = self._pan((x, y), later, pan_now)
+            pan = self._kept_in_view(self._pan((x, y), later, pan_now), (x, y), later[0], pan_now)
         else:
             near = min(self._exact_pans((x, y), pan_now), key=lambda exact: abs(exact - pan_now))
             pan = self._met_again(bearing, ahead_s, pan_now, near) if left else near
@@ -133,6 +134,13 @@ class Pointing:
             if reachable and np.interp(soon, self._nodes, least) <= least[best] + MARGIN:
                 return exact
         return float(self._nodes[best])
+
+    def _kept_in_view(self, pan: float, level: tuple[float, float], soon: FloatArray, pan_now: float) -> float:
+        """Pan angle to ask for of a target in view: not one that takes it out of view while another keeps it."""
+        near = min(self._exact_pans(level, pan_now), key=lambda exact: abs(exact - pan_now))
+        reached = [pan_now + min(max(each - pan_now, -self._most), self._most) for each in (pan, near)]
+        loss, kept = self._losses(soon[np.newaxis], np.array(reached))[0]
+        return near if kept < 1 <= loss else pan
 
     def _met_again(self, bearing: Bearing, ahead_s: float, pan_now: float, near: float) -> float:
         """Pan angle to ask for while the target is not seen: the nearest one, or where it will come in view."""

@@ -177,7 +177,7 @@ class TrackingLoop:
             elapsed_s=elapsed_s,
             found=bool(blobs),
             expected=expected is not None and observation.shows(expected),
-            beyond_reach=self._follower.beyond_reach,
+            beyond_reach=self._follower.beyond_reach or self._follower.waits_at_the_end,
             likely=self._follower.likely,
             doubted=self._follower.doubted,
         )

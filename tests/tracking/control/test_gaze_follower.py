@@ -10,7 +10,7 @@ from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.follower import Observation
-from tracking.control.gaze_follower import GazeFollower
+from tracking.control.gaze_follower import COMES_BACK_S, GazeFollower
 from tracking.control.pointing import Pointing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
@@ -133,6 +133,42 @@ def test_what_is_met_where_the_target_was_hidden_must_be_trusted_anew(log_odds, 
         following.expect(seen)
         following.update(seen)
     assert following.known and following.doubted is doubted
+
+
+def at_the_end(image, azimuth_deg, *, seen=True):
+    """A ball at an azimuth, while the mirror stands at the end of pan."""
+    q = np.array([math.radians(77), 0.0])
+    azimuth = math.radians(azimuth_deg)
+    crop = Crop.of(CORNERS.corners(q))
+    x, y = crop.from_image([SIGHT_LINES.pixel([math.cos(azimuth), math.sin(azimuth), 0.0], q)])[0].tolist()
+    blob = Blob(centroid_px=(x, y), area_px=500.0, box_px=(140, 100, 25, 25), circularity=1.0, log_odds=5.0)
+    blobs = (blob,) if seen else ()
+    return Observation(time_s=image * INTERVAL_S, interval_s=INTERVAL_S, q=q, q_command=q, crop=crop, blobs=blobs)
+
+
+@pytest.mark.parametrize("hidden_s, taken", [(2.0, True), (COMES_BACK_S + 0.5, False)])
+def test_a_target_that_turns_back_past_the_joints_end_is_taken_where_it_left(hidden_s, taken):
+    """It leaves at 86 degrees and 12 degrees/s: 2 s later it is expected at 110, and comes back at 85.
+
+    For so long pan stays; after that it is met where it is expected, and what is at 85 degrees is another thing.
+    """
+    following, first = follower(0.0), 20
+    last = first + round(hidden_s / INTERVAL_S)
+    for image in range(last):
+        seen = at_the_end(image, 78 + 12 * image * INTERVAL_S, seen=image < first)
+        following.expect(seen)
+        following.update(seen)
+        unseen_s = (image - first) * INTERVAL_S
+        if 0 <= unseen_s < COMES_BACK_S - INTERVAL_S:
+            assert following.waits_at_the_end
+            assert math.degrees(following.follow(seen)[0]) > 75
+    assert following.waits_at_the_end is taken
+    back = at_the_end(last, 85)
+    following.expect(back)
+    assert bool(following.update(back)) is taken
+    if taken:
+        azimuth_deg = math.degrees(math.atan2(following.direction[1], following.direction[0]))
+        assert azimuth_deg == pytest.approx(85, abs=0.1)
 
 
 def leaving(time_s):

@@ -87,12 +87,12 @@ def test_a_gaze_leaves_what_it_has_seen_without_the_target():
 
 def test_images_count_while_it_is_waited_for_where_it_is_predicted():
     """A second of images of where it should have gone on to: the first look is further from there than without them."""
-    waited = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(10, 0, 20), 0.0)
+    waited = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(10, 0, 30), 0.0)
     for image in range(30):
-        waited.note_unseen(GIMBAL.joint_values(math.radians(10 + 20 * image * INTERVAL_S), 0.0), INTERVAL_S)
-    at_once = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(10, 0, 20), 1.0)
-    there = GIMBAL.joint_values(math.radians(30), 0.0)
-    first, other = (GIMBAL.gaze(lost.next_pose(there, 0.0)) @ direction(30, 0) for lost in (at_once, waited))
+        waited.note_unseen(GIMBAL.joint_values(math.radians(10 + 30 * image * INTERVAL_S), 0.0), INTERVAL_S)
+    at_once = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(10, 0, 30), 1.0)
+    there = GIMBAL.joint_values(math.radians(40), 0.0)
+    first, other = (GIMBAL.gaze(lost.next_pose(there, 0.0)) @ direction(40, 0) for lost in (at_once, waited))
     assert math.acos(first) < math.acos(other) - math.radians(1)
 
 

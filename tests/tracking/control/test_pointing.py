@@ -179,6 +179,14 @@ def test_a_target_that_did_not_leave_by_the_joints_end_is_waited_for():
     assert math.degrees(q[0]) == pytest.approx(-77.5, abs=0.01)
 
 
+def test_a_target_in_view_is_not_left_for_where_it_will_be():
+    """At 84 degrees and 12 degrees/s pan's end has it in view, 6.5 degrees off; in 3 s only the other side will."""
+    pointing, q = Pointing(GIMBAL, SPEEDS, HALF_VIEW), np.array([math.radians(77.5), 0.0])
+    now = direction(84, 0)
+    bearing = Bearing(direction=now, rate=math.radians(12) * np.cross([0.0, 0.0, 1.0], now))
+    assert math.degrees(pointing.command(bearing, FRAME_S, q)[0]) == pytest.approx(77.5, abs=0.1)
+
+
 def test_noise_does_not_change_its_mind():
     """Half a degree of noise on a target between both ways, level at the side: pan stays on the one it is on."""
     rng = np.random.default_rng(6)
