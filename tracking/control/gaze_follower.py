@@ -27,9 +27,6 @@ PLACE_TELLS_RAD = math.radians(3.0)
 """Spread of the expected direction up to which its place alone makes a blob the target's: beyond, it must look like it
 as one does of which nothing is known."""
 
-COMES_BACK_S = 2.5
-"""That a target which went past the joints' end is waited for there."""
-
 GATE = 3.0
 """Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
 
@@ -98,11 +95,15 @@ class GazeFollower:
 
     @property
     def waits_at_the_end(self) -> bool:
-        """Whether the target has gone past the joints' end so lately that it is waited for there."""
+        """Whether the target has gone past the joints' end so lately that it is waited for there.
+
+        It is for as long as pan takes to turn round: whether it turns back or goes on, this costs at most twice as much
+        time as knowing would have (the rule for renting before one buys; Karlin et al. 1988).
+        """
         if self._seen or self._last_seen is None or self._before is None:
             return False
         bearing, last_s = self._last_seen
-        return self._before[0] - last_s < COMES_BACK_S and self._pointing.past_the_end(bearing.direction)
+        return self._before[0] - last_s < self._pointing.turning_s and self._pointing.past_the_end(bearing.direction)
 
     @property
     def known(self) -> bool:

@@ -111,6 +111,11 @@ class Pointing:
         middle = (self._elevations[0] + self._elevations[1]) / 2
         return self._gimbal.joint_values(pan, _within(elevation, self._elevations, middle) / 2)
 
+    @property
+    def turning_s(self) -> float:
+        """Time that pan takes from one end to the other, seconds."""
+        return (self._pan_limits[1] - self._pan_limits[0]) / self._pan_speed
+
     def beyond_reach(self, direction: FloatArray) -> bool:
         """Whether no gaze within the limits has a direction, a unit vector of the body frame, in its view."""
         return bool(self._losses(self._gimbal.in_gimbal(direction)[np.newaxis], self._nodes).min() >= 1)
