@@ -65,7 +65,7 @@ def overlay(camera_frame: CameraFrame, step: Step) -> Image:
 
     Parameters
     ----------
-    shot : Shot
+    camera_frame : CameraFrame
         The image the step was made from.
     step : Step
 

@@ -76,7 +76,7 @@ class DetectedAgain:
 
     Attributes
     ----------
-    shot : Shot
+    camera_frame : CameraFrame
     step : Step
         As recorded but for the detection.
     row : dict

@@ -129,7 +129,7 @@ def ray_jacobian(
 
     Parameters
     ----------
-    train, q, perturbations :
+    train, q, perturbations
         As for `projection_jacobian`.
     directions_in_air : array, shape (..., 3)
         Unit vectors, camera frame.

@@ -22,7 +22,7 @@ class SampleDirections:
     place, number : UInt32
         Which point, and which of its directions.
     count : int
-        SampleDirections of a point.
+        Directions of a point.
     """
 
     place: Any
@@ -31,7 +31,7 @@ class SampleDirections:
 
     @classmethod
     def of(cls, points: int, count: int, first: int = 0) -> SampleDirections:
-        """SampleDirections of so many points, counted from a first one."""
+        """`count` directions of each of `points` points, whose numbers begin at `first`."""
         lane, each = dr.arange(UInt32, points * count), dr.opaque(UInt32, count)
         return cls(lane // each + dr.opaque(UInt32, first), lane % each, count)
 

@@ -1,8 +1,11 @@
-"""Modules, names and files of the code that the manual mentions exist."""
+"""Modules, names and files of the code that the manual mentions exist, and so do parameters that docstrings list."""
 
 from __future__ import annotations
 
+import ast
 import re
+from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,6 +18,9 @@ DOTTED = re.compile(rf"(?<![\w./-])(?:{ROOMS})(?:\.[A-Za-z_]\w*)+")
 FILE = re.compile(rf"(?<![\w./-])(?:{ROOMS}|tests|docs|notebooks)/[\w/.-]*[\w/]")
 IMPORT = re.compile(rf"^from ((?:{ROOMS})[\w.]*) import (\w[\w, ]*)", re.MULTILINE)
 TEST = re.compile(r"`((?:\w+/)*test_\w+)`")
+
+SECTION = re.compile(r"^(Parameters|Attributes)\n-+\n(.*?)(?=\n\S[^\n]*\n-+(?:\n|$)|\Z)", re.MULTILINE | re.DOTALL)
+LISTED = re.compile(r"^\S.*", re.MULTILINE)
 
 EXAMPLES = {"optics/x.py", "tests/optics/test_x.py", "rigs/presets/NAME.toml", "rigs/aqua2-01.toml"}
 """Stand for a name of the reader's."""
@@ -83,3 +89,99 @@ def test_what_is_imported_from_a_package_is_there():
 )
 def test_a_wrong_name_is_found(name, there):
     assert is_there(name) == there
+
+
+def documented(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.ClassDef]:
+    """Public functions and classes of a module, and public methods of public classes."""
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            yield node
+            if isinstance(node, ast.ClassDef):
+                yield from (n for n in node.body if isinstance(n, ast.FunctionDef) and not n.name.startswith("_"))
+
+
+def listed(node: ast.FunctionDef | ast.ClassDef) -> set[str]:
+    """Names that a docstring's sections of parameters and attributes list."""
+    sections = [entries for _, entries in SECTION.findall(ast.get_docstring(node) or "")]
+    lines = [line.split(" : ")[0] for entries in sections for line in LISTED.findall(entries)]
+    return {name.strip().lstrip("*") for line in lines for name in line.split(",")}
+
+
+def parameters(function: ast.FunctionDef) -> set[str]:
+    """Names in a function's signature."""
+    a = function.args
+    return {arg.arg for arg in (*a.posonlyargs, *a.args, *a.kwonlyargs, a.vararg, a.kwarg) if arg is not None}
+
+
+def names_of_class(node: ast.ClassDef, classes: dict[str, list[ast.ClassDef]]) -> set[str]:
+    """Names of a class: of its constructor, fields, properties and what it sets on itself, also by its bases."""
+    found = {n.attr for n in ast.walk(node) if isinstance(n, ast.Attribute) and isinstance(n.ctx, ast.Store)}
+    for part in node.body:
+        if isinstance(part, ast.FunctionDef):
+            found |= parameters(part) if part.name == "__init__" else {part.name}
+        elif isinstance(part, ast.Assign | ast.AnnAssign):
+            targets = part.targets if isinstance(part, ast.Assign) else [part.target]
+            found |= {target.id for target in targets if isinstance(target, ast.Name)}
+    bases = {base.id for base in node.bases if isinstance(base, ast.Name)}
+    for name in bases - {node.name}:
+        found = found.union(*(names_of_class(base, classes) for base in classes[name]))
+    return found
+
+
+def names_nowhere(trees: dict[str, ast.Module]) -> list[str]:
+    """Parameters and attributes that docstrings list and that the code beside them lacks."""
+    classes: dict[str, list[ast.ClassDef]] = defaultdict(list)
+    for node in (node for tree in trees.values() for node in tree.body):
+        if isinstance(node, ast.ClassDef):
+            classes[node.name].append(node)
+    wrong = []
+    for file, tree in trees.items():
+        for node in documented(tree):
+            if names := listed(node):
+                there = names_of_class(node, classes) if isinstance(node, ast.ClassDef) else parameters(node)
+                wrong += [f"{file}:{node.lineno} {node.name}: {name}" for name in sorted(names - there)]
+    return wrong
+
+
+def test_parameters_that_docstrings_list_are_there():
+    files = [path for room in ROOMS.split("|") for path in sorted((ROOT / room).rglob("*.py"))]
+    trees = {str(path.relative_to(ROOT)): ast.parse(path.read_text(encoding="utf-8")) for path in files}
+    assert names_nowhere(trees) == []
+
+
+LISTS_TOO_MANY = """
+class Fold:
+    \"\"\"A mirror.
+
+    Parameters
+    ----------
+    angle, tilt : float
+        Of its normal.
+
+    Attributes
+    ----------
+    corners : array
+    size : float
+    \"\"\"
+
+    def __init__(self, angle):
+        self.corners = angle
+
+def turned(fold, *, by):
+    \"\"\"A mirror, turned.
+
+    Parameters
+    ----------
+    mirror : Fold
+    by : float
+
+    Returns
+    -------
+    Fold
+    \"\"\"
+"""
+
+
+def test_a_parameter_that_is_nowhere_is_found():
+    found = names_nowhere({"fold.py": ast.parse(LISTS_TOO_MANY)})
+    assert [wrong.split(" ", 1)[1] for wrong in found] == ["Fold: size", "Fold: tilt", "turned: mirror"]

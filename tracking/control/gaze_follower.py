@@ -39,7 +39,7 @@ class GazeFollower:
 
     Parameters
     ----------
-    lines_of_observation : SightLines
+    lines_of_sight : LinesOfSight
     pointing : Pointing
     scale : array, shape (2,)
         Radians of gaze to a pixel of the crop along x and y, at a level gaze.

@@ -128,7 +128,7 @@ class Maestro:
 class MaestroMirrors:
     """Mirror driver over a Maestro: q becomes a pulse width, the middle of a joint's range that of the servo's pulses.
 
-    The controller limits each channel to the speed that the rig file gives its servo, so that the belief of where the
+    The controller limits each channel to the speed that the rig file gives its servo, so that the estimate of where the
     joints are holds for faster servos, too. An error of the controller sends all servos home: it is looked for after
     every command.
 

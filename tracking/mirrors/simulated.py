@@ -24,7 +24,7 @@ class SimulatedMirrors:
     ----------
     plants : pair of ServoPlant
         Pan and tilt.
-    belief : JointBelief
+    estimate : JointEstimate
     """
 
     def __init__(self, plants: tuple[ServoPlant, ServoPlant], estimate: JointEstimate):
@@ -36,7 +36,7 @@ class SimulatedMirrors:
         """Servos as the rig file has them.
 
         Where they stand at power-on, where the pulses fall on the loop's clock, and the pulses' jitter come from the
-        seed. Nobody knows them: the belief starts at q = 0.
+        seed. Nobody knows them: the estimate starts at q = 0.
 
         Parameters
         ----------
