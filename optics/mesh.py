@@ -29,7 +29,7 @@ class Role(StrEnum):
     SERVO = "servo"
     MIRROR = "mirror"
     HARDWARE = "hardware"
-    """Bought small parts: screws, inserts, washers, bushes."""
+    """Bought small parts: screws, inserts, washers, bushings."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -86,7 +86,7 @@ def checks_of(rig: Rig) -> Checked:
     checks = mount_checks(assembly, log=lambda line: None)
     gaps: dict[str, float] = {}
     for finding in checks.of(clearance.CHECK):
-        # What is meant to be near, such as a bush on its shaft, has limits of its own.
+        # What is meant to be near, such as a bushing on its shaft, has limits of its own.
         if finding.figure is not None and (finding.limit or 0.0) >= rig.require_gaze().mount.clearance_mm:
             for name in finding.subject.split():
                 gaps[name] = min(finding.figure, gaps.get(name, finding.figure))

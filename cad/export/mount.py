@@ -8,7 +8,7 @@ from pathlib import Path
 from cad.assembly.assembly import Assembly
 from cad.checks.printing.slicer import profile_ini
 from cad.checks.sequence.steps import Step, assembly_steps
-from cad.export.drawings.bill_of_materials import bill_of_materials, write_bill
+from cad.export.drawings.bill_of_materials import bill_of_materials, write_bill_of_materials
 from cad.export.drawings.drawings import write_drawings
 from cad.export.drawings.drill_template import write_drill_template
 from cad.export.drawings.exploded import write_steps
@@ -51,7 +51,7 @@ def export_mount(
         How it is put together, where the checks have found that (`cad.checks.assembly_checks.MountChecks.steps`); it
         takes seconds.
     printed : Prints, optional
-        How parts are printed, for the bill; estimated when it is not given.
+        How parts are printed, for the bill of materials; estimated when it is not given.
     add_files : callable
         Writes what else belongs into the folder, such as reports, which this package knows nothing of.
 
@@ -74,7 +74,7 @@ def export_mount(
         write_3mf(_placed(assembly), partial / f"{rig.name}.3mf", title=rig.name)
         log("export: bill of materials, print plates ...")
         items = bill_of_materials(assembly, printed or prints(rig, assembly.printed, slicing=False))
-        write_bill(items, partial / "bom.csv")
+        write_bill_of_materials(items, partial / "bom.csv")
         write_upright(rig, assembly.printed, partial / "print")
         write_plates(rig, assembly.printed, partial / "print")
         (partial / "print/prusaslicer.ini").write_text(profile_ini(rig.require_gaze().mount), encoding="utf-8")

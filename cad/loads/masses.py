@@ -64,7 +64,7 @@ def part_bodies(rig: Rig, meshes: Iterable[PartMesh]) -> dict[Group, list[Body]]
     """Bodies of every part but the hull, by what they move with, each in the frame of its group.
 
     A servo has the mass of its data sheet; everything else is solid, of the material of its role, of small bought parts
-    by the last word of their names: a bush is polymer, an insert brass, a tie nylon, a pad foam tape, the rest
+    by the last word of their names: a bushing is polymer, an insert brass, a tie nylon, a pad foam tape, the rest
     stainless steel.
     """
     bodies: dict[Group, list[Body]] = {group: [] for group in Group}
@@ -123,7 +123,7 @@ def _density(rig: Rig, mesh: PartMesh) -> float:
     gaze = rig.require_gaze()
     # Of what a servo is, only its horn is weighed by volume.
     by_role = {Role.MOUNT: gaze.mount.material, Role.MIRROR: "glass", Role.SERVO: "nylon"}
-    by_kind = {"bush": "polymer", "insert": "brass", "tie": "nylon", "pad": "foam_tape"}
+    by_kind = {"bushing": "polymer", "insert": "brass", "tie": "nylon", "pad": "foam_tape"}
     material = by_role.get(mesh.role) or by_kind.get(mesh.name.rpartition("_")[2], "stainless")
     return MATERIALS[material].density_kg_per_m3
 

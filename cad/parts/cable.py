@@ -12,7 +12,7 @@ from math import cos, hypot, radians, sqrt
 import numpy as np
 from build123d import Part
 
-from cad.parts.gimbal_dimensions import PAN_BUSH, GimbalDimensions
+from cad.parts.gimbal_dimensions import PAN_BUSHING, GimbalDimensions
 from cad.shapes import box
 
 CABLE_MM = 4.0
@@ -26,8 +26,8 @@ PAN_STEPS = 181
 
 
 def yoke_tie_mm(dimensions: GimbalDimensions) -> float:
-    """Distance from the pan axis of the yoke's inner tie: outside the pan bush, or where a narrow yoke has room."""
-    return min(PAN_BUSH.flange_mm / 2 + 6, dimensions.servo_arm_inner_mm - TIE_SLOT_MM[1])
+    """Distance from the pan axis of the yoke's inner tie: outside the pan bushing, or where a narrow yoke has room."""
+    return min(PAN_BUSHING.flange_mm / 2 + 6, dimensions.servo_arm_inner_mm - TIE_SLOT_MM[1])
 
 
 def yoke_cable_cuts(dimensions: GimbalDimensions) -> list[Part]:

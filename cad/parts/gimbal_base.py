@@ -2,7 +2,7 @@
 
 It is made in the plane that holds the anchor and the pan axis: the base frame has the gimbal's origin, x away from the
 anchor and z along the pan axis, and is turned into place at the end. The pan servo hangs in the foot, pushed in from
-below; a bush around its horn carries the yoke.
+below; a bushing around its horn carries the yoke.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from build123d import Axis, Location, Part, Plane, Pos, Rot, Solid
 
 from cad.parts.cable import TIE_EDGE_MM, TIE_STEP_MM, tie_slot
 from cad.parts.flange import FLANGE_LENGTH_MM, Seat, base_seat, fastener_room, flange, flange_hardware, hull_side
-from cad.parts.gimbal_dimensions import EAR_MARGIN_MM, PAN_BUSH, GimbalDimensions
-from cad.parts.hardware import Hardware, along, flanged_bush, insert_hole, screw_in_insert
+from cad.parts.gimbal_dimensions import EAR_MARGIN_MM, PAN_BUSHING, GimbalDimensions
+from cad.parts.hardware import Hardware, along, flanged_bushing, insert_hole, screw_in_insert
 from cad.parts.mirrors import FIT_MM
 from cad.parts.servo import EAR_LENGTH_MM, EAR_THICKNESS_MM, HORN_HEIGHT_MM, case_ends, ear_hole_positions
 from cad.shapes import along_x, along_y, box, carved, cylinder, filleted, location_mm, single_solid
@@ -30,7 +30,7 @@ FOOT_HEIGHT_MM = 16.0
 CORNER_MM = 10.0
 """Fillet between column and foot, where the base bends most, and cut of the corner outside it."""
 HOUSING_WALL_MM = 3.0
-"""Around the pan bush; more where mount.wall_mm is."""
+"""Around the pan bushing; more where mount.wall_mm is."""
 WEEP_DIAMETER_MM = 3.0
 BOLT_HEAD_MM = 4.0
 """Height of an M4 cap screw's head (ISO 4762) under the flange."""
@@ -131,7 +131,7 @@ def pan_servo_in_body(dimensions: GimbalDimensions, stance: BaseStance, servo: S
 
 
 def base_hardware(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) -> list[Hardware]:
-    """Screws of the flange, screws and inserts of the pan servo's ears, and the pan bush, in the body frame."""
+    """Screws of the flange, screws and inserts of the pan servo's ears, and the pan bushing, in the body frame."""
     d = dimensions
     ears = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM
     pieces: list[Hardware] = []
@@ -140,8 +140,8 @@ def base_hardware(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) 
         pieces += screw_in_insert(
             f"pan_ear_{number}", Group.FIXED, servo.ear_screw, (x, y, ears), (0, 0, -1), grip, min(room, grip + 2)
         )
-    bush = along((0, 0, d.pan_bush_seat_mm), (0, 0, 1))
-    pieces.append(Hardware(name="pan_bush", group=Group.FIXED, piece=flanged_bush(PAN_BUSH), pose=bush))
+    bushing = along((0, 0, d.pan_bushing_seat_mm), (0, 0, 1))
+    pieces.append(Hardware(name="pan_bushing", group=Group.FIXED, piece=flanged_bushing(PAN_BUSHING), pose=bushing))
     placed = [replace(piece, pose=stance.body_from_base * piece.pose) for piece in pieces]
     return placed + flange_hardware(seat, "base")
 
@@ -208,20 +208,20 @@ def _servo_block(d: GimbalDimensions) -> Part:
 
 
 def _housing_radius(d: GimbalDimensions) -> float:
-    return PAN_BUSH.housing_radius_mm + max(HOUSING_WALL_MM, d.mount.wall_mm)
+    return PAN_BUSHING.housing_radius_mm + max(HOUSING_WALL_MM, d.mount.wall_mm)
 
 
 def _housing(d: GimbalDimensions) -> Part:
-    """Ring around the pan bush, on the foot."""
-    return cylinder((0, 0, d.pan_ledge_mm), (0, 0, d.pan_bush_seat_mm), _housing_radius(d))
+    """Ring around the pan bushing, on the foot."""
+    return cylinder((0, 0, d.pan_ledge_mm), (0, 0, d.pan_bushing_seat_mm), _housing_radius(d))
 
 
 def _housing_cuts(d: GimbalDimensions) -> list[Part]:
-    """Bore for the bush, and weep holes under it on four sides; one of them leads out over the servo's case.
+    """Bore for the bushing, and weep holes under it on four sides; one of them leads out over the servo's case.
 
     So no air stays between the servo's case and the yoke's hub, however the vehicle pitches and rolls.
     """
-    bore = cylinder((0, 0, d.foot_top_mm), (0, 0, d.pan_bush_seat_mm + 1), PAN_BUSH.housing_radius_mm)
+    bore = cylinder((0, 0, d.foot_top_mm), (0, 0, d.pan_bushing_seat_mm + 1), PAN_BUSHING.housing_radius_mm)
     # A little into the floor: a cylinder that only touches it, and the insert holes that end there, leaves slivers.
     level, radius, reach = d.foot_top_mm + 0.4 * WEEP_DIAMETER_MM, WEEP_DIAMETER_MM / 2, _housing_radius(d) + 1
     across = cylinder((0, -reach, level), (0, reach, level), radius)
@@ -244,7 +244,8 @@ def _servo_opening(d: GimbalDimensions) -> list[Part]:
     for x in {x for x, _ in ear_hole_positions(servo)}:
         # Air that gathers under an ear leaves through the foot's sides.
         level = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM - WEEP_DIAMETER_MM / 2
-        cuts.append(cylinder((x, -PAN_BUSH.flange_mm, level), (x, PAN_BUSH.flange_mm, level), WEEP_DIAMETER_MM / 2))
+        side = PAN_BUSHING.flange_mm
+        cuts.append(cylinder((x, -side, level), (x, side, level), WEEP_DIAMETER_MM / 2))
     return cuts
 
 

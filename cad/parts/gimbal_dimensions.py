@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import hypot
 
-from cad.parts.hardware import Bush, head_height_mm, insert
+from cad.parts.hardware import Bushing, head_height_mm, insert
 from cad.parts.mirrors import FIT_MM, cell_radius_mm
 from cad.parts.servo import EAR_LENGTH_MM, HORN_HEIGHT_MM, case_bottom, case_ends, ear_levels
 from rigs import GazeMirror, Mount, Rig, Servos
@@ -22,15 +22,15 @@ SMALLEST_CHEEK_MM = 4.5
 EAR_MARGIN_MM = 2.0
 
 THRUST_GAP_MM = 0.2
-"""Between the flange of a bush and what turns on it."""
-PIVOT_BUSH = Bush(bore_mm=6.0, outer_mm=8.0, flange_mm=12.0, flange_thickness_mm=1.0, length_mm=6.0)
+"""Between the flange of a bushing and what turns on it."""
+PIVOT_BUSHING = Bushing(bore_mm=6.0, outer_mm=8.0, flange_mm=12.0, flange_thickness_mm=1.0, length_mm=6.0)
 PIVOT_SLEEVE_MM = 8.0
 PIVOT_RADIUS_MM = 9.0
 PIVOT_WASHER_MM = 0.9
 """Thickness of the large M3 washer (the table's upper limit) that keeps the pivot's arm on its sleeve."""
 PIVOT_WASHER_RADIUS_MM = 4.5
 
-PAN_BUSH = Bush(bore_mm=30.0, outer_mm=34.0, flange_mm=42.0, flange_thickness_mm=2.0, length_mm=16.0)
+PAN_BUSHING = Bushing(bore_mm=30.0, outer_mm=34.0, flange_mm=42.0, flange_thickness_mm=2.0, length_mm=16.0)
 """Around the pan servo's horn: it takes the bending that the servo's own shaft would else have to take."""
 HUB_SKIRT_MM = 4.0
 """How far the yoke's hub reaches down beside the horn, short of the servo's case."""
@@ -84,12 +84,12 @@ class GimbalDimensions:
 
     @property
     def pivot_inner_mm(self) -> float:
-        """Inner face of the pivot arm, with the bush's flange before it: distance from the pan axis towards -y."""
-        return self.cheek_outer_mm + THRUST_GAP_MM + PIVOT_BUSH.flange_thickness_mm
+        """Inner face of the pivot arm, with the bushing's flange before it: distance from the pan axis towards -y."""
+        return self.cheek_outer_mm + THRUST_GAP_MM + PIVOT_BUSHING.flange_thickness_mm
 
     @property
     def pivot_sleeve_end_mm(self) -> float:
-        """Outer end of the sleeve that turns in the pivot's bush: distance from the pan axis towards -y."""
+        """Outer end of the sleeve that turns in the pivot's bushing: distance from the pan axis towards -y."""
         return self.cheek_outer_mm + PIVOT_SLEEVE_MM
 
     @property
@@ -150,23 +150,23 @@ class GimbalDimensions:
 
     @property
     def yoke_bottom_mm(self) -> float:
-        """Lower face of the yoke's plate, which turns on the flange of the pan axis's bush."""
+        """Lower face of the yoke's plate, which turns on the flange of the pan axis's bushing."""
         return self.yoke_floor_mm - self.arm_thickness_mm
 
     @property
-    def pan_bush_seat_mm(self) -> float:
-        """Underside of the pan bush's flange: top of its housing on the gimbal's base."""
-        return self.yoke_bottom_mm - THRUST_GAP_MM - PAN_BUSH.flange_thickness_mm
+    def pan_bushing_seat_mm(self) -> float:
+        """Underside of the pan bushing's flange: top of its housing on the gimbal's base."""
+        return self.yoke_bottom_mm - THRUST_GAP_MM - PAN_BUSHING.flange_thickness_mm
 
     @property
-    def pan_bush_end_mm(self) -> float:
-        """Lower end of the pan axis's bush, and of the yoke's hub in it."""
-        return self.yoke_bottom_mm - THRUST_GAP_MM - PAN_BUSH.length_mm
+    def pan_bushing_end_mm(self) -> float:
+        """Lower end of the pan axis's bushing, and of the yoke's hub in it."""
+        return self.yoke_bottom_mm - THRUST_GAP_MM - PAN_BUSHING.length_mm
 
     @property
     def pan_horn_mm(self) -> float:
         """Upper face of the pan servo's horn, in the yoke's hub."""
-        return self.pan_bush_end_mm + HUB_SKIRT_MM
+        return self.pan_bushing_end_mm + HUB_SKIRT_MM
 
     @property
     def pan_ledge_mm(self) -> float:

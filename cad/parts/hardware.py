@@ -1,8 +1,8 @@
-"""Bought pieces: screws, heat-set inserts, washers, bushes and spacer sleeves, and the holes that printed parts need.
+"""Bought pieces: screws, heat-set inserts, washers, bushings and spacer sleeves, and the holes that printed parts need.
 
 Screws, inserts and washers have the dimensions of bd_warehouse's tables, without threads. Steel is A4 (316) and
 inserts are brass, because the mount is in sea water. A piece's own frame has its seat in z = 0: the underside of a
-screw's head, of a bush's flange and of a washer, the mouth of an insert; z points away from what it goes into.
+screw's head, of a bushing's flange and of a washer, the mouth of an insert; z points away from what it goes into.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ COUNTERBORE_ROOM_MM = 0.3
 INSERT_RELIEF_MM = 1.0
 """How much deeper than the insert its hole is, for the plastic that it pushes ahead."""
 RUNNING_MM = 0.05
-"""Radial play of what turns in a bush, and by how much the printed bore of a pressed-in bush is drawn larger."""
+"""Radial play of what turns in a bushing, and by how much the printed bore of a pressed-in bushing is drawn larger."""
 DRAWN_MM = 0.02
 """An insert is drawn this much smaller than its hole; its knurls, which bite into the plastic, are left out."""
 
@@ -89,8 +89,8 @@ class Insert:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bush:
-    """A flanged plain bush; the length includes the flange."""
+class Bushing:
+    """A flanged plain bushing; the length includes the flange."""
 
     bore_mm: float
     outer_mm: float
@@ -147,21 +147,22 @@ def washer(thread: Thread) -> Piece:
 
 
 @cache
-def flanged_bush(bush: Bush) -> Piece:
-    """Flanged plain bush of a polymer that runs in water."""
-    flange = cylinder((0, 0, 0), (0, 0, bush.flange_thickness_mm), bush.flange_mm / 2)
-    body = cylinder((0, 0, bush.flange_thickness_mm - bush.length_mm), (0, 0, 0), bush.outer_mm / 2)
-    bore = cylinder((0, 0, -bush.length_mm), (0, 0, bush.flange_thickness_mm), bush.bore_mm / 2)
+def flanged_bushing(bushing: Bushing) -> Piece:
+    """Flanged plain bushing of a polymer that runs in water."""
+    flange = cylinder((0, 0, 0), (0, 0, bushing.flange_thickness_mm), bushing.flange_mm / 2)
+    body = cylinder((0, 0, bushing.flange_thickness_mm - bushing.length_mm), (0, 0, 0), bushing.outer_mm / 2)
+    bore = cylinder((0, 0, -bushing.length_mm), (0, 0, bushing.flange_thickness_mm), bushing.bore_mm / 2)
     name = (
-        f"Flanged plain bush {bush.bore_mm:g} x {bush.outer_mm:g} x {bush.length_mm:g} mm, "
-        f"flange {bush.flange_mm:g} x {bush.flange_thickness_mm:g} mm, polymer for use in water (iglidur J or equal)"
+        f"Flanged plain bushing {bushing.bore_mm:g} x {bushing.outer_mm:g} x {bushing.length_mm:g} mm, "
+        f"flange {bushing.flange_mm:g} x {bushing.flange_thickness_mm:g} mm, "
+        "polymer for use in water (iglidur J or equal)"
     )
     return Piece(catalogue=name, shape=(flange + body - bore).solids()[0])
 
 
 @cache
 def spacer_sleeve(outer_mm: float, thread: Thread, length_mm: float) -> Piece:
-    """Tube that a screw clamps and a bush turns on."""
+    """Tube that a screw clamps and a bushing turns on."""
     inner = nominal_diameter_mm(thread) + 0.2
     tube = Cylinder(outer_mm / 2 - RUNNING_MM, length_mm, align=(Align.CENTER, Align.CENTER, Align.MIN))
     tube -= Cylinder(inner / 2, length_mm, align=(Align.CENTER, Align.CENTER, Align.MIN))

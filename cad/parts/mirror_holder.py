@@ -9,7 +9,13 @@ from __future__ import annotations
 
 from build123d import Part, Pos, Rot, Solid
 
-from cad.parts.gimbal_dimensions import CHEEK_RADIUS_MM, PIVOT_BUSH, PIVOT_SLEEVE_MM, PIVOT_WASHER_MM, GimbalDimensions
+from cad.parts.gimbal_dimensions import (
+    CHEEK_RADIUS_MM,
+    PIVOT_BUSHING,
+    PIVOT_SLEEVE_MM,
+    PIVOT_WASHER_MM,
+    GimbalDimensions,
+)
 from cad.parts.hardware import (
     Hardware,
     along,
@@ -70,7 +76,7 @@ def holder_hardware(dimensions: GimbalDimensions) -> list[Hardware]:
     grip = PIVOT_SLEEVE_MM + PIVOT_WASHER_MM
     pivot = {
         "pivot_insert": (heat_set_insert("M3"), d.cheek_outer_mm),
-        "pivot_sleeve": (spacer_sleeve(PIVOT_BUSH.bore_mm, "M3", PIVOT_SLEEVE_MM), d.cheek_outer_mm),
+        "pivot_sleeve": (spacer_sleeve(PIVOT_BUSHING.bore_mm, "M3", PIVOT_SLEEVE_MM), d.cheek_outer_mm),
         "pivot_washer": (washer("M3"), d.pivot_sleeve_end_mm),
         "pivot_screw": (cap_screw("M3", screw_length_mm(grip + cheek)), d.pivot_sleeve_end_mm + PIVOT_WASHER_MM),
     }

@@ -1,7 +1,7 @@
 """The yoke: a U on the pan servo's horn whose arms carry the tilt servo and the pivot.
 
 It is made in the pan frame: x where the gaze looks at zero tilt, y the tilt axis, z the pan axis. Its hub turns in the
-bush of the pan axis and holds the horn; its arms grow out of the plate with fillets, where their bending is largest.
+bushing of the pan axis and holds the horn; its arms grow out of the plate with fillets, where their bending is largest.
 """
 
 from __future__ import annotations
@@ -9,13 +9,19 @@ from __future__ import annotations
 from build123d import Axis, Location, Part, Pos, Rot, Solid
 
 from cad.parts.cable import yoke_cable_cuts
-from cad.parts.gimbal_dimensions import PAN_BUSH, PIVOT_BUSH, PIVOT_RADIUS_MM, PIVOT_WASHER_RADIUS_MM, GimbalDimensions
+from cad.parts.gimbal_dimensions import (
+    PAN_BUSHING,
+    PIVOT_BUSHING,
+    PIVOT_RADIUS_MM,
+    PIVOT_WASHER_RADIUS_MM,
+    GimbalDimensions,
+)
 from cad.parts.hardware import (
     Hardware,
     along,
     cap_screw,
     counterbored_hole,
-    flanged_bush,
+    flanged_bushing,
     insert_hole,
     screw_in_insert,
     screw_length_mm,
@@ -71,7 +77,7 @@ def pan_horn_in_pan(dimensions: GimbalDimensions) -> Solid:
 
 
 def yoke_hardware(dimensions: GimbalDimensions) -> list[Hardware]:
-    """Screws of the pan servo's horn and shaft, screws and inserts of the tilt servo's ears, and the pivot's bush."""
+    """Screws of the pan servo's horn and shaft, screws and inserts of the tilt servo's ears, the pivot's bushing."""
     d = dimensions
     screw = cap_screw(HORN_SCREW, screw_length_mm(HUB_GRIP_MM + FIT_MM + HORN_THICKNESS_MM + HORN_ROOM_MM))
     seat = _well_floor(d)
@@ -86,8 +92,11 @@ def yoke_hardware(dimensions: GimbalDimensions) -> list[Hardware]:
     for number, (z, x) in enumerate(ear_hole_positions(servo), start=1):
         name, head = f"tilt_ear_{number}", (x, outside, z)
         pieces += screw_in_insert(name, Group.PAN, servo.ear_screw, head, (0, 1, 0), EAR_THICKNESS_MM + FIT_MM, room)
-    bush = along((0, -d.pivot_inner_mm, 0), (0, 1, 0))
-    return [*pieces, Hardware(name="pivot_bush", group=Group.PAN, piece=flanged_bush(PIVOT_BUSH), pose=bush)]
+    bushing = along((0, -d.pivot_inner_mm, 0), (0, 1, 0))
+    return [
+        *pieces,
+        Hardware(name="pivot_bushing", group=Group.PAN, piece=flanged_bushing(PIVOT_BUSHING), pose=bushing),
+    ]
 
 
 def _frame(d: GimbalDimensions) -> Part:
@@ -120,9 +129,9 @@ def _is_root(y: float, z: float, d: GimbalDimensions) -> bool:
 
 
 def _hub(d: GimbalDimensions) -> list[Part]:
-    """Journal that turns in the pan bush, and the disc that lies on the bush's flange."""
-    journal = cylinder((0, 0, d.pan_bush_end_mm), (0, 0, d.yoke_floor_mm), PAN_BUSH.journal_radius_mm)
-    disc = cylinder((0, 0, d.yoke_bottom_mm), (0, 0, d.yoke_floor_mm), PAN_BUSH.flange_mm / 2 + 1)
+    """Journal that turns in the pan bushing, and the disc that lies on the bushing's flange."""
+    journal = cylinder((0, 0, d.pan_bushing_end_mm), (0, 0, d.yoke_floor_mm), PAN_BUSHING.journal_radius_mm)
+    disc = cylinder((0, 0, d.yoke_bottom_mm), (0, 0, d.yoke_floor_mm), PAN_BUSHING.flange_mm / 2 + 1)
     return [journal, disc]
 
 
@@ -132,7 +141,7 @@ def _well_floor(d: GimbalDimensions) -> float:
 
 def _hub_cuts(d: GimbalDimensions) -> list[Part]:
     """Pocket for the horn from below, well for its screws from above, and vents between the two."""
-    below, floor, above = d.pan_bush_end_mm - 1, _well_floor(d), d.yoke_floor_mm + 1
+    below, floor, above = d.pan_bushing_end_mm - 1, _well_floor(d), d.yoke_floor_mm + 1
     cuts = [
         cylinder((0, 0, below), (0, 0, d.pan_horn_mm + FIT_MM), HORN_DIAMETER_MM / 2 + FIT_MM),
         cylinder((0, 0, floor), (0, 0, above), WELL_RADIUS_MM),
@@ -166,9 +175,9 @@ def _pivot_boss(d: GimbalDimensions) -> list[Part]:
 
 
 def _pivot_cuts(d: GimbalDimensions) -> list[Part]:
-    """Bore for the bush, and room for washer and screw where a thick arm reaches further out than the sleeve."""
+    """Bore for the bushing, and room for washer and screw where a thick arm reaches further out than the sleeve."""
     outside = -max(d.pivot_seat_mm, d.pivot_outer_mm) - 1
-    bore = cylinder((0, outside, 0), (0, 1 - d.pivot_inner_mm, 0), PIVOT_BUSH.housing_radius_mm)
+    bore = cylinder((0, outside, 0), (0, 1 - d.pivot_inner_mm, 0), PIVOT_BUSHING.housing_radius_mm)
     return [bore, cylinder((0, outside, 0), (0, -d.pivot_seat_mm, 0), PIVOT_WASHER_RADIUS_MM + 0.5)]
 
 

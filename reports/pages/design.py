@@ -12,7 +12,7 @@ from reports.pages.coverage import OpenedSummary, blind_table, openings_blocks
 from reports.pages.dive import DiveResults, dive_section
 from reports.pages.mount import (
     MountResults,
-    bill_blocks,
+    bill_of_materials_blocks,
     checks_section,
     drawings_section,
     loads_section,
@@ -141,7 +141,7 @@ def _mount_sections(results: DesignResults, folder: Path) -> list[content.Sectio
     if outside is not None:
         shown.append(content.gallery(content.figure(folder / file, outside.caption) for file in outside.files))
     if mount is not None:
-        shown += bill_blocks(mount)
+        shown += bill_of_materials_blocks(mount)
     sections = [content.section("Mount", *shown)] if shown else []
     if mount is not None:
         sections += [*steps_section(mount, folder), *drawings_section(mount, folder)]

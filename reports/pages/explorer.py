@@ -1,4 +1,4 @@
-"""A rig to explore in one HTML file: solids whose joints move, views on a grid, who sees a direction, numbers, bill."""
+"""A rig to explore in one HTML file: solids that move, views on a grid, who sees a direction, numbers, what to buy."""
 
 from __future__ import annotations
 

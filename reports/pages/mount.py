@@ -45,7 +45,7 @@ class CheckedMount:
 class MountResults:
     """What a page reports of an exported mount; files are named from the page's folder."""
 
-    bill: tuple[Item, ...]
+    items: tuple[Item, ...]
     prints: Prints
     settings: str
     files: tuple[str, ...]
@@ -60,7 +60,7 @@ class MountResults:
 def mount_results(made: CheckedMount, files: Iterable[str], folder: Path) -> MountResults:
     """Results of a mount whose files lie in the folder `mount` of a report's."""
     return MountResults(
-        bill=tuple(bill_of_materials(made.assembly, made.prints)),
+        items=tuple(bill_of_materials(made.assembly, made.prints)),
         prints=made.prints,
         settings=settings_words(),
         files=tuple(files),
@@ -72,10 +72,10 @@ def mount_results(made: CheckedMount, files: Iterable[str], folder: Path) -> Mou
     )
 
 
-def bill_blocks(mount: MountResults) -> list[content.Block]:
+def bill_of_materials_blocks(mount: MountResults) -> list[content.Block]:
     """Tables of what is printed and of what is bought, with the mass of all pieces of a line, and sums."""
-    printed, bought = bill_tables(mount.bill)
-    mass_g = sum(item.count * item.mass_g for item in mount.bill)
+    printed, bought = bill_of_materials_tables(mount.items)
+    mass_g = sum(item.count * item.mass_g for item in mount.items)
     return [
         printed,
         content.paragraph(f"Settings of every print: {mount.settings}. {_hours_words(mount)}"),
@@ -84,16 +84,16 @@ def bill_blocks(mount: MountResults) -> list[content.Block]:
     ]
 
 
-def bill_tables(bill: Iterable[Item]) -> tuple[content.Table, content.Table]:
+def bill_of_materials_tables(items: Iterable[Item]) -> tuple[content.Table, content.Table]:
     """Tables of what is printed, and of what is bought."""
-    bill = tuple(bill)
+    items = tuple(items)
     bought = [
         [str(item.count), item.name, item.supplier, f"{item.count * item.mass_g:.1f}"]
-        for item in bill
+        for item in items
         if item.kind != "print"
     ]
     return (
-        content.table(PRINT_HEADER, _print_rows(bill), numbers=[2, 3, 4, 7]),
+        content.table(PRINT_HEADER, _print_rows(items), numbers=[2, 3, 4, 7]),
         content.table(["Pieces", "To buy", "From", "Mass (g)"], bought, numbers=[0, 3]),
     )
 
@@ -110,9 +110,9 @@ PRINT_HEADER = (
 )
 
 
-def _print_rows(bill: Iterable[Item]) -> list[list[str]]:
+def _print_rows(items: Iterable[Item]) -> list[list[str]]:
     rows = []
-    for item in bill:
+    for item in items:
         part = item.printed
         if part is not None:
             size, turn = (

@@ -17,8 +17,8 @@ CHECK = "axes through the centre of M2"
 AXIS_TOLERANCE_MM = 1e-6
 """Double precision on lengths below a metre, with room for the kernel's own rounding (1e-7 mm)."""
 AXIS_PARTS = {
-    "pan": ("pan_horn", "pan_bush"),
-    "tilt": ("tilt_horn", "pivot_bush", "pivot_sleeve"),
+    "pan": ("pan_horn", "pan_bushing"),
+    "tilt": ("tilt_horn", "pivot_bushing", "pivot_sleeve"),
 }
 """Bodies of revolution about each joint's axis."""
 MIRROR = "gaze_mirror"

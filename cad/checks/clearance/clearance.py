@@ -50,8 +50,8 @@ def hardware_name(group: Group) -> str:
 
 
 def _meets_others(name: str) -> bool:
-    """Bushes and the screws in the servos' shafts meet others by design, so they are looked at one by one."""
-    return name.endswith(("_bush", "_shaft_screw"))
+    """Bushings and the screws in the servos' shafts meet others by design, so they are looked at one by one."""
+    return name.endswith(("_bushing", "_shaft_screw"))
 
 
 def pair_finding(pair: MovingPair, assembly: Assembly, clearance_mm: float) -> Finding:

@@ -49,10 +49,12 @@ FITS = (
     Fit(moving="tilt_horn", other="tilt_servo", kind=BEARING, gap_mm=0.05, why="horn over the tilt servo's shaft"),
     Fit(moving="pan_shaft_screw", other="pan_servo", kind=BEARING, gap_mm=0.05, why="screw in its shaft"),
     Fit(moving="tilt_shaft_screw", other="tilt_servo", kind=BEARING, gap_mm=0.05, why="screw in its shaft"),
-    Fit(moving="yoke", other="pan_bush", kind=BEARING, gap_mm=0.05, why="hub in the pan bush"),
-    Fit(moving="tilt hardware", other="pivot_bush", kind=BEARING, gap_mm=0.05, why="sleeve in the pivot's bush"),
+    Fit(moving="yoke", other="pan_bushing", kind=BEARING, gap_mm=0.05, why="hub in the pan bushing"),
+    Fit(moving="tilt hardware", other="pivot_bushing", kind=BEARING, gap_mm=0.05, why="sleeve in the pivot's bushing"),
     Fit(moving="tilt hardware", other="yoke", kind=BEARING, gap_mm=0.2, why="washer before the pivot's boss"),
-    Fit(moving="mirror_holder", other="pivot_bush", kind=BEARING, gap_mm=0.2, why="cheek before the pivot's bush"),
+    Fit(
+        moving="mirror_holder", other="pivot_bushing", kind=BEARING, gap_mm=0.2, why="cheek before the pivot's bushing"
+    ),
     Fit(moving="yoke", other="gimbal_base", kind=RUNNING, gap_mm=RUNNING_GAP_MM, why="hub over the housing"),
     Fit(moving="pan_horn", other="gimbal_base", kind=RUNNING, gap_mm=RUNNING_GAP_MM, why="horn in the housing"),
     Fit(moving="yoke", other="pan_servo", kind=RUNNING, gap_mm=RUNNING_GAP_MM, why="hub over the servo's case"),

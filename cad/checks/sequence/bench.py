@@ -22,7 +22,7 @@ TOUCH_M = 0.00025
 """Pieces this near to each other touch: a designed fit is 0.2 mm."""
 NEAR_M = 0.005
 """Parts further apart than this have nothing to do with each other."""
-PRESSED = ("insert", "bush", "foam tape")
+PRESSED = ("insert", "bushing", "foam tape")
 """Words in the catalogue name of what is pressed into a printed part before anything else."""
 
 
@@ -134,7 +134,7 @@ def _loose(parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> di
     """Small pieces, each with the parts that must be there before it can go in.
 
     Those are the parts it touches; where small pieces make a stack (screw, washer, sleeve), those of the whole stack.
-    An insert or a bush counts for the part it is pressed into.
+    An insert or a bushing counts for the part it is pressed into.
     """
     small = [name for name, part in parts.items() if is_small(part)]
     large = [name for name in parts if name not in small]
@@ -153,7 +153,7 @@ def _loose(parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> di
 
 
 def _pressed_into(name: str, parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> str:
-    """Printed part of the same group that an insert or bush is nearest to: some holes are drawn with play."""
+    """Printed part of the same group that an insert or bushing is nearest to: some holes are drawn with play."""
     hosts = [other for other, part in parts.items() if part.printed and part.group is parts[name].group]
     near = [other for other in hosts if boxes_meet(bodies[name], bodies[other], NEAR_M)]
     return min(near or hosts, key=lambda other: float(bodies[name].min_gap(bodies[other], NEAR_M)))

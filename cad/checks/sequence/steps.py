@@ -145,7 +145,7 @@ def _bracket(assembly: Assembly) -> tuple[tuple[str, str], ...]:
 
 
 def _press(bench: Bench, host: str) -> Iterator[Step]:
-    """Inserts and bushes that go into a printed part."""
+    """Inserts and bushings that go into a printed part."""
     names = [name for name in bench.held_by({host}) if is_pressed(bench.parts[name])]
     if names:
         pieces = _Pieces(bench, {host})

@@ -39,7 +39,7 @@ SUPPLIERS = {
     "Heat-set insert": "fasteners",
     "Plain washer": "fasteners",
     "Spacer sleeve": "fasteners",
-    "Flanged plain bush": "plain bearings",
+    "Flanged plain bushing": "plain bearings",
     "Cable tie": "industrial supplies",
     "Hose clamp": "industrial supplies",
     "Acrylic foam tape": "industrial supplies",
@@ -49,7 +49,7 @@ SUPPLIERS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Item:
-    """A line of the bill.
+    """A line of the bill of materials.
 
     Attributes
     ----------
@@ -116,8 +116,8 @@ def bill_of_materials(assembly: Assembly, printed: Prints | None = None) -> list
     return [_counted(list(alike)) for _, alike in groupby(lines, key=lambda line: (line.kind, line.name))]
 
 
-def write_bill(items: Sequence[Item], path: Path) -> Path:
-    """Write the bill as CSV."""
+def write_bill_of_materials(items: Sequence[Item], path: Path) -> Path:
+    """Write the bill of materials as CSV."""
     rows: list[Sequence[object]] = [COLUMNS]
     for item in items:
         # What is bought has its size in its name, and may lie aslant in its frame.

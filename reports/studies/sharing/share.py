@@ -23,7 +23,7 @@ from optics.mesh import Group, PartMesh
 from optics.occlusion import Occluder
 from reports.pages import content
 from reports.pages.explorer import ExplorerResults, JointGridView, WhoSees, explorer_page
-from reports.pages.mount import bill_tables
+from reports.pages.mount import bill_of_materials_tables
 from reports.progress import Log, counter, today
 from reports.studies.design import MapGrid
 from rigs import Rig
@@ -86,7 +86,7 @@ def share(rig: Rig, path: Path, *, log: Log, fineness: Fineness | None = None) -
     fineness, layout = fineness or Fineness(), Layout.from_rig(rig)
     log("mount ...")
     assembly = build_assembly(rig)
-    bill = bill_of_materials(assembly, prints(rig, assembly.printed))
+    items = bill_of_materials(assembly, prints(rig, assembly.printed))
     parts = rig_meshes(rig)
     log("coverage ...")
     head = _head(rig, parts, fineness)
@@ -99,7 +99,7 @@ def share(rig: Rig, path: Path, *, log: Log, fineness: Fineness | None = None) -
         who_sees=who_sees,
         head=head,
         tail=[
-            content.section("Bill of materials", *bill_tables(bill)),
+            content.section("Bill of materials", *bill_of_materials_tables(items)),
             content.section("Rig", content.table(["", ""], rig.facts)),
             content.footer(f"Made by mirrorgaze from the rig file {rig.name}."),
         ],

@@ -10,7 +10,7 @@ from manifold3d import Manifold
 
 from cad.assembly.assembly import build_assembly
 from cad.overlaps import checked_poses, manifold_mm, overlaps
-from cad.parts.gimbal_dimensions import PAN_BUSH, PIVOT_BUSH, GimbalDimensions
+from cad.parts.gimbal_dimensions import PAN_BUSHING, PIVOT_BUSHING, GimbalDimensions
 from cad.parts.mirrors import LIP_OVERLAP_MM
 from cad.parts.servo import HORN_CENTRE_HOLE_DIAMETER_MM, HORN_DIAMETER_MM
 from optics.mesh import Group, Role
@@ -105,13 +105,13 @@ def test_both_joint_axes_cross_at_the_centre_of_the_gaze_mirrors_face(built):
     centre = 1000 * assembly.layout.body_from_gimbal.translation
     for name, radius, point, along in (
         ("pan_horn", HORN_DIAMETER_MM / 2, (0, 0, 0), (0, 0, 1)),
-        ("yoke", PAN_BUSH.journal_radius_mm, (0, 0, 0), (0, 0, 1)),
-        ("gimbal_base", PAN_BUSH.housing_radius_mm, centre, (0, 0, 1)),
-        ("pan_bush", PAN_BUSH.bore_mm / 2, centre, (0, 0, 1)),
+        ("yoke", PAN_BUSHING.journal_radius_mm, (0, 0, 0), (0, 0, 1)),
+        ("gimbal_base", PAN_BUSHING.housing_radius_mm, centre, (0, 0, 1)),
+        ("pan_bushing", PAN_BUSHING.bore_mm / 2, centre, (0, 0, 1)),
         ("tilt_horn", HORN_DIAMETER_MM / 2, (0, 0, 0), (1, 0, 0)),
-        ("yoke", PIVOT_BUSH.housing_radius_mm, (0, 0, 0), (0, 1, 0)),
-        ("pivot_bush", PIVOT_BUSH.bore_mm / 2, (0, 0, 0), (0, 1, 0)),
-        ("pivot_sleeve", PIVOT_BUSH.journal_radius_mm, (0, 0, 0), (1, 0, 0)),
+        ("yoke", PIVOT_BUSHING.housing_radius_mm, (0, 0, 0), (0, 1, 0)),
+        ("pivot_bushing", PIVOT_BUSHING.bore_mm / 2, (0, 0, 0), (0, 1, 0)),
+        ("pivot_sleeve", PIVOT_BUSHING.journal_radius_mm, (0, 0, 0), (1, 0, 0)),
         ("mirror_holder", HORN_CENTRE_HOLE_DIAMETER_MM / 2, (0, 0, 0), (1, 0, 0)),
     ):
         axes = cylinder_axes(assembly.part(name).solid, radius)

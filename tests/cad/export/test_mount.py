@@ -62,7 +62,7 @@ def test_nothing_is_left_of_an_export_that_failed(exported, tmp_path, monkeypatc
     def full_disk(*_):
         raise OSError("no space left")
 
-    monkeypatch.setattr(mount, "write_bill", full_disk)
+    monkeypatch.setattr(mount, "write_bill_of_materials", full_disk)
     with pytest.raises(OSError, match="no space left"):
         export_mount(exported.assembly, tmp_path / "mount", log=lambda line: None)
     assert [path.name for path in tmp_path.rglob("*")] == ["mount", "manifest.json"]

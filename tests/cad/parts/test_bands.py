@@ -1,4 +1,4 @@
-"""Bands around hull and flanges: how many, how long, how hard they press; bill, masses and steps have them."""
+"""Bands around hull and flanges: how many, how long, how hard they press, in bill of materials, masses and steps."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def held(request: pytest.FixtureRequest, built_preset):
     return build_assembly(Rig.load("aqua2").with_gaze(mount={"fold_attachment": "pads", "base_attachment": "pads"}))
 
 
-def test_what_is_on_the_bill_is_in_the_masses_and_in_the_steps(held):
+def test_what_is_in_the_bill_of_materials_is_in_the_masses_and_in_the_steps(held):
     """And nothing else is: pieces by name, their mass together, and each in some step."""
     items = bill_of_materials(held)
     bodies = [body for group in part_bodies(held.rig, held.meshes).values() for body in group]

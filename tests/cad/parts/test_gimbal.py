@@ -15,7 +15,7 @@ from cad.checks.sequence.screw_keys import KEYS_MM
 from cad.overlaps import manifold_mm
 from cad.parts.cable import free_cable_mm, yoke_tie_mm
 from cad.parts.gimbal_base import CORNER_MM, base_stance, tie_on_beam_mm
-from cad.parts.gimbal_dimensions import PAN_BUSH, GimbalDimensions
+from cad.parts.gimbal_dimensions import PAN_BUSHING, GimbalDimensions
 from cad.parts.hardware import INSERT_RELIEF_MM, insert, nominal_diameter_mm
 from cad.parts.servo import HORN_SCREW, ear_hole_positions
 from cad.parts.yoke import ROOT_FILLET_MM
@@ -72,7 +72,7 @@ def around_the_pan_axis(built):
             matrix[:, 3] *= 1000
             near.append(manifold_mm(mesh).transform(matrix))
     whole = manifold3d.Manifold.batch_boolean(near, manifold3d.OpType.Add)
-    half = PAN_BUSH.flange_mm / 2 + 6
+    half = PAN_BUSHING.flange_mm / 2 + 6
     levels = np.arange(d.pan_ledge_mm - 12, d.yoke_floor_mm + 3, PITCH_MM)
     side = int(2 * half / PITCH_MM)
     filled = np.zeros((len(levels), side, side), dtype=np.uint8)
@@ -116,7 +116,7 @@ def pockets_mm3(built):
 
 @pytest.mark.parametrize(("axis", "up"), [(0, 1), (0, -1), (1, 1), (1, -1), (2, 1), (2, -1)])
 def test_no_air_stays_around_the_pan_axis_in_any_attitude(built, axis, up):
-    """Rationale: servo, foot, bush, hub and horn enclose rooms; air is light and leaves only upwards or level.
+    """Rationale: servo, foot, bushing, hub and horn enclose rooms; air is light and leaves only upwards or level.
 
     Expectation: of cells of half a millimetre, in which running fits are closed, none holds air but in screws' sockets.
     """

@@ -12,10 +12,10 @@ from build123d import Plane
 from cad.parts.gimbal_base import base_hardware, base_stance, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.parts.hardware import (
-    Bush,
+    Bushing,
     cap_screw,
     clearance_diameter_mm,
-    flanged_bush,
+    flanged_bushing,
     head_diameter_mm,
     head_height_mm,
     heat_set_insert,
@@ -69,10 +69,10 @@ def test_clearance_holes_are_of_the_medium_fit():
     assert [clearance_diameter_mm(thread) for thread in ("M2", "M3", "M4")] == [2.4, 3.4, 4.5]
 
 
-def test_a_bush_is_a_tube_with_a_flange():
-    bush = Bush(bore_mm=6.0, outer_mm=8.0, flange_mm=12.0, flange_thickness_mm=1.0, length_mm=6.0)
+def test_a_bushing_is_a_tube_with_a_flange():
+    bushing = Bushing(bore_mm=6.0, outer_mm=8.0, flange_mm=12.0, flange_thickness_mm=1.0, length_mm=6.0)
     expected = pi / 4 * ((12**2 - 6**2) * 1 + (8**2 - 6**2) * 5)
-    assert flanged_bush(bush).shape.volume == pytest.approx(expected, rel=RELATIVE_ROUNDING)
+    assert flanged_bushing(bushing).shape.volume == pytest.approx(expected, rel=RELATIVE_ROUNDING)
 
 
 def test_the_longest_standard_screw_that_fits_is_taken():
@@ -115,7 +115,7 @@ def test_screws_hold_in_their_inserts_and_end_within_the_plastic(built):
         assert LEAST_ENGAGEMENT * float(thread) <= reach, name
         local = 1000 * meshes[host_of(name)].vertices_m
         if screw.group is Group.FIXED:
-            # Tips in the foot end under the bush; nothing is in their way but the plastic itself.
+            # Tips in the foot end under the bushing; nothing is in their way but the plastic itself.
             local = local[np.linalg.norm((local - mouth) - ((local - mouth) @ inwards)[:, None] * inwards, axis=1) < 5]
         assert reach <= ((local - mouth) @ inwards).max() + 1e-6, name
 

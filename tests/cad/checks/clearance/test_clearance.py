@@ -169,12 +169,12 @@ def test_the_presets_keep_their_clearance_everywhere(checked):
 
 
 def test_a_bearing_that_binds_is_found(aqua2):
-    """The bush's bore drawn together by a tenth: the hub has no play left."""
-    bush = aqua2.part("pan_bush")
-    tight = replace(bush, solid=bush.solid.scale(0.99))
-    parts = tuple(tight if part is bush else part for part in aqua2.parts)
+    """The bushing's bore drawn together by a tenth: the hub has no play left."""
+    bushing = aqua2.part("pan_bushing")
+    tight = replace(bushing, solid=bushing.solid.scale(0.99))
+    parts = tuple(tight if part is bushing else part for part in aqua2.parts)
     bodies = {body.name: body for body in clearance_bodies(aqua2.meshes)}
-    pair = pair_of(bodies["yoke"], bodies["pan_bush"], aqua2.layout)
+    pair = pair_of(bodies["yoke"], bodies["pan_bushing"], aqua2.layout)
     assert pair_finding(pair, aqua2, 3.0).verdict is Verdict.PASSED
     assert pair_finding(pair, replace(aqua2, parts=parts), 3.0).verdict is Verdict.FAILED
 

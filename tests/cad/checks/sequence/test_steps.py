@@ -51,7 +51,7 @@ def test_a_step_builds_on_what_was_done(built_steps):
 
 
 def test_the_order_is_that_of_the_manual(built_steps):
-    """Inserts and bushes first; the tilt servo from outside after the holder, M2 last of the gimbal, then the hull."""
+    """Inserts and bushings first; tilt servo from outside after the holder, M2 last of the gimbal, then the hull."""
     _, found = built_steps
     brought = [step.part for step in found if not step.title.startswith("Press")]
     assert [step.title.startswith("Press") for step in found] == sorted(

@@ -1,4 +1,4 @@
-"""The bill counts every part once and asks for it by its catalogue name."""
+"""The bill of materials counts every part once and asks for it by its catalogue name."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_the_bill_says_where_to_buy_and_how_to_print(built):
 
 
 def test_the_printed_parts_lie_apart_as_they_are_printed(exported):
-    """What is in `print` is what the bill says is printed, with plates and profile; its boxes are the bill's."""
+    """What is in `print` is what the bill of materials says is printed, with plates and profile, and its boxes."""
     with (exported.folder / "bom.csv").open(encoding="utf-8", newline="") as file:
         rows = {row["name"]: row for row in csv.DictReader(file) if row["kind"] == "print"}
     there = {path.name for path in (exported.folder / "print").iterdir()}

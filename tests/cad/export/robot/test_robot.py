@@ -165,15 +165,15 @@ def test_joints_have_the_rig_s_limits_and_the_servo_s_strength(exported, urdf):
 
 
 def test_links_weigh_what_their_parts_weigh(exported, urdf):
-    """As mujoco reads them, against the bill; M2 alone is a plate of glass of 2500 kg/m³."""
+    """As mujoco reads them, against the bill of materials; M2 alone is a plate of glass of 2500 kg/m³."""
     model = mujoco.MjModel.from_xml_path(str(urdf))
-    bill = (exported.folder / "bom.csv").read_text(encoding="utf-8")
-    assert "hull" not in bill
+    text = (exported.folder / "bom.csv").read_text(encoding="utf-8")
+    assert "hull" not in text
     links = ("base_link", "pan_link", "tilt_link")
     assert model.body("tilt_link").mass[0] > 0.080 * 0.100 * 0.003 * 2500
     total = sum(float(model.body(name).mass[0]) for name in links)
-    rows = list(csv.DictReader(bill.splitlines()))
-    # The bill gives each piece to 0.1 g.
+    rows = list(csv.DictReader(text.splitlines()))
+    # The bill of materials gives each piece to 0.1 g.
     expected = sum(float(row["mass_g"]) * int(row["count"]) for row in rows) / 1000
     assert total == pytest.approx(expected, abs=0.00005 * sum(int(row["count"]) for row in rows))
 
