@@ -43,9 +43,9 @@ def run() -> list[dict[str, Any]]:
     rig = dive.load_rig()
     closed = ClosedLoop(dive, rig, rig_meshes(rig))
     closed.loop = TrackingLoop(rig, tracked, detector=dive.detector_settings())
-    moments, frame_ms = _timed(closed, IMAGES)
-    camera_frames = [(moment.camera_frame, closed_report(moment)) for moment in moments]
-    held = sum(moment.step.mode == "track" for moment in moments)
+    records, frame_ms = _timed(closed, IMAGES)
+    camera_frames = [(record.camera_frame, closed_report(record)) for record in records]
+    held = sum(record.step.mode == "track" for record in records)
     rows = [
         _row(
             f"perception and control, {name}, crop 320 x 240",
@@ -66,9 +66,9 @@ def run() -> list[dict[str, Any]]:
     return rows
 
 
-def closed_report(moment: FrameRecord) -> MirrorReport:
+def closed_report(record: FrameRecord) -> MirrorReport:
     """What the driver said with an image."""
-    return MirrorReport(q=moment.step.q_estimated, time_s=moment.camera_frame.time_s, measured=False)
+    return MirrorReport(q=record.step.q_estimated, time_s=record.camera_frame.time_s, measured=False)
 
 
 def _row(name: str, ours: float, peer: float, unit: str, note: str) -> dict[str, Any]:
@@ -76,15 +76,15 @@ def _row(name: str, ours: float, peer: float, unit: str, note: str) -> dict[str,
 
 
 def _timed(closed: ClosedLoop, count: int) -> tuple[list[FrameRecord], float]:
-    """The first moments of a dive, and the median time of one in milliseconds."""
-    moments: list[FrameRecord] = []
+    """The first frame records of a dive, and the median time of one in milliseconds."""
+    records: list[FrameRecord] = []
 
     def take(_: int) -> None:
-        moment = closed.next()
-        assert moment is not None  # the dive is longer
-        moments.append(moment)
+        record = closed.next()
+        assert record is not None  # the dive is longer
+        records.append(record)
 
-    return moments, _median_ms(take, range(count))
+    return records, _median_ms(take, range(count))
 
 
 def _step_ms(rig: Rig, variant: Any, dive: Dive, camera_frames: list[tuple[CameraFrame, MirrorReport]]) -> float:

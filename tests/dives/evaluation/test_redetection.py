@@ -12,7 +12,7 @@ import pyarrow.compute as pc
 import pytest
 
 from dives import Dive, run_dive
-from dives.evaluation import redetection as offline_detection
+from dives.evaluation import redetection
 from dives.evaluation.redetection import Recording, changed_settings, compared, redetect
 from rigs.files import preset_path
 from tracking.cameras import VideoCamera
@@ -156,7 +156,7 @@ def test_what_breaks_off_leaves_nothing(recorded, tmp_path, monkeypatch):
         raise OSError("No space left on device")
         yield
 
-    monkeypatch.setattr(offline_detection, "detect_again", broken)
+    monkeypatch.setattr(redetection, "detect_again", broken)
     with pytest.raises(OSError, match="No space left"):
         again(recorded, tmp_path / "again", RED_BALL)
     assert [path.name for path in tmp_path.iterdir() if "again" in path.name] == []

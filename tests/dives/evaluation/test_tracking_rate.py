@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dives.evaluation import tracking_rate as angular_speed
+from dives.evaluation import tracking_rate
 from dives.evaluation.synthetic_camera import BALL, DRAWN_BALL, SyntheticCamera
 from dives.evaluation.tracking_rate import (
     FASTEST_DEG_PER_S,
@@ -152,7 +152,7 @@ def test_seeds_are_averaged(rig, monkeypatch):
             late = 0 if speed <= 20 * (self.seed + 1) else LOSS_FRAMES + 1
             return Trial(speed_deg_per_s=speed, longest_gap_frames=late, gaze_error_rms_deg=speed / 10)
 
-    monkeypatch.setattr(angular_speed, "Chase", Made)
+    monkeypatch.setattr(tracking_rate, "Chase", Made)
     told = []
     found = largest_angular_speed(rig, VARIANTS["default"], Arc(), seeds=3, progress=lambda *done: told.append(done))
     assert found.by_seed_deg_per_s == pytest.approx((20, 40, 0), rel=2 * PRECISION)

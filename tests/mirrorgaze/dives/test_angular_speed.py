@@ -7,7 +7,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from dives.evaluation import tracking_rate as angular_speed
+from dives.evaluation import tracking_rate
 from dives.evaluation.tracking_rate import LargestSpeed, Trial
 from dives.metrics.intervals import mean_interval
 from mirrorgaze.cli import app
@@ -30,7 +30,7 @@ def found(monkeypatch):
         )
         return LargestSpeed(arc=arc, by_seed_deg_per_s=speeds, interval=mean_interval(speeds), trials=trials)
 
-    monkeypatch.setattr(angular_speed, "largest_angular_speed", search)
+    monkeypatch.setattr(tracking_rate, "largest_angular_speed", search)
 
 
 def test_a_line_for_each_loop_and_axis(found):

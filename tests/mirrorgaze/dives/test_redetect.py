@@ -1,4 +1,4 @@
-"""`mirrorgaze redetect`: what it asks for and prints. Detecting again is tested with `offline_detection`."""
+"""`mirrorgaze redetect`: what it asks for and prints. Detecting again is tested with `dives.evaluation.redetection`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from dives import Dive
-from dives.evaluation import redetection as offline_detection
+from dives.evaluation import redetection
 from dives.evaluation.redetection import COMPARED
 from mirrorgaze.cli import app
 from tracking.perception import RED_BALL, WIDE_HUE
@@ -35,8 +35,8 @@ def asked(monkeypatch):
         calls.append((folder, output, settings))
         return found
 
-    monkeypatch.setattr(offline_detection, "Recording", lambda _: SimpleNamespace(dive=Dive.load("spiral")))
-    monkeypatch.setattr(offline_detection, "redetect", detect)
+    monkeypatch.setattr(redetection, "Recording", lambda _: SimpleNamespace(dive=Dive.load("spiral")))
+    monkeypatch.setattr(redetection, "redetect", detect)
     return calls
 
 

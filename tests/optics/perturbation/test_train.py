@@ -8,7 +8,6 @@ import numpy as np
 import plain_perturbations
 import pytest
 
-from dives.calibration.simulation import simulated_target, useful_poses
 from optics.layout import Layout
 from optics.perturbation.derivatives import face_jacobian, gaze_jacobian, projection_jacobian
 from optics.perturbation.parameters import JOINTS, MIRRORS, check_perturbations
@@ -16,13 +15,7 @@ from optics.perturbation.train import PerturbedTrain
 from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import NoPortSpec, Rig
-from tracking.calibration.board_start import board_poses
-from tracking.calibration.prior import (
-    PRINT_TOLERANCES,
-    draw_perturbations,
-    estimated_parameters,
-    standard_deviations,
-)
+from tracking.calibration.prior import PRINT_TOLERANCES, draw_perturbations, estimated_parameters
 from tracking.perception.exact_corners import ExactCorners, crop_outline_m
 
 ROUNDING = 1e-11
@@ -168,35 +161,8 @@ def test_what_is_seen_past_the_mirrors_does_not_know_of_them():
     np.testing.assert_allclose(direction, rays.direction[0], atol=ROUNDING)
 
 
-@pytest.mark.parametrize(("name", "tolerance_px"), [("none", 1e-3), ("flat", 1.0)])
-def test_a_board_is_found_by_the_nominal_rig(name, tolerance_px):
-    """Without noise and perturbations the linear start is the answer: of a pinhole exactly, whose rays meet.
-
-    Rays of converged projections (1e-9 px) intersected over metres: a thousandth of a pixel is ample. Behind a port
-    they miss each other by millimetres, which turn with the distance into tenths of a pixel: a start, no result.
-    """
-    rig = RIGS[name]
-    train = PerturbedTrain(rig)
-    target = simulated_target(rig, {}, useful_poses(rig, 6), known=False, direct=True, noise_px=0.0, seed=0)
-    assert len(target.boards) >= 2
-    for index, camera_from_board in enumerate(board_poses(train, target)):
-        on = target.board == index
-        pixels = train.project(camera_from_board.apply(target.points_m[on]), target.q[on])
-        np.testing.assert_allclose(pixels, target.pixels[on], atol=tolerance_px)
-
-
 def test_unknown_perturbations_are_refused():
     with pytest.raises(ValueError, match=r"expected parameters among .*, got nonsense"):
         check_perturbations(RIGS["flat"], {"nonsense": 1.0})
     with pytest.raises(ValueError, match="finite perturbations, got pan_offset = nan"):
         PerturbedTrain(RIGS["flat"]).gaze(np.zeros((1, 2)), {"pan_offset": np.nan})
-
-
-def test_tolerances_of_one_thing_add_up_in_squares():
-    """m1_turn_x: a degree of the seat and the flatness of the glass; index of water: temperature and salinity."""
-    rig = RIGS["flat"]
-    found = standard_deviations(rig, PRINT_TOLERANCES)
-    assert found["m1_turn_x"] == pytest.approx(np.hypot(np.radians(1.0), 1e-4), rel=1e-12)
-    assert found["m2_shift_x"] == pytest.approx(1e-3, rel=1e-12)
-    assert set(found) == set(estimated_parameters(rig))
-    assert all(value > 0 for value in found.values())
