@@ -1,4 +1,4 @@
-"""Blur by forward scattering: light of things that water turns by less than about a degree arrives beside them.
+"""Blur by forward scattering: light of surfaces that water turns by less than about a degree arrives beside them.
 
 The frame's kernel counts that light as unscattered, as the light field does: it keeps its strength and its direction.
 Here it keeps its strength alone. `docs/explanation/forward_scatter.md` derives the blur and says what is left out.
@@ -24,7 +24,7 @@ from scenes.light.light import Light
 from scenes.stage.frame import FloatImage, Frame
 
 FARTHEST_M = 40.0
-"""Behind more water than this, things are blurred as behind this much: nothing is seen there."""
+"""Behind more water than this, surfaces are blurred as behind this much: nothing is seen there."""
 
 DISTANCES = 256
 """Steps of the distance, by its square root."""
@@ -193,7 +193,7 @@ def peak_rings(phase: PhaseFunction, edge: float) -> tuple[FloatArray, FloatArra
 def path_transform(phase: PhaseFunction, edge: float, frequency: FloatArray) -> FloatArray:
     """G: Hankel transform of the peak, averaged over where on the path the light is scattered; 1 at frequency zero.
 
-    Light scattered at a fraction t of the way from the thing to the eye arrives t times as far off as it was turned
+    Light scattered at a fraction t of the path from the surface to the eye arrives t times as far off as it was turned
     (Wells 1973): ``G(q) = int_0^1 S(q t) dt``. Frequencies in radians per radian.
     """
     angle, share = peak_rings(phase, edge)

@@ -18,7 +18,7 @@ NUMBERS = (
 TEXTS = ("", " ", "red", "../../x", "/", "/dev/null", "\0", "é\u202e🙂", "a" * 2000, "-1", "nan", "\n", "%s{}$(x)")
 STRANGE: tuple[Any, ...] = (True, False, [], [[]], {}, {"x": 1}, [1, "two", [3.0]], [0.0] * 3, [math.nan] * 3)
 FACTORS = (0.0, 0.01, 0.3, 0.8, 1.2, 3.0, 100.0, -1.0, 1e6)
-PIECES = (
+SEGMENTS = (
     b"\0",
     b"\n",
     b"\xff\xfe",
@@ -67,7 +67,7 @@ def damaged_bytes(content: bytes, rng: random.Random) -> bytes:
             case 3:
                 del changed[start:end]
             case 4:
-                changed[start:start] = rng.choice(PIECES)
+                changed[start:start] = rng.choice(SEGMENTS)
             case 5:
                 changed[start:end] = rng.randbytes(end - start)
             case _:

@@ -1,1 +1,1 @@
-"""How far a built rig is off, and which tolerance matters most."""
+"""The errors of a built rig, and which tolerance matters most."""

@@ -76,12 +76,12 @@ def _map(axes: Axes, error: CornerError, largest_px: float) -> mpl.image.AxesIma
     return image
 
 
-def draw_detection(pictures: Sequence[EvaluationImage], detector: Detector, path: Path) -> None:
+def draw_detection(images: Sequence[EvaluationImage], detector: Detector, path: Path) -> None:
     """Figure: for each image the mirror's outline in it, the crop with what was found, and the mask (figure 8)."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(3.2 * len(pictures), 7.0), layout="constrained")
-        rows = figure.subplots(3, len(pictures), squeeze=False)
-        for (whole, crop, mask), each in zip(rows.T, pictures, strict=True):
+        figure = Figure(figsize=(3.2 * len(images), 7.0), layout="constrained")
+        rows = figure.subplots(3, len(images), squeeze=False)
+        for (whole, crop, mask), each in zip(rows.T, images, strict=True):
             detection = detector(each)
             whole.imshow(each.image)
             outline = np.vstack([each.corners_px, each.corners_px[:1]])

@@ -274,7 +274,7 @@ def _exactness(found: GridSummary, study: tuple[Refinement, ...]) -> list[str]:
     covered, words = found.covered_range, {"joints": "joints' steps", "cells": "sphere's cells"}
     grids = "; ".join(f"{refinement.name}: {refinement.sizes[-1]}" for refinement in study)
     return [
-        "Exact: the way of each ray through port and mirrors (float64), the solid angle of each cell's corners, and "
+        "Exact: the path of each ray through port and mirrors (float64), the solid angle of each cell's corners, and "
         "which poses see the centre of a cell of the sphere, traced back to its pixel. Parts are "
         f"{found.triangles} triangles, met in float32 (0.1 micrometre at 1 m).",
         "Not exact: a cell of the image counts by its centre's ray, so that solid angles gain or lose part of a row of "

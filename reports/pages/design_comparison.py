@@ -12,11 +12,11 @@ DIFFERENCE = "Directions that one sees, the other, both"
 CAPTIONS = {"rig": "beside its hull", "coverage": "what it sees"}
 
 
-def comparison_page(numbers: Mapping[str, Any], pictures: Sequence[str], folder: Path) -> str:
-    """Page of `DesignComparison.numbers` as HTML, with the pictures that lie in its folder embedded."""
+def comparison_page(numbers: Mapping[str, Any], images: Sequence[str], folder: Path) -> str:
+    """Page of `DesignComparison.numbers` as HTML, with the images that lie in its folder embedded."""
     first, second = numbers["rigs"]
     names = {"a": first, "b": second}
-    both = [picture for picture in pictures if picture == "coverage_of_both.png"]
+    both = [image for image in images if image == "coverage_of_both.png"]
     sections: list[content.Block] = [
         content.Title(name=f"{first} and {second}"),
         content.section(
@@ -28,14 +28,14 @@ def comparison_page(numbers: Mapping[str, Any], pictures: Sequence[str], folder:
             content.section(
                 f"{heading[0].upper()}{heading[1:]}",
                 content.gallery(
-                    content.figure(folder / picture, f"{names[picture[0]]}, {heading}")
-                    for picture in pictures
-                    if picture.endswith(f"_{kind}.png")
+                    content.figure(folder / image, f"{names[image[0]]}, {heading}")
+                    for image in images
+                    if image.endswith(f"_{kind}.png")
                 ),
             )
             for kind, heading in CAPTIONS.items()
         ),
-        *(content.section("What only one sees", content.figure(folder / picture, DIFFERENCE)) for picture in both),
+        *(content.section("What only one sees", content.figure(folder / image, DIFFERENCE)) for image in both),
         content.footer("Made by mirrorgaze compare-designs."),
     ]
     return page.page(f"{first} and {second}", sections)

@@ -1,4 +1,4 @@
-"""Two rigs side by side: the keys that differ, their numbers, what each sees, and pictures of both."""
+"""Two rigs side by side: the keys that differ, their numbers, what each sees, and images of both."""
 
 from __future__ import annotations
 
@@ -137,21 +137,21 @@ class DesignComparison:
         }
 
     def write(self, folder: Path) -> list[Path]:
-        """Write compare.html with pictures and maps of both, the PNGs, and compare.json; whole or not at all."""
-        pictures = []
+        """Write compare.html with images and maps of both, the PNGs, and compare.json; whole or not at all."""
+        images = []
         with atomic_files(folder) as scratch:
             for label, each in (("a", self.first), ("b", self.second)):
-                pictures.append(f"{label}_rig.png")
-                save_figure(standing_figure(show_rig(each.rig).standing), scratch / pictures[-1])
+                images.append(f"{label}_rig.png")
+                save_figure(standing_figure(show_rig(each.rig).standing), scratch / images[-1])
                 if each.coverage is not None:
-                    pictures.append(f"{label}_coverage.png")
-                    draw_coverage(each.coverage, each.rig, scratch / pictures[-1])
+                    images.append(f"{label}_coverage.png")
+                    draw_coverage(each.coverage, each.rig, scratch / images[-1])
             if self.first.coverage is not None and self.second.coverage is not None:
-                pictures.append("coverage_of_both.png")
-                draw_coverage_of_two(self.first.coverage, self.second.coverage, self.names, scratch / pictures[-1])
+                images.append("coverage_of_both.png")
+                draw_coverage_of_two(self.first.coverage, self.second.coverage, self.names, scratch / images[-1])
             (scratch / "compare.json").write_text(json.dumps(self.numbers, indent=2), encoding="utf-8")
-            (scratch / "compare.html").write_text(comparison_page(self.numbers, pictures, scratch), encoding="utf-8")
-        return [folder / name for name in ("compare.html", "compare.json", *pictures)]
+            (scratch / "compare.html").write_text(comparison_page(self.numbers, images, scratch), encoding="utf-8")
+        return [folder / name for name in ("compare.html", "compare.json", *images)]
 
 
 def compare_designs(first: Rig, second: Rig, *, log: Log = lambda line: None) -> DesignComparison:

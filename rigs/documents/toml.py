@@ -19,7 +19,7 @@ MOST_DEEP = 32
 LONGEST_WORD = 1000
 """Characters of a bare key or a number."""
 
-PIECES = re.compile(
+SEGMENTS = re.compile(
     r'"""(?:[^\\]|\\.)*?(?:"""|\Z)'
     r"|'''.*?(?:'''|\Z)"
     r'|"(?:[^"\\\n]|\\.)*"'
@@ -54,7 +54,7 @@ def _check_size(text: str) -> None:
     if len(text) > MOST_CHARACTERS:
         raise _too_much(1, f"a file of at most {MOST_CHARACTERS:,} characters, got {len(text):,}")
     line = open_brackets = dots = 0
-    for piece in PIECES.finditer(text):
+    for piece in SEGMENTS.finditer(text):
         mark = piece["mark"]
         if mark == "\n":
             line += 1

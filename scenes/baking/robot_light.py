@@ -96,10 +96,10 @@ class RobotLight:
 
     def open_water(self, eyes: FloatArray, directions: FloatArray) -> FloatArray:
         """Radiance of open water as the field's table holds it, shape (n, 3), as each eye sees it."""
-        way = vectors(directions)
+        direction = vectors(directions)
         uniforms, field = self._with.uniforms, field_table(self.light.field_nodes)
-        azimuth = azimuth_from(uniforms.sun_azimuth, way)
-        found = looked_up(uniforms, field, -vectors(eyes).z, way.z, azimuth)
+        azimuth = azimuth_from(uniforms.sun_azimuth, direction)
+        found = looked_up(uniforms, field, -vectors(eyes).z, direction.z, azimuth)
         return on_host(found)
 
     def missing_from_lines(self, eyes: FloatArray, directions: FloatArray, distance_m: FloatArray) -> FloatArray:
@@ -108,17 +108,17 @@ class RobotLight:
         Whether the robot itself stands before the point does not count: what is looked up there belongs to lines
         between the nodes, which may pass beside it.
         """
-        pieces = np.array_split(np.arange(len(eyes)), -(-len(eyes) * self._count // RAYS_AT_ONCE))
-        return np.concatenate([self._missing_from(eyes[k], directions[k], distance_m[k]) for k in pieces])
+        batches = np.array_split(np.arange(len(eyes)), -(-len(eyes) * self._count // RAYS_AT_ONCE))
+        return np.concatenate([self._missing_from(eyes[k], directions[k], distance_m[k]) for k in batches])
 
     def _missing_from(self, eyes: FloatArray, directions: FloatArray, distance_m: FloatArray) -> FloatArray:
         """`missing_from_lines` of so many points that they fit into the memory."""
-        way, distance = vectors(directions), Float32(aligned(distance_m, np.float32))
-        point = vectors(eyes) + way * distance
+        direction, distance = vectors(directions), Float32(aligned(distance_m, np.float32))
+        point = vectors(eyes) + direction * distance
         sun = Array3f32(*self._with.uniforms.refracted_sun)
         in_shadow = self._with.scene.ray_test(mi.Ray3f(point, sun), coherent=False)
-        from_sun = self._scattered_sun(way, -point.z, distance)
-        from_around = self._missing_around(point, way)
+        from_sun = self._scattered_sun(direction, -point.z, distance)
+        from_around = self._missing_around(point, direction)
         result = []
         # Dark water is seen through dark water: what is scattered on the path comes from the shadow as well.
         share = Float32(aligned(self._share_scattered_within(distance_m), np.float32))
@@ -128,10 +128,10 @@ class RobotLight:
             result.append((dr.select(in_shadow, s, 0) + a * reaching) * gain)
         return on_host(result)
 
-    def _scattered_sun(self, way: Any, depth: Any, distance: Any) -> list[Any]:
-        """The sun's light by channel that points scatter against the way, as it arrives from a distance."""
+    def _scattered_sun(self, direction: Any, depth: Any, distance: Any) -> list[Any]:
+        """The sun's light by channel that points scatter against a direction, as it arrives from a distance."""
         light = self._with.uniforms
-        cosine = dr.dot(Array3f32(*light.refracted_sun), way)
+        cosine = dr.dot(Array3f32(*light.refracted_sun), direction)
         particles, molecules = phase(self._with.tables.phase, cosine), molecular_phase(light, cosine)
         spectra = (light.sun_scattering, light.molecular_fraction, light.sun_attenuation, light.beam_attenuation)
         once = [
@@ -154,37 +154,38 @@ class RobotLight:
 
         missing = self._missing(point, samples, cone.of(samples.place).directions(samples), weights)
         distance = np.linalg.norm(points - self.extent.middle, axis=1)
-        way = self._share_scattered_within(distance) * distance
-        within = Float32(aligned(way, np.float32))
+        length = self._share_scattered_within(distance) * distance
+        within = Float32(aligned(length, np.float32))
         gained = [
             channel * dr.exp(mean["scattering_without_peak"] * within)
             for channel, mean in zip(missing, self._mean, strict=True)
         ]
         return on_host(gained)
 
-    def _phases(self, looking: Any, way: Any) -> list[Any]:
+    def _phases(self, looking: Any, direction: Any) -> list[Any]:
         """Phase function by channel of light that comes along the one direction and is seen along the other."""
-        cosine = dr.dot(looking, way)
+        cosine = dr.dot(looking, direction)
         particles, molecules = phase(self._with.tables.phase, cosine), molecular_phase(self._with.uniforms, cosine)
         return [dr.lerp(particles, molecules, mean["molecular"]) for mean in self._mean]
 
-    def _missing_around(self, point: Any, way: Any) -> list[Any]:
-        """Light per metre and scattering coefficient, by channel, that points do not send against the way.
+    def _missing_around(self, point: Any, direction: Any) -> list[Any]:
+        """Light per metre and scattering coefficient, by channel, that points do not send against a direction.
 
-        They look over the cone that holds the robot, and about the way: most of what water sends along a line comes
-        from there. A direction that either might have taken counts by both densities (Veach & Guibas 1995, SIGGRAPH).
+        They look over the cone that holds the robot, and about that direction: most of what water sends along a line
+        comes from there. A direction that either might have taken counts by both densities (Veach & Guibas 1995,
+        SIGGRAPH).
         """
         cone, samples = self._cone(point), SampleDirections.of(dr.width(point), self._count)
 
         def weights(owner: Any, looking: Any) -> list[Any]:
-            ahead = dr.gather(Array3f32, way, owner)
+            ahead = dr.gather(Array3f32, direction, owner)
             density = self._count * (cone.of(owner).density(looking) + scattered_density(dr.dot(looking, ahead)))
             return [p / density for p in self._phases(looking, ahead)]
 
         over_cone = self._missing(point, samples, cone.of(samples.place).directions(samples), weights)
-        ahead = scattered_directions(dr.gather(Array3f32, way, samples.place), samples)
-        about_way = self._missing(point, samples, ahead, weights)
-        return [a + b for a, b in zip(over_cone, about_way, strict=True)]
+        ahead = scattered_directions(dr.gather(Array3f32, direction, samples.place), samples)
+        about_direction = self._missing(point, samples, ahead, weights)
+        return [a + b for a, b in zip(over_cone, about_direction, strict=True)]
 
     def _cone(self, origin: Any) -> Cone:
         """The cone about the ball around the robot, as points see it; from within it all directions."""
@@ -223,7 +224,7 @@ class RobotLight:
         return result
 
     def _at_gaze_mirror(self, origin: Any, looking: Any, distance: Any) -> Any:
-        """Whether rays that meet the robot at a distance meet the gaze mirror's face on their way there."""
+        """Whether rays that meet the robot at a distance meet the gaze mirror's face before it."""
         if self._gaze_mirror is None:
             return mi.Bool(False)
         mirror = self._gaze_mirror
@@ -236,6 +237,6 @@ class RobotLight:
         return (facing < 0) & inside & (to_plane > 0) & (to_plane <= distance)
 
     def _share_scattered_within(self, distance: FloatArray) -> FloatArray:
-        """Share of the light scattered on ways of these lengths that comes from within the robot's shadow."""
+        """Share of the light scattered on lines of these lengths that comes from within the robot's shadow."""
         nodes = lengths_over_radius()
         return np.asarray(np.interp(distance / self.extent.shadow_radius, nodes, self.light.hidden_shares))

@@ -23,7 +23,7 @@ from optics.kernels.packing import halves_of
 from scenes.baking.ambient import cached
 from scenes.baking.robot_light import RobotLight
 from scenes.kernels.direction_grid import node_directions
-from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, ROW, SEGMENTS, lengths_m
 from scenes.stage.records import MirrorPlate
 
 FARTHEST_M = 10.0
@@ -73,7 +73,7 @@ def folded_begins(eye: FloatArray, mirror: MirrorPlate) -> FloatArray:
 
 
 def _shares(around: RobotLight, world_from_body: RigidTransform, begins_m: FloatArray) -> FloatArray:
-    """Shares at the pieces' ends, shape (eyes, elevations, azimuths, PIECES + 1, 3)."""
+    """Shares at the segments' ends, shape (eyes, elevations, azimuths, SEGMENTS + 1, 3)."""
     directions = world_from_body.rotation.apply(node_directions(AZIMUTHS, ELEVATIONS))
     nodes = lengths_m()
     near, far = nodes[:-1][nodes[1:] <= FARTHEST_M], nodes[1:][nodes[1:] <= FARTHEST_M]
@@ -85,9 +85,9 @@ def _shares(around: RobotLight, world_from_body: RigidTransform, begins_m: Float
         eyes = world_from_body.apply(begins)
         lines, places = np.repeat(np.arange(len(eyes)), distance.size), np.tile(distance.ravel(), len(eyes))
         per_metre = around.missing_from_lines(eyes[lines], directions[lines], places)
-        pieces = per_metre.reshape(len(eyes), *distance.shape, 3).sum(axis=2) * width[:, np.newaxis]
-        missing = np.zeros((len(eyes), PIECES + 1, 3))
-        missing[:, 1 : len(width) + 1] = np.cumsum(pieces, axis=1)
+        segments = per_metre.reshape(len(eyes), *distance.shape, 3).sum(axis=2) * width[:, np.newaxis]
+        missing = np.zeros((len(eyes), SEGMENTS + 1, 3))
+        missing[:, 1 : len(width) + 1] = np.cumsum(segments, axis=1)
         missing[:, len(width) + 1 :] = missing[:, [len(width)]]
         result.append(missing / around.open_water(eyes, directions)[:, np.newaxis])
-    return np.stack(result).reshape(len(begins_m), ELEVATIONS, AZIMUTHS, PIECES + 1, 3)
+    return np.stack(result).reshape(len(begins_m), ELEVATIONS, AZIMUTHS, SEGMENTS + 1, 3)

@@ -1,7 +1,7 @@
 """Iterations that settle sooner: Anderson's method (1965, J. ACM 12, 547) with one step of memory.
 
-In turbid water each turn of scattering and reflecting changes half of what the one before did, all over alike. Two
-turns tell that share, and with it where it leads.
+In turbid water each iteration of scattering and reflecting changes half of what the one before did, all over alike.
+Two iterations tell that share, and with it where it leads.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ Fields = Sequence[NDArray[Any]]
 
 
 class Secant:
-    """What a turn is best begun with, from what the last two were begun with and made of it."""
+    """What an iteration is best begun with, from what the last two were begun with and made of it."""
 
     def __init__(self) -> None:
         self._before: tuple[Fields, Fields] | None = None
 
     def following(self, begun: Fields, made: Fields) -> Fields:
-        """What the next turn begins with: several fields that change together.
+        """What the next iteration begins with: several fields that change together.
 
-        That mixture of what two turns made whose changes cancel best, in the mean of their squares.
+        That mixture of what two iterations made whose changes cancel best, in the mean of their squares.
         """
         change = [m - b for b, m in zip(begun, made, strict=True)]
         before, self._before = self._before, (made, change)

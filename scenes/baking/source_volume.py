@@ -122,7 +122,7 @@ class WorldLight(NamedTuple):
 def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[FloatArray]) -> WorldLight:
     """Light that has settled on few places and a coarse grid, and then once more on more of them, and twice on all.
 
-    What a coarse grid cannot tell a finer one is local: it needs no more than two turns.
+    What a coarse grid cannot tell a finer one is local: it needs no more than two iterations.
     """
     around = Surroundings.of(mesh, light)
     ambient, volume = _settled(mesh, around, quality, _coarser(axes, 3))
@@ -132,7 +132,7 @@ def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[Floa
     ambient = Reflection(mesh, around, PLACES_M.kept, quality.directions).once(ambient, volume)
     water = _Water(light, grid_points(axes))
     source, _ = water.source(around, ambient, volume)
-    # In corners a coarse grid lets light into shadows: what scatters twice there is 2 % too bright after one turn.
+    # In corners a coarse grid lets light into shadows: what scatters twice there is 2 % too bright after one iteration.
     volume = source_volume(axes, source)
     del source  # as large as all else is
     source, sides = water.source(around, ambient, volume)
@@ -201,10 +201,10 @@ class _Water:
         Both as a lit mesh changes them.
         """
         lit = around.lit(ambient, volume, depth_m=self._depth)
-        pieces = max(1, len(self._points) * len(self._directions) // RAYS_AT_ONCE)
+        batches = max(1, len(self._points) * len(self._directions) // RAYS_AT_ONCE)
         sources = np.empty((len(self._points), SOURCE_ELEVATIONS * SOURCE_AZIMUTHS, 3), dtype=np.float32)
         sides = np.empty((len(self._points), len(SIDES), 3), dtype=np.float32)
-        for part in np.array_split(np.arange(len(self._points)), pieces):
+        for part in np.array_split(np.arange(len(self._points)), batches):
             change = self._seen(lit, self._points[part]) - self._open_water[:, self._height[part]]
             sources[part] = self._scattered(change)
             sides[part] = np.moveaxis(change @ self._sides.T, 0, -1)
@@ -276,8 +276,8 @@ def nearest_around_nodes(directions: bytes) -> NDArray[np.int64]:
     found = []
     for node in node_directions(SOURCE_AZIMUTHS, SOURCE_ELEVATIONS):
         across = np.linalg.svd(node[np.newaxis])[2][1:]
-        ways = ahead * node + aside * (np.cos(turn) * across[0] + np.sin(turn) * across[1])
-        found.append(nearest[_cell_of(ways)])
+        parts = ahead * node + aside * (np.cos(turn) * across[0] + np.sin(turn) * across[1])
+        found.append(nearest[_cell_of(parts)])
     return np.stack(found)
 
 
@@ -300,13 +300,13 @@ def _cell_middles() -> FloatArray:
     height = (np.arange(CELL_HEIGHTS) + 0.5) * (2 / CELL_HEIGHTS) - 1
     turn = (np.arange(CELL_TURNS) + 0.5) * (2 * np.pi / CELL_TURNS) - np.pi
     level = np.sqrt(1 - height**2)[:, np.newaxis]
-    ways = np.broadcast_arrays(level * np.cos(turn), level * np.sin(turn), height[:, np.newaxis])
-    return np.stack(ways, axis=-1).reshape(-1, 3)
+    axes = np.broadcast_arrays(level * np.cos(turn), level * np.sin(turn), height[:, np.newaxis])
+    return np.stack(axes, axis=-1).reshape(-1, 3)
 
 
-def _cell_of(ways: FloatArray) -> NDArray[np.int64]:
+def _cell_of(directions: FloatArray) -> NDArray[np.int64]:
     """Number of the cell that directions, shape (n, 3), lie in."""
-    row = np.clip((ways[:, 2] + 1) * (CELL_HEIGHTS / 2), 0, CELL_HEIGHTS - 1).astype(np.int64)
-    turn = np.arctan2(ways[:, 1], ways[:, 0])
+    row = np.clip((directions[:, 2] + 1) * (CELL_HEIGHTS / 2), 0, CELL_HEIGHTS - 1).astype(np.int64)
+    turn = np.arctan2(directions[:, 1], directions[:, 0])
     column = np.clip((turn + np.pi) * (CELL_TURNS / (2 * np.pi)), 0, CELL_TURNS - 1).astype(np.int64)
     return row * CELL_TURNS + column

@@ -15,8 +15,8 @@ def node_directions(azimuths: int, elevations: int) -> FloatArray:
     elevation = np.linspace(-np.pi / 2, np.pi / 2, elevations)[:, np.newaxis]
     azimuth = np.arange(azimuths) * (2 * np.pi / azimuths)
     level = np.cos(elevation)
-    ways = np.broadcast_arrays(level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation))
-    return np.stack(ways, axis=-1).reshape(-1, 3)
+    axes = np.broadcast_arrays(level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation))
+    return np.stack(axes, axis=-1).reshape(-1, 3)
 
 
 def direction_cell(direction: Any, azimuths: int, elevations: int) -> tuple[tuple[Any, Any], tuple[Any, Any]]:

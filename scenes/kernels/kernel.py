@@ -53,7 +53,7 @@ class Shape:
     truth : bool
         Whether more than radiance and label is asked for.
     coherent : bool
-        Whether neighbouring rays go about the same way: how they are best traced together.
+        Whether neighbouring rays have about the same direction: how they are best traced together.
     rows, knots : int
         Of a single frame whose rows are exposed one after the other: how many there are, and how many states at even
         times from the first to the last are given. Zero for frames of one instant.

@@ -28,7 +28,7 @@ def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> Rays:
     cell = np.array([train.camera.width_px / columns, train.camera.height_px / rows])
     pixels = (centres[:, np.newaxis] + _spread(samples) * cell).reshape(-1, 2)
     rays = train.trace(pixels).moved(camera_pose(rig.camera))
-    # Radiance falls by the square of the index on its way from the water into the air before the lens.
+    # Radiance falls by the square of the index on its path from the water into the air before the lens.
     gain = train.transmittance(pixels) * (train.port.n_inside / train.port.n_water) ** 2
     return Rays(
         origin=vectors(rays.origin_m),

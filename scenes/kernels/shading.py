@@ -59,7 +59,9 @@ def molecular_phase(light: LightUniforms, cosine: Any) -> Any:
 
 @dataclass(kw_only=True)
 class Segment:
-    """Piece of a line of sight: Dr.Jit arrays. Not frozen, as Dr.Jit writes into what a branch is given.
+    """Part of a line of sight between two surfaces: Dr.Jit arrays.
+
+    It is not frozen, as Dr.Jit writes into what a branch is given.
 
     Attributes
     ----------
@@ -72,9 +74,9 @@ class Segment:
     sunlit : Float32
         Share of it that the sun reaches past the world.
     end_radius : Float32
-        Of the thing that it ends at, as a disc across it; zero for the world, which goes on around what is seen of it.
+        Of the surface that it ends at, as a disc across it; zero for the world, which goes on around what is seen.
     leans : Bool
-        Whether that thing is the fold mirror, which leans over the way.
+        Whether that surface is the fold mirror, which leans over the path.
     veiling_light : list of Float32
         Light by channel that robot and world add to what open water scatters into it; negative where they occlude.
     """
@@ -145,9 +147,9 @@ def _added(
     once: Spectrum,
     ends: tuple[list[Any], list[Any]],
 ) -> tuple[list[Any], Spectrum]:
-    """Light by channel, and throughput, from what is passed, the sun's way, and the field at both ends.
+    """Light by channel, and throughput, from what is passed, the sun's path, and the field at both ends.
 
-    The thing at the end sends what is scattered from its own cone as well (`scenes.light.forward_cone`).
+    The surface at the end sends what is scattered from its own cone as well (`scenes.light.forward_cone`).
     """
     near, far = ends
     cosine = dr.dot(Array3f32(*light.refracted_sun), segment.direction)
@@ -160,7 +162,7 @@ def _added(
         channel = k // nodes
         share = dr.fma(rise, light.field_fraction_rise[k], light.field_fraction[k])
         p = dr.lerp(particles, molecules, light.molecular_fraction[k])
-        # Of open water's source (c - g) F, which lets F grow with g along the way, b F is scattered on straight. The
+        # Of open water's source (c - g) F, which lets F grow with g along the path, b F is scattered on straight. The
         # fold mirror hides the brighter light from above as well, and what a world adds is about as strong everywhere:
         # of both the whole share is missing.
         straight_on = light.scattering_without_peak[k] / (light.beam_attenuation[k] - growth[channel])
@@ -228,7 +230,7 @@ def seen_through_surface(
 ) -> tuple[Spectrum, Spectrum, Any]:
     """Sky and sun seen through the sea surface, the throughput of what it reflects, and whether light passes.
 
-    `direction` and `normal` point up. Radiance grows by n^2 on its way into the water (basic radiance is conserved);
+    `direction` and `normal` point up. Radiance grows by n^2 on its path into the water (basic radiance is conserved);
     beyond the critical angle the transmittance is zero and the surface a perfect mirror. The sun is seen when there is
     one.
     """

@@ -26,7 +26,7 @@ SHADOW_OFFSET_M = 1e-4
 """How far a shadow ray starts off its surface: hits at tank scale are placed to about 1e-6 m in single precision."""
 
 LAMP_CLEARANCE_M = 0.03
-"""Nothing this near to a lamp is in its own light's way: the lamp's housing."""
+"""Nothing this near to a lamp stops its own light: the lamp's housing."""
 
 
 def shade(path: Path, inputs: Inputs) -> FrameArrays:

@@ -26,9 +26,9 @@ from scenes.stage.records import Pose
 AZIMUTHS, ELEVATIONS = 48, 25
 """Nodes by direction: azimuths all around, elevations from pole to pole."""
 
-PIECES = 11
+SEGMENTS = 11
 LENGTH_SCALE_M = 1.0
-"""Pieces of a line end evenly in ``r / (r + LENGTH_SCALE_M)``; the last never ends."""
+"""Segments of a line end evenly in ``r / (r + LENGTH_SCALE_M)``; the last never ends."""
 
 FARTHEST_M = 60.0
 """Stands for the end of the last segment."""
@@ -41,8 +41,8 @@ SOURCE_ROW = 4
 
 
 def lengths_m() -> FloatArray:
-    """Ends of the pieces, shape (PIECES + 1,)."""
-    share = np.arange(PIECES) / PIECES
+    """Ends of the segments, shape (SEGMENTS + 1,)."""
+    share = np.arange(SEGMENTS) / SEGMENTS
     return np.append(LENGTH_SCALE_M * share / (1 - share), FARTHEST_M)
 
 
@@ -51,12 +51,12 @@ def veiling_light(table: Any, eye: Any, direction: Any, length: Any) -> list[Any
 
     `eye` counts the places where lines begin, state by state; `direction` is in the body frame.
     """
-    reach = length / (length + LENGTH_SCALE_M) * PIECES
-    piece = dr.minimum(UInt32(reach), PIECES - 1)
-    along = reach - Float32(piece)
+    reach = length / (length + LENGTH_SCALE_M) * SEGMENTS
+    segment = dr.minimum(UInt32(reach), SEGMENTS - 1)
+    along = reach - Float32(segment)
     total = [Float32(0)] * 3
     for row, weight in nodes_around(direction, eye, AZIMUTHS, ELEVATIONS):
-        values = between(table, row * PIECES + piece, along, ROW)
+        values = between(table, row * SEGMENTS + segment, along, ROW)
         total = [dr.fma(v, weight, t) for v, t in zip(values[:3], total, strict=True)]
     return total
 
@@ -71,19 +71,19 @@ def veiling_light_table(
     states: int,
 ) -> Any:
     """Kernel: table of `veiling_light` for some states; `world_of` gives the body's poses by the state's number."""
-    lane = dr.arange(UInt32, states * eyes * ELEVATIONS * AZIMUTHS * PIECES)
-    node, place = lane // PIECES, lane // (PIECES * AZIMUTHS * ELEVATIONS)
+    lane = dr.arange(UInt32, states * eyes * ELEVATIONS * AZIMUTHS * SEGMENTS)
+    node, place = lane // SEGMENTS, lane // (SEGMENTS * AZIMUTHS * ELEVATIONS)
     direction = world_of(place // eyes).turn(node_direction(node, AZIMUTHS, ELEVATIONS))
     total = [Float32(0)] * ROW
     if geometry.source is not None:
         from_world = _veiling_light_of_world(light, world_of, geometry.source, geometry.eyes, eyes=eyes, states=states)
         for row, weight in nodes_around(direction, place, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS):
-            values = row_of(from_world, row * PIECES + lane % PIECES, ROW)
+            values = row_of(from_world, row * SEGMENTS + lane % SEGMENTS, ROW)
             total = [dr.fma(v, weight, t) for v, t in zip(values, total, strict=True)]
     if geometry.shadow_in_water is not None:
         from_sun = azimuth_from(light.sun_azimuth, direction)
         open_water = looked_up_in_layer(light, field_layer, light.reference_depth_m, direction.z, from_sun)
-        hidden = row_of(geometry.shadow_in_water, lane % (eyes * ELEVATIONS * AZIMUTHS * PIECES), ROW)
+        hidden = row_of(geometry.shadow_in_water, lane % (eyes * ELEVATIONS * AZIMUTHS * SEGMENTS), ROW)
         channel = [*open_water, Float32(0)] * 2
         total = [t - f * h for t, f, h in zip(total, channel, hidden, strict=True)]
     return _table(total, lane)
@@ -96,16 +96,16 @@ def _veiling_light_of_world(
 
     Its directions are those at which the source is known: only between the points of the grid it is interpolated.
     """
-    lane = dr.arange(UInt32, states * eyes * SOURCE_ELEVATIONS * SOURCE_AZIMUTHS * PIECES)
-    piece, node = lane % PIECES, lane // PIECES
+    lane = dr.arange(UInt32, states * eyes * SOURCE_ELEVATIONS * SOURCE_AZIMUTHS * SEGMENTS)
+    segment, node = lane % SEGMENTS, lane // SEGMENTS
     place = node // (SOURCE_AZIMUTHS * SOURCE_ELEVATIONS)
     eye = world_of(place // eyes).move(dr.gather(Array3f32, begins, place % eyes))
-    begin, end = (LENGTH_SCALE_M * Float32(k) / (PIECES - Float32(k)) for k in (piece, piece + 1))
-    way = dr.select(piece == PIECES - 1, FARTHEST_M, end) - begin
+    begin, end = (LENGTH_SCALE_M * Float32(k) / (SEGMENTS - Float32(k)) for k in (segment, segment + 1))
+    path = dr.select(segment == SEGMENTS - 1, FARTHEST_M, end) - begin
     attenuation = light.channel_attenuation
     # Where the light of the segment comes from, on average.
-    y = attenuation[1] * way
-    middle = begin + way * dr.select(y > 0.01, dr.rcp(y) - decay(y) / (1 - decay(y)), 0.5)
+    y = attenuation[1] * path
+    middle = begin + path * dr.select(y > 0.01, dr.rcp(y) - decay(y) / (1 - decay(y)), 0.5)
     point = eye + node_direction(node, SOURCE_AZIMUTHS, SOURCE_ELEVATIONS) * middle
     cells, shares, _ = cell_in(source, point)
     found = [Float32(0)] * 3
@@ -120,11 +120,11 @@ def _veiling_light_of_world(
     # Beside its grid a world's light dies off as through the water.
     beside = beside_grid_m(source, point)
     added = [
-        f * decay(c * (begin + beside)) * (1 - decay(c * way)) / c for f, c in zip(found, attenuation, strict=True)
+        f * decay(c * (begin + beside)) * (1 - decay(c * path)) / c for f, c in zip(found, attenuation, strict=True)
     ]
     # Evaluated once, and not again in each of the sums.
     dr.eval(added)
-    before = [dr.block_prefix_reduce(dr.ReduceOp.Add, each, PIECES, exclusive=True) for each in added]
+    before = [dr.block_prefix_reduce(dr.ReduceOp.Add, each, SEGMENTS, exclusive=True) for each in added]
     after = [b + a for b, a in zip(before, added, strict=True)]
     return _table([*before, Float32(0), *after, Float32(0)], lane)
 

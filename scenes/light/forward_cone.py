@@ -1,10 +1,10 @@
 """What stands at the end of a line of sight hides what is behind it from the water before it.
 
 Water scatters forward: much of the light that it adds to a line of sight comes from a narrow cone about the line's own
-direction. Where the line ends at a ball, a bracket or a mirror, that cone shows, near the end, the same thing and not
-what is around it. So a share k of what is scattered comes from the thing itself: the thing's light dies off with
-``c - k b`` instead of c, and of the water's own light the share is missing. The thing counts as a disc across the line,
-and the share is the mean over lines that end on it.
+direction. Where the line ends at a ball, a bracket or a mirror, that cone shows, near the end, the same surface and not
+what is around it. So a share k of what is scattered comes from that surface itself: its light dies off with
+``c - k b`` instead of c, and of the water's own light the share is missing. The surface counts as a disc across the
+line, and the share is the mean over lines that end on it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def lengths_over_radius() -> FloatArray:
 
 
 def hidden_shares(phase: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Share of the scattered light that comes from a disc at the end of a way, on the mean over way and disc.
+    """Share of the scattered light that comes from a disc at the end of a line, on the mean over line and disc.
 
     At the nodes of `lengths_over_radius`, for a phase function of the scattering angle in radians, 1/sr.
     """
@@ -65,7 +65,7 @@ def _share_from(distance: float, phase: Callable[[FloatArray], FloatArray]) -> f
 
 
 def gain_of_light(scattering: Any, length: Any, share: Any) -> Any:
-    """Kernel: what a thing's light gains on a way that ends at it, over what arrives unscattered.
+    """Kernel: what a surface's light gains on a line that ends at it, over what arrives unscattered.
 
     It is ``exp(k b r) - 1`` to second order; the exponent is small, since the share k falls off with length.
     """
@@ -74,7 +74,7 @@ def gain_of_light(scattering: Any, length: Any, share: Any) -> Any:
 
 
 def hidden_share(table: Any, length: Any, radius: Any) -> Any:
-    """Kernel: share of the light scattered along ways that comes from what they end at; 0 where that has no radius."""
+    """Kernel: share of the light scattered along lines that comes from what they end at; 0 where that has no radius."""
     steps = (NODES - 1) / np.log2(LONGEST / SHORTEST)
     position = dr.log2(length / dr.maximum(radius, 1e-6)) * steps - np.log2(SHORTEST) * steps
     position = dr.clip(position, 0, NODES - 1)

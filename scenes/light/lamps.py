@@ -1,4 +1,4 @@
-"""Vehicle lamps: their light on things, and what the water scatters of it into the view.
+"""Vehicle lamps: their light on surfaces, and what the water scatters of it into the view.
 
 Points and directions are in the body frame, where lamps stand still. The kernels give single scattering;
 `docs/explanation/light.md` says what that leaves out.
@@ -219,10 +219,10 @@ def lamp_backscatter(
             angle = first + half * (1 + float(node))
             sine, cosine = dr.sincos(angle)
             cosine = dr.maximum(cosine, 1e-6)
-            way = (before + height * (sine + 1) / cosine) * -np.log2(np.e)
+            path = (before + height * (sine + 1) / cosine) * -np.log2(np.e)
             beam = float(weight) * _beam(reach * dr.cos(angle - middle), exponent)
             scattered = volume_scattering(angle + np.pi / 2)
-            sums = [s + v * beam * _exp2(c * way) for s, v, c in zip(sums, scattered, attenuation, strict=True)]
+            sums = [s + v * beam * _exp2(c * path) for s, v, c in zip(sums, scattered, attenuation, strict=True)]
         total = [t + i * s * (half / height) for t, i, s in zip(total, intensity, sums, strict=True)]
     return total
 

@@ -181,7 +181,7 @@ class Light:
 
     @cached_property
     def hidden_shares(self) -> FloatArray:
-        """Share of the scattered light that comes from a way's end, at the nodes of `scenes.light.forward_cone`."""
+        """Share of the scattered light that comes from a line's end, at the nodes of `scenes.light.forward_cone`."""
         molecular = float(np.median(self.optics.molecular_fraction))
         return hidden_shares(lambda angle: self.phase_without_peak(angle, molecular))
 

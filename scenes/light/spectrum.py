@@ -1,4 +1,4 @@
-"""Spectra: at which wavelengths a frame is computed, what they weigh in each channel, and what things reflect."""
+"""Spectra: at which wavelengths a frame is computed, what they weigh in each channel, and what surfaces reflect."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def sun_at(time: datetime, *, latitude_deg: float, longitude_deg: float) -> Sun:
 
 
 def air_mass(elevation_deg: ArrayLike) -> FloatArray:
-    """Length of the sun's way through the air, in units of the way from the zenith (Kasten & Young 1989).
+    """Length of the sun's path through the air, in units of the path from the zenith (Kasten & Young 1989).
 
     Applied Optics 28, 4735, eq. 3; 38 at the horizon, and 0.9997 at the zenith by the fit's error.
     """

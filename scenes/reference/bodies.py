@@ -1,4 +1,4 @@
-"""Solid things in the water: hull, mount, servos, mirrors, world and target, with the fast renderer's reflectances.
+"""Solid bodies in the water: hull, mount, servos, mirrors, world and target, with the fast renderer's reflectances.
 
 `albedo` is everywhere the reflectance of each material at three wavelengths, shape (materials, 3).
 """

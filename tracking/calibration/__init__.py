@@ -1,1 +1,1 @@
-"""Calibration: what is off in a built rig, found from images of a board or of the gaze mirror's own corners."""
+"""Calibration: the perturbations of a built rig, found from images of a board or of the gaze mirror's own corners."""

@@ -19,7 +19,7 @@ def compare_designs(
     second: Annotated[str, typer.Argument(metavar="B", help="Preset name or rig file.")],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="DIR", help="Write a page with pictures and maps into this folder."),
+        typer.Option("--output", "-o", metavar="DIR", help="Write a page with images and maps into this folder."),
     ] = None,
     browse: OpenOption = False,
     json: JsonOption = False,
@@ -28,7 +28,7 @@ def compare_designs(
 
     Prints the keys of the rig files that differ, what is wrong with each rig, and the numbers of both: coverage, field
     of view, resolution, mirrors, mass, trim and servos. With --output also maps of what each sees and of what only one
-    does, pictures of both beside their hulls, and a page of it all (compare.html).
+    does, images of both beside their hulls, and a page of it all (compare.html).
 
     \b
     Example:

@@ -1,4 +1,4 @@
-"""Tolerances: how far the gaze of a built rig is off, and what to make better first."""
+"""Tolerances: the gaze error of a built rig, and what to make better first."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def tolerance(
     output: TablesOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Estimate how far the gaze of a built rig is off.
+    """Estimate the gaze error of a built rig.
 
     Simulates rigs that are built with nominal tolerances, in nine poses, as built and with their joint offsets
     calibrated, and ranks the tolerances by what each contributes.

@@ -53,7 +53,7 @@ def test_what_cannot_be_made_is_said_and_has_no_numbers(compared: DesignComparis
         assert any("no mount can be made" in problem for problem in compared.second.problems)
 
 
-def test_the_folder_holds_page_pictures_and_numbers(compared: DesignComparison, tmp_path, monkeypatch) -> None:
+def test_the_folder_holds_page_images_and_numbers(compared: DesignComparison, tmp_path, monkeypatch) -> None:
     # How a rig is drawn beside its hull is tested with `show`.
     monkeypatch.setattr(study, "show_rig", lambda rig: SimpleNamespace(standing=rig))
     monkeypatch.setattr(study, "standing_figure", lambda standing: Figure(figsize=(1, 1)))

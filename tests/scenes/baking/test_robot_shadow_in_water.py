@@ -14,7 +14,7 @@ from scenes.baking.robot_light import RobotLight
 from scenes.baking.robot_shadow_in_water import folded_begins, shadow_in_water
 from scenes.baking.sample_directions import SampleDirections, scattered_density, scattered_directions
 from scenes.kernels.direction_grid import node_directions
-from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, PIECES, ROW, lengths_m, veiling_light
+from scenes.kernels.veiling_light import AZIMUTHS, ELEVATIONS, ROW, SEGMENTS, lengths_m, veiling_light
 from scenes.light.light import without_forward_peak
 from scenes.stage.records import MirrorPlate
 
@@ -34,8 +34,8 @@ def shares(light, black_ball):
     begins = np.repeat(eyes[:, np.newaxis], ELEVATIONS * AZIMUTHS, axis=1)
     around = RobotLight(black_ball, light, LightQuality.full(), lambda: Surroundings.of(black_ball, light))
     table = shadow_in_water(around, pose, begins)
-    pieces = np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, PIECES, 2, ROW // 2)[..., :3]
-    return np.concatenate([pieces[..., :1, 0, :], pieces[..., 1, :]], axis=3)
+    segments = np.array(table).reshape(3, ELEVATIONS, AZIMUTHS, SEGMENTS, 2, ROW // 2)[..., :3]
+    return np.concatenate([segments[..., :1, 0, :], segments[..., 1, :]], axis=3)
 
 
 def test_a_black_ball_keeps_what_a_direct_integral_says(light, shares):
@@ -183,7 +183,7 @@ def test_looks_are_as_dense_as_they_say():
 
 def test_kernel_gives_the_nodes_and_closes_the_circle():
     """At nodes the table itself; between the last azimuth and the first one half of each (float32: 1e-4)."""
-    nodes = np.random.default_rng(0).uniform(size=(1, ELEVATIONS, AZIMUTHS, PIECES + 1, 3))
+    nodes = np.random.default_rng(0).uniform(size=(1, ELEVATIONS, AZIMUTHS, SEGMENTS + 1, 3))
     table = halves_of(nodes[..., :-1, :], nodes[..., 1:, :], ROW)
     line, node = 7, 3
     elevation = np.pi * line / (ELEVATIONS - 1) - np.pi / 2

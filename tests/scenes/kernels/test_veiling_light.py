@@ -13,7 +13,7 @@ from scenes.kernels.grid import GridTable
 from scenes.kernels.veiling_light import (
     AZIMUTHS,
     ELEVATIONS,
-    PIECES,
+    SEGMENTS,
     SOURCE_AZIMUTHS,
     SOURCE_ELEVATIONS,
     SOURCE_ROW,
@@ -52,14 +52,14 @@ def pose(_):
 def seen(source, eye, direction, length):
     """Veil of a line of the world frame, from the table in the turned robot's own frame."""
     table = veiling_light_table(light(), pose, geometry(source), None, eyes=len(EYES_M), states=1)
-    way = TURNED.inv().apply(direction)
-    found = veiling_light(table, UInt32(eye), Array3f32(*(Float32(float(x)) for x in way)), Float32(length))
+    turned = TURNED.inv().apply(direction)
+    found = veiling_light(table, UInt32(eye), Array3f32(*(Float32(float(x)) for x in turned)), Float32(length))
     return np.array([float(channel[0]) for channel in found])
 
 
 @pytest.mark.parametrize("piece", [1, 4, 7])
 def test_an_even_source_adds_its_saturating_share(piece):
-    """J (1 - exp(-c r)) / c, at the ends of pieces, from any place in any direction."""
+    """J (1 - exp(-c r)) / c, at the ends of segments, from any place in any direction."""
     length = float(lengths_m()[piece])
     expected = 0.7 * -np.expm1(-ATTENUATION * length) / ATTENUATION
     for eye, direction in enumerate(([0.6, 0.0, 0.8], [-0.36, 0.48, -0.8])):
@@ -68,7 +68,7 @@ def test_an_even_source_adds_its_saturating_share(piece):
 
 
 def test_a_source_is_found_where_and_along_which_way_it_is():
-    """A source 1 + w_z + x/10 in the world, from a turned robot: along a line x grows with the way.
+    """A source 1 + w_z + x/10 in the world, from a turned robot: along a line x grows with the path.
 
     The table has nodes by direction (7.5 and 15 degrees): 2 %.
     """
@@ -83,7 +83,7 @@ def test_a_source_is_found_where_and_along_which_way_it_is():
 
 def test_what_the_robot_hides_is_a_share_of_open_water():
     """Without a world the table holds minus the hidden share times open water's radiance, which is one here."""
-    hidden = np.random.default_rng(0).uniform(size=(ELEVATIONS * AZIMUTHS * PIECES, 8)) * [1, 1, 1, 0, 1, 1, 1, 0]
+    hidden = np.random.default_rng(0).uniform(size=(ELEVATIONS * AZIMUTHS * SEGMENTS, 8)) * [1, 1, 1, 0, 1, 1, 1, 0]
     level = SimpleNamespace(
         reference_depth_m=Float32(0.0), sun_azimuth=[Float32(1.0), Float32(0.0)], table_decay=[Float32(0.0)] * 3
     )
@@ -98,9 +98,9 @@ def test_drawn_veil_has_the_integral_for_its_mean():
     count, length = 100_000, 3.0
     begin, direction = np.array([0.3, 0.2, -5.0]), np.array([0.6, 0.64, -0.48])
     volume = geometry(lambda points, ways: 2 + ways[..., 2] + points[..., 0] / 4).source
-    origin, way = (Array3f32(*(Float32(float(x)) for x in each)) for each in (begin, direction))
+    origin, looking = (Array3f32(*(Float32(float(x)) for x in each)) for each in (begin, direction))
     seed = UInt32(np.arange(count, dtype=np.uint32))
-    drawn = sampled_veiling_light(volume, light(), seed, origin, way, Float32(length))
+    drawn = sampled_veiling_light(volume, light(), seed, origin, looking, Float32(length))
     found = [np.array(channel).mean() for channel in drawn]
     s = (np.arange(4000) + 0.5) / 4000 * length
     source = 2 + direction[2] + (begin[0] + s * direction[0]) / 4

@@ -1,4 +1,4 @@
-"""What the end of a way hides from the water before it, against drawn directions and limits."""
+"""What the end of a line hides from the water before it, against drawn directions and limits."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_share_is_that_of_drawn_directions(shares, length):
 
 
 def test_limits(shares):
-    """Close by, the disc is a half-space but for its rim, as wide as the way is long (a sixteenth of the radius).
+    """Close by, the disc is a half-space but for its rim, as wide as the line is long (a sixteenth of the radius).
 
     Far away only a fixed length before it counts, so the share falls as 1/r.
     """
