@@ -100,7 +100,7 @@ def parse_dive(text: str, *, source: str, folder: Path) -> Dive:
     document = _document(text, source)
     dive, problems = validated(Dive, document)
     wrong = {_section(problem) for problem in problems}
-    # Beside what is wrong with single values, a user is told what else is wrong: with harmless values in their place.
+    # Beside what is wrong with single values, a user reads what else is wrong: with harmless values in their place.
     whole = (
         dive
         or validated(

@@ -1,8 +1,8 @@
 """Where robot, target and decoys are at a time of a dive, in closed form: the truth that no sea trial knows.
 
-Paths are told from the robot's start: where its body's origin is at rest, at the dive's depth, x ahead, y to the left,
-z up. The start lies on the world's z axis, its bow along the world's x. Only a path from a file may be told in another
-frame, its map's: that of the robot's own file, whose first pose is the start.
+Paths are counted from the robot's start: where its body's origin is at rest, at the dive's depth, x ahead, y to the
+left, z up. The start lies on the world's z axis, its bow along the world's x. Only a path from a file may be given in
+another frame, its map's: that of the robot's own file, whose first pose is the start.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def body_pose(dive: DiveSpecification, time_s: ArrayLike) -> RigidTransform:
 def path_places(dive: DiveSpecification, path: TargetPath, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Places on a path from the robot's start, metres, and the direction of motion, both of shape (n, 3).
 
-    As the path is told, wherever it is to begin (`PathStart`).
+    As the path is given, wherever it is to begin (`PathStart`).
     """
     if isinstance(path, FromFile):
         places, velocity = timed_path(path.file).places(times_s + begins_s(path))

@@ -1,4 +1,4 @@
-"""Where in the crop a rig shows itself, from its meshes: what the tracking loop is told not to look at."""
+"""Where in the crop a rig shows itself, from its meshes: what the tracking loop ignores."""
 
 from __future__ import annotations
 

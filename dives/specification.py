@@ -127,7 +127,7 @@ class DiveLimits(Section):
 class DiveSpecification(Section):
     """What a dive file says.
 
-    Places are told from the robot's start (`dives.paths`). The camera's frame rate is the dive's; how long
+    Places are counted from the robot's start (`dives.paths`). The camera's frame rate is the dive's; how long
     its exposures may be and how fast it is read out is the rig's (`[image_sensor]`). `control_latency_ms` counts from
     the end of an image's last row to the command that it leads to. Without `functional_check` the loop looks from the
     first image on, and reads the first second or two with a guess of where the servos stand. `seed` is that of noise,

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from html import escape
 
 Facts = list[tuple[str, str]]
-"""Rows of a table: what is told, and what it is."""
+"""Rows of a table: a name, and its value."""
 
 
 def facts_table(title: str, facts: Iterable[tuple[str, str]]) -> str:

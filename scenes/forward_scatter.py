@@ -45,7 +45,7 @@ COARSE_PX = 2.5
 """Standard deviation from which a kernel is applied to an image of half the size, and so on."""
 
 BLOCK = 8
-"""Regions are worked on in blocks of so many pixels."""
+"""Regions are worked on in blocks of this number of pixels."""
 
 FREQUENCIES = 200
 RINGS = 2000

@@ -49,7 +49,7 @@ class Runner:
     folder : Path
         Where it runs.
     said : callable
-        Takes each line that it says, and the share that is done, where the line tells.
+        Takes each line that it prints, and the share that is done, where the line says it.
     """
 
     folder: Path

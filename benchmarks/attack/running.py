@@ -24,7 +24,7 @@ HANG_S = 120.0
 """A case that takes longer by the clock is ended, where its attack has no `HANG_S` of its own."""
 
 MEMORY_BYTES = 8 * 2**30
-"""Of a process: what asks for more is told so."""
+"""Of a process: what asks for more reads so."""
 
 SCRATCH = Path("/dev/shm") if os.access("/dev/shm", os.W_OK) else Path(tempfile.gettempdir())
 """Where the files are written: in memory, where the system has such a place."""

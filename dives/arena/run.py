@@ -131,7 +131,7 @@ def dive_and_judge(seed: int, variant: str, folder: str) -> None:
 
 
 def drawn_digest(dive: Dive) -> str:
-    """What tells whether a folder's dive is the one that is drawn today, whatever the loop."""
+    """What says whether a folder's dive is the one that is drawn today, whatever the loop."""
     return hashlib.sha256(dive.model_dump_json(exclude={"variant"}).encode()).hexdigest()
 
 

@@ -85,7 +85,7 @@ class Recording:
         return [str(mode) for mode in self.log["mode"].to_pylist()]
 
     def body_poses(self) -> RigidTransform:
-        """Poses of the vehicle in the world, one for each image, by the motion that the dive's file tells."""
+        """Poses of the vehicle in the world, one for each image, by the motion that the dive's file states."""
         return body_pose(self.dive, self.number("time_s"))
 
     def images(self) -> Iterator[NDArray[np.uint8]]:
@@ -116,7 +116,7 @@ class Recording:
 
 
 def dive_rig(folder: Path) -> Rig:
-    """Rig of a finished dive, as its file tells it; raises what `Recording.open` and `Dive.load` raise."""
+    """Rig of a finished dive, as its file states it; raises what `Recording.open` and `Dive.load` raise."""
     _check_files(folder)
     return Dive.load(folder / DIVE_FILE).load_rig()
 

@@ -131,7 +131,7 @@ DRAWN = (
 
 
 def _word_rows(table: pa.Table) -> list[list[str]]:
-    """How many samples each value of what makes a scene has; what is the same in all is told once."""
+    """How many samples each value of what makes a scene has; what is the same in all is stated once."""
     rows = [["of the scene", "samples"]]
     for name in table.schema.names:
         if not (name.startswith("scene.") or name in ("rig", "target.shape", "target.colour")) or name == "scene.rig":

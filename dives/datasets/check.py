@@ -46,7 +46,7 @@ class CheckResult:
 def check_dataset(folder: Path, *, progress: Callable[[int, int], None] = lambda done, of: None) -> CheckResult:
     """Read every file of a finished data set, compare it with the manifest, and read formats by their own libraries.
 
-    `progress` is told the samples that are checked and all of them.
+    `progress` is called with the number of samples checked and that of all.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """What a key of a data set's file may be: one value, a list, a range, or a table that says how it is drawn.
 
 A list is an axis of the set's grid: each of its values comes with all those of the other lists. What is drawn is drawn
-for every sample anew. A range is written as those of ensembles are (`dives.ensembles.members`): ``"-60..60"``.
+again for every sample. A range is written as those of ensembles are (`dives.ensembles.members`): ``"-60..60"``.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {
     "tum": write_tum,
     "euroc": write_euroc,
 }
-"""Each writes the samples of a set, and returns the files that the manifest tells."""
+"""Each writes the samples of a set, and returns the files that the manifest lists."""
 
 
 def finish(

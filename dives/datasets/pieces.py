@@ -78,7 +78,7 @@ def make_piece(
 ) -> None:
     """Make the samples of a piece that are not there; one without room is set aside with its reason.
 
-    `made` is told the number of each.
+    `made` is called with the number of each.
 
     Raises
     ------

@@ -23,7 +23,7 @@ from rigs.atomic_files import csv_text
 METRICS = ("acquired", "visible_fraction", "found_fraction", "time_on_target_fraction", "gaze_error_held_rms_deg")
 """That a grid is analysed for: is the target found at all; then is it to be seen, found, held, and how well.
 
-All but the first are told of dives that acquired it alone."""
+All but the first are reported for dives that acquired it alone."""
 
 BETWEEN = " x "
 """Between the names of two factors, and between their levels."""

@@ -153,7 +153,7 @@ def parsed_variation(text: str) -> Choice | Range:
 
 
 def folder_name(settings: Mapping[str, Any]) -> str:
-    """Name of a folder that tells settings: legible, and different for different settings."""
+    """Name of a folder that says its settings: legible, and different for different settings."""
     plain = [(str(key), str(value)) for key, value in settings.items()]
     # Commas and equal signs part keys and values, so they cannot be in them.
     safe_parts = [(UNSAFE.sub("_", key), UNSAFE.sub("_", value)) for key, value in plain]

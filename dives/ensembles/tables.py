@@ -30,7 +30,7 @@ HEADLINE = (
     "frame_recall",
     "target_to_gaze_lag_s",
 )
-"""Metrics that are averaged over dives: each dive is one number, whose spread over seeds is told."""
+"""Metrics that are averaged over dives: each dive is one number, whose spread over seeds is reported."""
 
 POOLED = {
     "passed_fraction": ("passed", None),

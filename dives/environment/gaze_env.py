@@ -157,8 +157,8 @@ class GazeEnv(gymnasium.Env[Observation, NDArray[Any]]):
 class GazeVectorEnv(VectorEnv):
     """Environments side by side in one process, whose frames one kernel renders.
 
-    Environment i with seed s is `GazeEnv` with seed s + i, to the byte. An episode that is over begins anew at the next
-    step, which takes no action and gives no reward (Gymnasium's `AutoresetMode.NEXT_STEP`).
+    Environment i with seed s is `GazeEnv` with seed s + i, to the byte. An episode that is over begins again at the
+    next step, which takes no action and gives no reward (Gymnasium's `AutoresetMode.NEXT_STEP`).
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class MirrorCamera:
         states : sequence of State
             n of them.
         q : array, shape (n, 2)
-            Joint values from which the crop's place is told, radians.
+            Joint values from which the crop's place is found, radians.
         """
         rows, columns = self._renderer.shape
         corners = [(self._corners.corners(each) + 0.5) * self._shrunk - 0.5 for each in q]

@@ -40,7 +40,7 @@ ASIDE = 0.06
 """Standard deviation of the target's place from the axis, as a share of its distance."""
 
 EMPTY_EVERY = 6
-"""Every so many images show no target."""
+"""One image in this number shows no target."""
 
 LEAST_PX = 60
 """Of the target in the crop, to count as seen: less hides behind something, or leaves the mirror."""

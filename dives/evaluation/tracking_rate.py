@@ -33,7 +33,7 @@ FIRST_DEG_PER_S, SLOWEST_DEG_PER_S, FASTEST_DEG_PER_S = 16.0, 1.0, 512.0
 """Speed that is tried first; from there it is doubled or halved, until one is followed and the next is not."""
 
 PRECISION = 0.02
-"""Share of the speed to which it is told; the interval between the two is halved until then."""
+"""Share of the speed to which it is found; the interval between the two is halved until then."""
 
 LONGEST_SEARCH_S = 120.0
 SETTLING_S = 1.0

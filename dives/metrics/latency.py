@@ -12,7 +12,7 @@ LAGS_S = (-0.5, 2.0)
 """Where a lag is looked for. A negative one leads: a prediction can."""
 
 LEAST_MOTION_DEG = 1.0
-"""What hardly moves tells nothing of time."""
+"""What hardly moves says nothing of time."""
 
 LATENCY_DEFINITIONS = {
     "command_to_joint_lag_q1_s": "shift in time at which the commanded pan fits the true one best",

@@ -75,7 +75,7 @@ class Waypoints(Legs):
 class FromFile(Section):
     """A path from a CSV file (`dives.trajectories.timed_paths`), from a time of the file on or its first row's.
 
-    Places are told from the robot's start as all others, or, with ``frame = "map"``, in the frame of the robot's own
+    Places are counted from the robot's start as all others, or, with ``frame = "map"``, in the frame of the robot's own
     file.
     """
 
@@ -129,8 +129,8 @@ class Travel(Legs):
 class TravelFromFile(Section):
     """The robot goes along a path from a CSV file, in any level frame (z up); its sway comes on top.
 
-    Where it is at the dive's beginning, and where its bow points there, is the start that all else is told from. A file
-    without attitudes leaves it level, its bow along the file's x.
+    Where it is at the dive's beginning, and where its bow points there, is the start that all else is counted from. A
+    file without attitudes leaves it level, its bow along the file's x.
     """
 
     motion: Literal["file"]

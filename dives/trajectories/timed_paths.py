@@ -59,7 +59,7 @@ class TimedPath:
     def places(self, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Places, metres, and velocities, m/s, both of shape (n, 3).
 
-        Before the first row and after the last one the place is that row's; so is the velocity, which tells where it
+        Before the first row and after the last one the place is that row's; so is the velocity, which says where it
         heads. Between rows each coordinate is a monotone piecewise cubic (Fritsch & Carlson 1980): it never leaves the
         range of its two rows, and its velocity does not jump.
         """

@@ -14,7 +14,7 @@ from dives.metrics.intervals import Interval
 from reports.pages import content, page
 
 BY_FACTOR = ("acquired_fraction", "held_of_all_fraction", "identity_error_fraction", "gaze_error_held_rms_deg")
-"""Numbers that are told by factor."""
+"""Numbers that are reported by factor."""
 
 INTERVALS = (
     "In brackets intervals of 95 %: Wilson's for shares of dives and losses, Student's for means, order statistics for "

@@ -126,7 +126,7 @@ _CAPTIONS = {
 
 _OPENINGS = (
     "What helps: the cheapest change of one number that opens at least half of a patch, or that which opens most of "
-    "it, traced again with the changed rig. The mount is moved and stretched along, not designed anew. All in all: "
+    "it, traced again with the changed rig. The mount is moved and stretched along, not designed again. All in all: "
     "what the change does to the whole sphere, on a coarse grid."
 )
 

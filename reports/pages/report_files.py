@@ -26,7 +26,7 @@ def write_report(rig: Rig, standing: Standing, results: DesignResults, folder: P
 
 
 def write_pages(folder: Path) -> Path:
-    """Write page and PDF of a report anew, from its summary and images alone; the page's path."""
+    """Write page and PDF of a report again, from its summary and images alone; the page's path."""
     data = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     rig = Rig.model_validate(data.pop("rig"))
     standing = TypeAdapter(Standing).validate_python(data.pop("standing"))

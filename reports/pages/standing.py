@@ -47,7 +47,7 @@ class Standing:
 
     @property
     def marks(self) -> tuple[str, ...]:
-        """What tells this report from another of the same rig: revision, digest and version."""
+        """What distinguishes this report from another of the same rig: revision, digest and version."""
         revision = "revision not stated" if self.revision is None else f"revision {self.revision}"
         return revision, f"rig {self.rig_digest}", f"mirrorgaze {self.version}"
 

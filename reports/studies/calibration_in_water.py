@@ -70,7 +70,7 @@ class View:
     on_board_m : array, shape (n, 3)
         The board's own frame, z = 0.
     in_camera_m : array, shape (n, 3)
-        Camera frame; what only `Model.KNOWN_POSES` is told.
+        Camera frame; what only `Model.KNOWN_POSES` is given.
     pixels : array, shape (n, 2)
     """
 

@@ -59,7 +59,7 @@ def new_rig_on_hull(
     camera_mm : tuple of three floats, optional
         Where the camera's pinhole is, body frame; found at the nose by default.
     camera_from : str, optional
-        Name of a camera of the hull's file (a link of a URDF, a sensor of an SDF) that tells where the pinhole is.
+        Name of a camera of the hull's file (a link of a URDF, a sensor of an SDF) that says where the pinhole is.
     log : callable
         Takes lines of progress.
 

@@ -42,14 +42,14 @@ from scenes.stage.records import NO_BALL, WORLD, MirrorPlate, Pose, StateRecord
 LOG = logging.getLogger(__name__)
 
 RAYS_AT_ONCE = 1 << 18
-"""Memory is bounded by gathering for so many rays at a time."""
+"""Number of rays gathered for at a time, which bounds memory."""
 
 INSET = 0.05
 """How far towards the middles of its faces a vertex looks out from: at an edge it lies in the next face's plane."""
 
 OFFSET_M = 1e-3
 ABOUT_SUN = 4
-"""One direction in so many is drawn about the sun."""
+"""One direction in this number is drawn about the sun."""
 
 LEAST = 1e-30
 LEAST_DENSITY = 1e-6
@@ -110,7 +110,7 @@ def cached(
 ) -> NDArray[Any]:
     """Array that comes from a mesh under a light, kept on disk.
 
-    `places` are whatever else it comes from. The log tells what is not there yet: it takes seconds to a minute.
+    `places` are whatever else it comes from. The log says what is not there yet: it takes seconds to a minute.
     """
 
     def found() -> NDArray[Any]:
@@ -282,7 +282,7 @@ class Surroundings:
         return list(self._seen(origin, direction).rgb)
 
     def irradiance(self, origins: FloatArray, normals: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-        """Irradiance by channel, shape (n, 3), from so many directions: of the mesh, and of the water past it."""
+        """Irradiance by channel, shape (n, 3), from `count` directions: of the mesh, and of the water past it."""
         parts = []
         at_once = max(1, RAYS_AT_ONCE // count)
         for start in range(0, len(origins), at_once):

@@ -14,7 +14,7 @@ from optics.kernels.arrays import FloatArray
 from scenes.stage.group_mesh import GroupMesh
 
 FACINGS = 1.5
-"""Normals are told apart by their components in steps of one over so many."""
+"""Normals are told apart by their components in steps of one over this number."""
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,11 @@ class LightQuality:
         Times at most that the light on a world and in the water around it are found in turn.
     iterations_settled : float
         Share by which the last iteration may change either. In turbid water each changes them by half of what the one
-        before did: about so much is missing at the end.
+        before did: about that share is missing at the end.
     grid_points : int
         At most, along each axis, where the light is known that the water around a world scatters.
     sample_directions : int
-        In which a point looks at the robot: so many over the robot, and so many about the line of sight.
+        In which a point looks at the robot: this number over the robot, and again about the line of sight.
     line_points : int
         On a line of sight, between the nodes of the robot's shadow in the water.
     """

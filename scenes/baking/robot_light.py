@@ -112,7 +112,7 @@ class RobotLight:
         return np.concatenate([self._missing_from(eyes[k], directions[k], distance_m[k]) for k in batches])
 
     def _missing_from(self, eyes: FloatArray, directions: FloatArray, distance_m: FloatArray) -> FloatArray:
-        """`missing_from_lines` of so many points that they fit into the memory."""
+        """`missing_from_lines` of as many points as fit into the memory."""
         direction, distance = vectors(directions), Float32(aligned(distance_m, np.float32))
         point = vectors(eyes) + direction * distance
         sun = Array3f32(*self._with.uniforms.refracted_sun)
@@ -201,8 +201,8 @@ class RobotLight:
     ) -> list[Any]:
         """Light that the robot occludes for points, by channel: a weighted sum over their samples.
 
-        Weights are told which points the samples belong to that meet the robot, and their directions. What the gaze
-        mirror shows is left out: it depends on the joints.
+        `weights` is given the points that the samples belong to which meet the robot, and their directions. What the
+        gaze mirror shows is left out: it depends on the joints.
         """
         count = dr.width(point)
         origin = dr.gather(Array3f32, point, samples.place)

@@ -34,7 +34,7 @@ DEPTH_M = 5.0
 """Where the robot is taken to be; the shares hardly depend on it."""
 
 NORMAL_STEPS = 8
-"""Corners whose faces' normals agree to one part in so many share their light."""
+"""Corners whose faces' normals agree to one part in this number share their light."""
 
 LARGEST_SHARE = 2.0
 """White parts throw light up, where open water sends less; and a share of very little may be anything."""

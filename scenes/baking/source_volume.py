@@ -141,7 +141,7 @@ def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[Floa
 
 
 def _coarser(axes: list[FloatArray], times: int) -> list[FloatArray]:
-    """Grid over the same box with so many times fewer cells along each axis."""
+    """Grid over the same box with `times` times fewer cells along each axis."""
     return [np.linspace(axis[0], axis[-1], max(len(axis) // times, 1) + 1) for axis in axes]
 
 

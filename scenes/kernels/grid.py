@@ -20,7 +20,7 @@ HIGHEST_M = -0.05
 
 
 def grid_axes(mesh: GroupMesh, *, spacing_m: float, most: int, inset_m: float = 0.0) -> list[FloatArray]:
-    """Places along x, y and z: a spacing apart, or farther where there would be more than so many.
+    """Places along x, y and z: a spacing apart, or farther where there would be more than `most`.
 
     They span the mesh, but for an inset on all sides, and the water above it. What is thin is given a spacing: a floor
     above it, a wall to both sides.

@@ -31,7 +31,7 @@ from scenes.stage.frame import FrameArrays, TruthArrays
 from scenes.stage.records import WORLD, BallRecord, Pose, StateRecord
 
 RENDERERS = 1000
-"""So many recordings of a kernel are no sign of a mistake."""
+"""Number of recordings of a kernel that is no sign of a mistake."""
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def water_rule(
     colours : array, shape (c, k)
         Reflectance or radiance spectra of what is to be seen; white is one of them.
     count : int
-        Of the rule. All sets of so many candidates are tried.
+        Number of wavelengths of the rule. All sets of `count` candidates are tried.
     """
     share = weights / weights.sum()
     spectra = (colours[:, np.newaxis] * transmissions(points)).reshape(-1, len(points))

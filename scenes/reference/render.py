@@ -131,7 +131,7 @@ def camera_rays(camera: Camera, scene_from_camera: RigidTransform, columns: int,
 
 
 class _Counter:
-    """Tells how many of all launches are done."""
+    """Reports how many of all launches are done."""
 
     def __init__(self, total: int, progress: Progress | None):
         self.done, self.total, self.progress = 0, total, progress

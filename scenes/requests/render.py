@@ -51,7 +51,7 @@ def render(
     """Render one pose and write it, with its ground truth where that is wanted.
 
     Geometry is known for one ray through each pixel's centre: with more samples, and beside the reference's light, a
-    frame of one sample tells it.
+    frame of one sample shows it.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ def _facts(frame: Frame, rig: Rig, scene: Scene, request: RenderRequest, *, path
 
 
 def _timed(make: Callable[[], Made]) -> tuple[Made, float]:
-    """What is made, and how long that took without compiling, which the clock is told of."""
+    """What is made, and how long that took without compiling, which the clock is given."""
     start = time.perf_counter()
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
         made = make()

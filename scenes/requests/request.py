@@ -1,4 +1,4 @@
-"""What can be asked of a view, where it goes, and what is told of it."""
+"""What can be asked of a view, where it goes, and what is reported of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenes.image import check_image_path
 Light = Literal["full", "draft"]
 
 FEWEST_REFERENCE_SAMPLES = 2
-"""Paths of a pixel whose spread tells the error."""
+"""Paths of a pixel from whose spread the error is found."""
 
 MOST_FAST_SAMPLES = 1024
 """All of a frame's samples are in memory at once."""

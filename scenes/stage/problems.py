@@ -1,4 +1,4 @@
-"""Sentences about what is wrong, collected, so that a user is told all of it at once."""
+"""Sentences about what is wrong, collected, so that a user reads all of it at once."""
 
 from __future__ import annotations
 

@@ -104,7 +104,7 @@ def ground_truth(
     state : State
         In which it was rendered, with the robot's pose, and the target's when there is one.
     parts : sequence of PartMesh
-        The parts that were rendered, by whose names instances are told to turn with a joint. Without them, mount and
+        The parts that were rendered, whose names say which instances turn with a joint. Without them, mount and
         servos have no motion vectors.
     instance_names : sequence of str
         Names that `frame.instance` counts.

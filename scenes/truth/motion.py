@@ -62,7 +62,7 @@ class Motion:
     ----------
     du_px, dv_px : float32
         From the pixel's centre to where its point appears in the other state, in pixels of the frame, right and down;
-        nan for `NO_IMAGE` and `NO_POINT`. Where the point is hidden or outside, the vector tells where it would be.
+        nan for `NO_IMAGE` and `NO_POINT`. Where the point is hidden or outside, the vector points to where it would be.
     seen : uint8
         `Seen`.
     """

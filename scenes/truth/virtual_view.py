@@ -34,7 +34,7 @@ ON_THE_RAY = 0.1
 is known, which is none at one sample a pixel, and that of the first sample from the centre at more."""
 
 SAMPLED_PIXELS = 10_000
-"""So many pixels tell it well enough."""
+"""Number of pixels from which it is found well enough."""
 
 SPREAD_OF_PITCH = 4.0
 """An offset in pixels is another angle at the image's edge than in its middle, by less than this."""

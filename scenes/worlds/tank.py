@@ -29,7 +29,7 @@ BOARD_PLACES = {
 def tank(depth_m: float) -> World:
     """Square basin with checkered walls and floor around a robot at `depth_m`; open above.
 
-    The walls' tiles are 0.25 m; each wall has its own pair of greys or a coloured band, so that an image tells where
+    The walls' tiles are 0.25 m; each wall has its own pair of greys or a coloured band, so that an image shows where
     the camera looks: yellow ahead (+x), orange to the left (+y), grey behind, dark to the right. Before the walls stand
     the boards of `tank_boards`.
     """

@@ -83,7 +83,7 @@ class WorkPanel:
     def _place(self) -> None:
         with self._gui.add_folder("Place again", expand_by_default=False):
             self._gui.add_markdown(
-                "Camera, mirrors and anchors anew on a hull from a file, as far as they are not pinned."
+                "Place camera, mirrors and anchors again on a hull from a file, as far as they are not pinned."
             )
             self._button("Place", lambda: self._run(("place", self._file), changes=True))
 

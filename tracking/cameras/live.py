@@ -64,7 +64,7 @@ class LiveCamera:
 
     @property
     def missing(self) -> int:
-        """Nothing else tells of a missing image."""
+        """Nothing else reports a missing image."""
         return self.skipped
 
     def now_s(self) -> float:

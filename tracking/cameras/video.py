@@ -144,7 +144,7 @@ class ImageFolderCamera:
 
     @property
     def missing(self) -> int:
-        """Nothing else tells of a missing image."""
+        """Nothing else reports a missing image."""
         return self.skipped
 
     def read(self) -> CameraFrame | None:

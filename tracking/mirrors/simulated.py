@@ -1,4 +1,4 @@
-"""A gaze mirror on simulated servos: what they are told, where they are, and where a driver estimates them to be."""
+"""A gaze mirror on simulated servos: what they are sent, where they are, and where a driver estimates them to be."""
 
 from __future__ import annotations
 

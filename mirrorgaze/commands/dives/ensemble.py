@@ -44,7 +44,10 @@ def ensemble(
         ),
     ] = None,
     grid: Annotated[
-        bool, typer.Option("--grid", help="Say what each key does, and each two: tables and figures.")
+        bool,
+        typer.Option(
+            "--grid", help="Compute what each key, and each pair of keys, does to the metrics: tables and figures."
+        ),
     ] = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,

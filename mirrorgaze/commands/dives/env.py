@@ -67,7 +67,7 @@ def env(
     names = [name.strip() for name in policy.split(",")]
     policies = {name: partial(policy_named, name, task, parts) for name in names}
     for make in policies.values():
-        make()  # an unknown name is told before anything takes time
+        make()  # an unknown name is reported before anything takes time
     print_step("environment ...")
     alone = GazeEnv(task.dive, rig=task.rig, parts=parts, **settings)
     check_environment(alone)

@@ -31,7 +31,7 @@ def place(rig: RigArgument, json: JsonOption = False) -> None:
 
     Decides the keys of a rig file that carry the comment "# placed", writes them into it, and says why each has its
     value and what was rejected. A key without that comment is pinned: take the comment away to keep a value, put it
-    there to have it decided. What does not fit is said, and nothing is written then.
+    there to have it decided. When nothing fits, the command says what is in the way and writes nothing.
 
     \b
     Example:

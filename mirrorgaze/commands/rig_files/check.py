@@ -35,9 +35,9 @@ def check(
     """Check a rig file, and with --cad its mount.
 
     Prints the rig's key numbers, or everything that is wrong with it, each with its key, its value and what was
-    expected. The files that it names are read as well, and what had to be done to a hull's is said. With --cad this
-    takes half a minute, and longer the first time when there is a slicer. With --require every requirement that the
-    file states passes, fails, or is not judged here: the gaze error is a dive's, the print time a slicer's (--cad).
+    expected. The command reads the files that it names as well, and prints what had to be done to a hull's. With --cad
+    this takes half a minute, and longer the first time when there is a slicer. With --require every requirement that
+    the file states passes, fails, or is not judged here: the gaze error is a dive's, the print time a slicer's (--cad).
 
     \b
     Example:

@@ -91,11 +91,11 @@ def new(
 ) -> None:
     """Create a rig file or a dive file.
 
-    A rig begins with a preset, copied with its comments, or on a hull. A file that exists is never overwritten. A
-    hull's file is opened: what it holds is said, and what it is taken for and why. --unit is asked for where neither
-    file nor size say it. The hull's middle becomes the body's origin, a robot's base link stays it. Camera, mirrors and
-    anchors are placed on the hull, each with the reason in the rig file: `mirrorgaze place FILE` does that again after
-    a change.
+    A rig begins with a preset, copied with its comments, or on a hull. A file that exists is never overwritten. The
+    command opens a hull's file, and prints what it holds, what it is taken for and why. It asks for --unit where
+    neither file nor size say it. The hull's middle becomes the body's origin, a robot's base link stays it. Camera,
+    mirrors and anchors are placed on the hull, each with the reason in the rig file: `mirrorgaze place FILE` does that
+    again after a change.
 
     \b
     Example:
