@@ -22,13 +22,13 @@ def check_viser() -> None:
 
 
 @contextmanager
-def served(session: Session, *, port: int = 0, width_px: int = 640) -> Iterator[str]:
+def served(session: Session, *, tcp_port: int = 0, width_px: int = 640) -> Iterator[str]:
     """Serve a session's page; gives its address.
 
     Parameters
     ----------
     session : Session
-    port : int
+    tcp_port : int
         By default one that is free.
     width_px : int
         Of the camera's image.
@@ -47,11 +47,12 @@ def served(session: Session, *, port: int = 0, width_px: int = 640) -> Iterator[
     door = Door()
     # viser prints its own address, without the token.
     with door.guarding(), redirect_stdout(StringIO()):
-        server = viser.ViserServer(LOOPBACK, port, verbose=False)
+        server = viser.ViserServer(LOOPBACK, tcp_port, verbose=False)
     try:
-        if port not in (0, server.get_port()):
+        if tcp_port not in (0, server.get_port()):
             raise ValueError(
-                f"--port {port}: expected a free port; {server.get_port()} is one, without --port any is found"
+                f"--tcp-port {tcp_port}: expected a free port; {server.get_port()} is one, "
+                "without --tcp-port any is found"
             )
         studio = Studio(session, width_px=width_px)
         page = Page(server, studio, door.heard)
@@ -67,11 +68,11 @@ def served(session: Session, *, port: int = 0, width_px: int = 640) -> Iterator[
             server.stop()
 
 
-def serve_until_interrupted(session: Session, *, port: int, width_px: int, opened: Callable[[str], None]) -> None:
+def serve_until_interrupted(session: Session, *, tcp_port: int, width_px: int, opened: Callable[[str], None]) -> None:
     """Serve until Ctrl-C or a signal to end; `opened` takes the address."""
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
-    with served(session, port=port, width_px=width_px) as address:
+    with served(session, tcp_port=tcp_port, width_px=width_px) as address:
         opened(address)
         ended.wait()

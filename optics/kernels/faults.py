@@ -85,7 +85,7 @@ def _sentence(error: Exception) -> str:
         case UnicodeDecodeError():
             sentence = f"expected text in UTF-8, got byte 0x{error.object[error.start]:02x} at byte {error.start}"
         case csv.Error():
-            sentence = f"expected fields with commas between them in a CSV file, got {error}"
+            sentence = f"expected fields separated by commas in a CSV file, got {error}"
         case MemoryError():
             sentence = "there is not enough memory; ask for less (a smaller image, fewer samples), or allow more"
         case ImportError():

@@ -77,7 +77,7 @@ def _fields(path: Path, number: int, line: str) -> list[str]:
     try:
         return [field.strip() for field in next(csv.reader([line]))]
     except csv.Error as error:
-        raise ValueError(f"{path}: line {number}: expected fields with commas between them, got {error}") from None
+        raise ValueError(f"{path}: line {number}: expected fields separated by commas, got {error}") from None
 
 
 def read_text(path: Path) -> str:

@@ -25,5 +25,5 @@ def test_a_port_that_is_taken_is_said(tmp_path):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        with pytest.raises(ValueError, match=f"--port {port}: expected a free port"):
-            server.served(Session("aqua2", folder=tmp_path), port=port).__enter__()
+        with pytest.raises(ValueError, match=f"--tcp-port {port}: expected a free port"):
+            server.served(Session("aqua2", folder=tmp_path), tcp_port=port).__enter__()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class ImageOptions:
     """Which images there are, and in which medium."""
 
-    water: Annotated[
+    water_images: Annotated[
         list[str],
         typer.Option(metavar="[NAME=]IMAGES", help="Images in water: folder or pattern; once for each camera."),
     ] = ()  # type: ignore[assignment]
@@ -101,7 +101,7 @@ def calibrate_port(
 
     \b
     Example:
-      mirrorgaze calibrate-port --bare air/ --water pool/ --columns 9 --rows 6 --square-mm 25 -o out/port
+      mirrorgaze calibrate-port --bare air/ --water-images pool/ --columns 9 --rows 6 --square-mm 25 -o out/port
     """
     from tracking.port_calibration.camera_input import read_intrinsics
     from tracking.port_calibration.camera_output import write_port_files
@@ -137,9 +137,9 @@ def _observations(
     from tracking.port_calibration.corner_files import read_corners
     from tracking.port_calibration.images import find_boards, image_files
 
-    groups = {"water": images.water, "air": images.air, "bare": images.bare}
+    groups = {"water": images.water_images, "air": images.air, "bare": images.bare}
     if (corners is None) == (not any(groups.values())):
-        raise ValueError("expected CORNERS or images (--water, --air, --bare), either or")
+        raise ValueError("expected CORNERS or images (--water-images, --air, --bare), either or")
     if corners is not None:
         return read_corners(corners, size_px=_size(size_px))
     files, problems = {}, []

@@ -22,7 +22,7 @@ def arena(
         int, typer.Option(metavar="N", help="First seed; those from 1000 on are held out for final tables.", min=0)
     ] = 0,
     variant: Annotated[
-        str, typer.Option(metavar="NAMES", help="Variants of the loop, with commas between them.")
+        str, typer.Option(metavar="NAMES", help="Variants of the loop, separated by commas.")
     ] = "default",
     worst: Annotated[
         int, typer.Option(metavar="N", help="Number of worst dives of each loop to draw images of.", min=0)

@@ -69,4 +69,4 @@ def _counts(text: str) -> list[int]:
     try:
         return sorted({int(number) for number in text.split(",")})
     except ValueError:
-        raise ValueError(f"expected --samples to be whole numbers with commas, got {text!r}") from None
+        raise ValueError(f"expected --samples to be whole numbers separated by commas, got {text!r}") from None

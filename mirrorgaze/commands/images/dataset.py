@@ -25,13 +25,13 @@ def dataset(
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     shard: ShardOption = None,
-    check: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Check a finished data set instead: counts, digests, files.")
+    verify: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Verify a finished data set instead: counts, digests, files.")
     ] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of data-set files instead.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Render a data set, or check one.
+    """Render a data set, or verify one.
 
     Every sample is known by the file's seed and its number. It has an image, depth, normals, labels, instances and
     over which mirrors each pixel is seen as PNG, and a record (JSON) of joints, gaze, poses, camera and boxes;
@@ -42,14 +42,14 @@ def dataset(
     Example:
       mirrorgaze dataset balls.toml -o out/balls
       mirrorgaze dataset balls.toml -o out/balls --shard 2/8
-      mirrorgaze dataset --check out/balls
+      mirrorgaze dataset --verify out/balls
     """
-    if sum((spec is not None, check is not None, schema)) != 1:
-        raise typer.BadParameter("expected one of SPEC, --check DIR and --schema")
+    if sum((spec is not None, verify is not None, schema)) != 1:
+        raise typer.BadParameter("expected one of SPEC, --verify DIR and --schema")
     if schema:
         _print_schema()
-    elif check is not None:
-        _check(check, json=json)
+    elif verify is not None:
+        _verify(verify, json=json)
     else:
         assert spec is not None  # one of the three was given
         _make(spec, output, workers or os.cpu_count() or 1, scheduler, shard, json=json)
@@ -61,7 +61,7 @@ def _print_schema() -> None:
     print_json(DatasetSpecification.model_json_schema())
 
 
-def _check(folder: Path, *, json: bool) -> None:
+def _verify(folder: Path, *, json: bool) -> None:
     from dives.datasets.check import check_dataset
 
     found = check_dataset(folder, progress=lambda done, total: print_progress("samples", done, total))

@@ -65,7 +65,7 @@ def _numbers(text: str) -> list[float]:
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
-        raise ValueError(f"expected --distances-m as numbers with commas between them, got {text!r}") from None
+        raise ValueError(f"expected --distances-m as numbers separated by commas, got {text!r}") from None
 
 
 def _virtual_as_json(

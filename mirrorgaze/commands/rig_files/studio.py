@@ -12,10 +12,10 @@ from mirrorgaze.output import print_note
 
 def studio(
     rig: RigArgument,
-    port: Annotated[
+    tcp_port: Annotated[
         int,
         typer.Option(
-            metavar="N", help="Port of the page on this machine.", show_default="a free one", min=0, max=65535
+            metavar="N", help="TCP port of the page on this machine.", show_default="a free one", min=0, max=65535
         ),
     ] = 0,
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
@@ -45,4 +45,4 @@ def studio(
         if open_page:
             typer.launch(address)
 
-    serve_until_interrupted(session, port=port, width_px=width_px, opened=opened)
+    serve_until_interrupted(session, tcp_port=tcp_port, width_px=width_px, opened=opened)

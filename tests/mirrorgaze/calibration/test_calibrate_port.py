@@ -83,15 +83,15 @@ def test_json_holds_the_same_and_files_are_written(corners, here):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ([], "expected CORNERS or images (--water, --air, --bare), either or"),
-        (["corners.csv", "--water", "pool"], "either or"),
+        ([], "expected CORNERS or images (--water-images, --air, --bare), either or"),
+        (["corners.csv", "--water-images", "pool"], "either or"),
         (["corners.csv", "--port", "cube"], "expected --port flat, dome or none, got 'cube'"),
         (["corners.csv", "--port", "dome"], "expected --radius-mm > 0"),
         (["corners.csv", "--intrinsics", "air.txt"], "air.txt: No such file"),
         (["corners.csv", "--keep-intrinsics"], "expected intrinsics to keep, got none"),
         (["corners.csv", "--size-px", "big"], "expected --size-px as two whole numbers"),
-        (["--water", "pool", "--square-mm", "25"], "expected --columns of at least 3, got 0"),
-        (["--water", "nowhere", "--board", "wood"], "nowhere: expected a folder with images"),
+        (["--water-images", "pool", "--square-mm", "25"], "expected --columns of at least 3, got 0"),
+        (["--water-images", "nowhere", "--board", "wood"], "nowhere: expected a folder with images"),
     ],
 )
 def test_what_cannot_be_is_refused_with_a_sentence(arguments, sentence, here, corners):
@@ -108,7 +108,7 @@ def test_every_problem_of_the_images_is_told_at_once(here):
     cv2.imwrite("pool/1.png", np.zeros((90, 120), dtype=np.uint8))
     cv2.imwrite("pool/2.png", np.zeros((80, 120), dtype=np.uint8))
     (here / "pool" / "3.png").write_text("no image")
-    result = mirrorgaze("--water", "pool", "--columns", 4, "--rows", 3, "--square-mm", 25)
+    result = mirrorgaze("--water-images", "pool", "--columns", 4, "--rows", 3, "--square-mm", 25)
     assert result.exit_code == 2
     for sentence in (
         "3.png: expected an image, got something that cannot be read as one",

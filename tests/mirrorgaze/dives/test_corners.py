@@ -41,7 +41,7 @@ def test_json_holds_the_same(here):
     [
         (["bench"], "expected a rig with mirrors, got 'bench'"),
         (["aqua2", "--samples", "26"], "expected a square number of samples from 4, got 26"),
-        (["aqua2", "--samples", "many"], "expected --samples to be whole numbers with commas, got 'many'"),
+        (["aqua2", "--samples", "many"], "expected --samples to be whole numbers separated by commas, got 'many'"),
     ],
 )
 def test_bad_input_is_a_sentence(here, arguments, sentence):

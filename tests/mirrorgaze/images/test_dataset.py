@@ -78,7 +78,7 @@ def test_pieces_that_could_not_be_made_are_named(spec, asked):
         (("balls.toml", "--schema"), "one of SPEC"),
         (("nothing.toml",), "nothing.toml"),
         (("balls.toml", "--shard", "5/4"), "--shard 5/4"),
-        (("--check", "."), "no manifest.json"),
+        (("--verify", "."), "no manifest.json"),
     ],
 )
 def test_bad_input_is_a_sentence(spec, arguments, words):

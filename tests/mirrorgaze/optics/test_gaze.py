@@ -76,7 +76,7 @@ def test_the_virtual_camera_as_json():
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("aqua2", "--distances-m", "1,x"), "expected --distances-m as numbers with commas between them, got '1,x'"),
+        (("aqua2", "--distances-m", "1,x"), "expected --distances-m as numbers separated by commas, got '1,x'"),
         (("aqua2", "--distances-m", "-1"), "expected distances_m > 0"),
         (("bench",), "expected a rig with mirrors, got 'bench'"),
     ],
