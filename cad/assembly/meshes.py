@@ -49,7 +49,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
 
 
-MESH_VERSION = 6
+MESH_VERSION = 7
 """Raised when a part of the same rig gets another shape: in `cad`, or in what of `optics` places and shapes parts."""
 
 
