@@ -85,14 +85,7 @@ def inverse_gaze(layout: Layout, azimuth: float, elevation: float) -> FloatArray
         raise ValueError(f"expected finite azimuth and elevation, got {azimuth} and {elevation}")
     direction = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
     x, y, z = layout.body_from_gimbal.rotation.inv().apply(direction)
-    theta, phi = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
-    found = [
-        (q1, q2)
-        for pan, twice_tilt in ((theta, phi), (theta + np.pi, np.pi - phi))
-        for q1 in _within_limits(layout.pan, pan, period=2 * np.pi)
-        for q2 in _within_limits(layout.tilt, twice_tilt / 2, period=2 * np.pi)
-    ]
-    return np.array(sorted(found), dtype=np.float64).reshape(-1, 2)
+    return _joint_values(layout, pan=np.arctan2(y, x), tilt=np.arctan2(z, np.hypot(x, y)) / 2)
 
 
 def inverse_reflection(layout: Layout, incoming: ArrayLike, outgoing: ArrayLike) -> FloatArray:
@@ -113,14 +106,8 @@ def inverse_reflection(layout: Layout, incoming: ArrayLike, outgoing: ArrayLike)
     # M2's normal halves the angle between where the ray goes and where it comes from.
     normal = np.asarray(outgoing, dtype=np.float64) - np.asarray(incoming, dtype=np.float64)
     x, y, z = layout.body_from_gimbal.rotation.inv().apply(normal)
-    pan, elevation = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
-    found = [
-        (q1, q2)
-        for theta, phi in ((pan, elevation), (pan + np.pi, np.pi - elevation))
-        for q1 in _within_limits(layout.pan, theta, period=2 * np.pi)
-        for q2 in _within_limits(layout.tilt, phi - FACE_ELEVATION_AT_ZERO, period=2 * np.pi)
-    ]
-    return np.array(sorted(found), dtype=np.float64).reshape(-1, 2)
+    elevation = np.arctan2(z, np.hypot(x, y))
+    return _joint_values(layout, pan=np.arctan2(y, x), tilt=elevation - FACE_ELEVATION_AT_ZERO)
 
 
 def fold_reflection(layout: Layout, direction: ArrayLike) -> FloatArray:
@@ -163,6 +150,18 @@ def virtual_centre(layout: Layout, q1: ArrayLike, q2: ArrayLike) -> FloatArray:
 
 def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
     return np.asarray(vector - 2 * (vector * normal).sum(axis=-1, keepdims=True) * normal)
+
+
+def _joint_values(layout: Layout, *, pan: float, tilt: float) -> FloatArray:
+    """All joint values within the limits that turn M2's normal to where the angles `pan` and `tilt` turn it."""
+    # Over the front, and over the zenith with the pan axis turned by half a turn.
+    found = [
+        (q1, q2)
+        for theta, t in ((pan, tilt), (pan + np.pi, np.pi - 2 * FACE_ELEVATION_AT_ZERO - tilt))
+        for q1 in _within_limits(layout.pan, theta, period=2 * np.pi)
+        for q2 in _within_limits(layout.tilt, t, period=2 * np.pi)
+    ]
+    return np.array(sorted(found), dtype=np.float64).reshape(-1, 2)
 
 
 def _within_limits(joint: Joint, angle: float, *, period: float) -> list[float]:
