@@ -16,10 +16,10 @@ from cad.hulls.hull import file_hull_surface, hull_shape
 from cad.hulls.window import solid_with_window, with_window
 from cad.parts.bands import BAND, band_hardware
 from cad.parts.bracket.bracket_joint import FRONT, REAR, bracket_joint, halves, joint_hardware
-from cad.parts.bracket.bracket_placement import FoldStance, fold_stance
+from cad.parts.bracket.bracket_placement import BracketPlacement, bracket_placement
 from cad.parts.bracket.fold_bracket import fold_bracket_solid
 from cad.parts.flange import flange_hardware
-from cad.parts.gimbal_base import base_hardware, base_stance, flange_seat, gimbal_base_solid, pan_servo_in_body
+from cad.parts.gimbal_base import base_hardware, base_placement, flange_seat, gimbal_base_solid, pan_servo_in_body
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.parts.hardware import Hardware
 from cad.parts.mirror_holder import holder_hardware, mirror_holder_solid, tilt_horn_in_m2
@@ -158,17 +158,17 @@ def build_assembly(rig: Rig) -> Assembly:
     for key in ("pan", "tilt", "stow"):
         if (servo := getattr(servos, key)) is not None:
             check_servo(servo, f"servos.{key}")
-    stance = base_stance(dimensions, layout)
-    seat = flange_seat(rig, stance)
-    fold, hinge = fold_stance(rig, layout), stow_hinge(rig, layout)
+    placement = base_placement(dimensions, layout)
+    seat = flange_seat(rig, placement)
+    fold, hinge = bracket_placement(rig, layout), stow_hinge(rig, layout)
     fixed, pan, tilt = Group.FIXED, Group.PAN, Group.TILT
-    pan_servo = pan_servo_in_body(dimensions, stance, servo_solid(servos.pan))
+    pan_servo = pan_servo_in_body(dimensions, placement, servo_solid(servos.pan))
     tilt_servo = tilt_servo_in_pan(dimensions, servo_solid(servos.tilt))
     hull = _hull(rig, layout)
     parts = [
         hull,
         *_fold_parts(fold, hinge),
-        _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, stance, seat)),
+        _printed("gimbal_base", fixed, gimbal_base_solid(dimensions, placement, seat)),
         _servo("pan_servo", fixed, pan_servo, servos.pan),
         _horn("pan_horn", pan, pan_horn_in_pan(dimensions), servos.pan),
         _printed("yoke", pan, yoke_solid(dimensions)),
@@ -178,7 +178,7 @@ def build_assembly(rig: Rig) -> Assembly:
         _mirror("gaze_mirror", tilt, mirror_plate(dimensions.mirror), dimensions.mirror, mount),
         *_clip("gaze_mirror", tilt, dimensions.mirror, mount, Location()),
     ]
-    hardware = base_hardware(dimensions, stance, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
+    hardware = base_hardware(dimensions, placement, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
     seats = [end for end in (fold.seat.moved(fold.body_from_fold), seat) if end.strapped]
     if seats:
         surface = trimesh.Trimesh(1000 * hull.mesh.vertices_m, hull.mesh.faces, process=False)
@@ -193,18 +193,18 @@ def _hull(rig: Rig, layout: Layout) -> Part:
     return Part(name="hull", group=Group.FIXED, role=Role.HULL, solid=solid, seen=seen)
 
 
-def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
+def _fold_parts(placement: BracketPlacement, hinge: StowHinge | None) -> list[Part]:
     """Fold bracket, M1 and what holds them, in the body frame; in two parts where M1 can be stowed."""
-    place = location_mm(stance.body_from_fold) * stance.fold_from_cell
+    place = location_mm(placement.body_from_fold) * placement.fold_from_cell
     swinging = [
-        _mirror("fold_mirror", Group.FIXED, place * mirror_plate(stance.mirror), stance.mirror, stance.mount),
-        *_clip("fold_mirror", Group.FIXED, stance.mirror, stance.mount, place),
+        _mirror("fold_mirror", Group.FIXED, place * mirror_plate(placement.mirror), placement.mirror, placement.mount),
+        *_clip("fold_mirror", Group.FIXED, placement.mirror, placement.mount, place),
     ]
-    bolts = flange_hardware(stance.seat, "fold")
-    body = location_mm(stance.body_from_fold)
+    bolts = flange_hardware(placement.seat, "fold")
+    body = location_mm(placement.body_from_fold)
     standing = [_bought(replace(bolt, pose=body * bolt.pose)) for bolt in bolts]
     if hinge is None:
-        return [*_fixed_bracket(stance), *swinging, *standing]
+        return [*_fixed_bracket(placement), *swinging, *standing]
     on_deck, on_arm = hinge_hardware(hinge)
     standing = [_printed("fold_bracket", Group.FIXED, deck_solid(hinge)), *standing, *map(_bought, on_deck)]
     swinging = [_printed("fold_arm", Group.FIXED, arm_solid(hinge)), *swinging, *map(_bought, on_arm)]
@@ -215,13 +215,13 @@ def _fold_parts(stance: FoldStance, hinge: StowHinge | None) -> list[Part]:
     return standing + [replace(part, stows=True) for part in swinging]
 
 
-def _fixed_bracket(stance: FoldStance) -> list[Part]:
+def _fixed_bracket(placement: BracketPlacement) -> list[Part]:
     """Fold bracket without a hinge: whole, or where the printer is too small and the girders have room, in halves."""
-    whole = _printed("fold_bracket", Group.FIXED, fold_bracket_solid(stance))
-    if fits_printer(whole.mesh, stance.mount) or (joint := bracket_joint(stance)) is None:
+    whole = _printed("fold_bracket", Group.FIXED, fold_bracket_solid(placement))
+    if fits_printer(whole.mesh, placement.mount) or (joint := bracket_joint(placement)) is None:
         return [whole]
     rear, front = halves(joint, whole.solid)
-    body = location_mm(stance.body_from_fold)
+    body = location_mm(placement.body_from_fold)
     pieces = (replace(piece, pose=body * piece.pose) for piece in joint_hardware(joint))
     return [_printed(REAR, Group.FIXED, rear), _printed(FRONT, Group.FIXED, front), *map(_bought, pieces)]
 

@@ -17,7 +17,7 @@ from cad.loads.joint_strength import joint_strength
 from cad.overlaps import manifold_mm
 from cad.parts.contact import ROUGH_MM, SHEET_MM, SurfaceContact
 from cad.parts.flange import fold_seat
-from cad.parts.gimbal_base import base_stance, flange_seat
+from cad.parts.gimbal_base import base_placement, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -63,7 +63,7 @@ def _bedding(rig: Rig, layout: Layout) -> list[Finding]:
     """How thick the bed is that a flange needs on a hull from a file: the hull's steps under it."""
     if rig.file_hull is None:
         return []
-    seats = {"fold": fold_seat(rig), "base": flange_seat(rig, base_stance(GimbalDimensions.from_rig(rig), layout))}
+    seats = {"fold": fold_seat(rig), "base": flange_seat(rig, base_placement(GimbalDimensions.from_rig(rig), layout))}
     return [
         Finding(
             check=BEDDING_CHECK,

@@ -17,7 +17,7 @@ import numpy as np
 from cad.loads.holding import SAFETY_FACTOR, loads_at
 from cad.loads.masses import mount_in_body, together
 from cad.parts.bracket.bracket_joint import FRONT, FRONT_PLATE_MM, REAR_PLATE_MM, THREAD, BracketJoint, bracket_joint
-from cad.parts.bracket.bracket_placement import fold_stance
+from cad.parts.bracket.bracket_placement import bracket_placement
 from cad.parts.hardware import nominal_diameter_mm
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -64,14 +64,14 @@ def joint_strength(rig: Rig, meshes: Sequence[PartMesh]) -> JointStrength | None
     """Strength of the joint of a rig's fold bracket; None for one in one piece. The meshes are those of the rig."""
     if all(mesh.name != FRONT for mesh in meshes):
         return None
-    joint = bracket_joint(fold_stance(rig, Layout.from_rig(rig)))
+    joint = bracket_joint(bracket_placement(rig, Layout.from_rig(rig)))
     if joint is None:
         return None
     ahead = [body for body in mount_in_body(rig, meshes, 0.0, 0.0) if body.name.startswith(IN_FRONT)]
     y, z = np.mean(joint.sides_mm), np.mean(joint.levels_mm)
-    middle = joint.stance.in_body_mm(joint.x_mm, float(y), float(z)) / 1000
+    middle = joint.placement.in_body_mm(joint.x_mm, float(y), float(z)) / 1000
     _, (force, moment) = loads_at(rig, together(FRONT, ahead), "fold", middle)
-    return _strength(joint, force, moment, MATERIALS[joint.stance.mount.material].youngs_modulus_pa)
+    return _strength(joint, force, moment, MATERIALS[joint.placement.mount.material].youngs_modulus_pa)
 
 
 def _strength(joint: BracketJoint, force_n: float, moment_n_m: float, modulus_pa: float) -> JointStrength:
@@ -82,8 +82,8 @@ def _strength(joint: BracketJoint, force_n: float, moment_n_m: float, modulus_pa
     pull = force_n / number + moment_n_m * float(levers.max() / (levers**2).sum())
     shear = force_n / number + moment_n_m * float(around.max() / (around**2).sum())
     # From the middle of the web to the screws of its side.
-    reach = float(screws[:, 0].min()) - (joint.sides_mm[0] + joint.stance.wall_mm / 2) / 1000
-    depth, thin = joint.stance.girder_mm / 1000, FRONT_PLATE_MM / 1000
+    reach = float(screws[:, 0].min()) - (joint.sides_mm[0] + joint.placement.wall_mm / 2) / 1000
+    depth, thin = joint.placement.girder_mm / 1000, FRONT_PLATE_MM / 1000
     stress = 6 * side * pull * reach / (depth * thin**2)
     bent = sum(4 * side * pull * reach**3 / (modulus_pa * depth * (plate / 1000) ** 3) for plate in PLATES_MM)
     bearing = STRENGTH_PA * nominal_diameter_mm(THREAD) / 1000 * thin

@@ -1,4 +1,4 @@
-"""Whether a gimbal finds room beside its hull, by what it sweeps: quick enough to be asked for thousands of designs.
+"""Whether a gimbal's clearance envelope is clear of its hull: quick enough to be asked for thousands of designs.
 
 Yoke and tilt servo turn within a cylinder about the pan axis, the mirror holder within a sphere about the crossing of
 the axes. Both are taken whole, whatever the joint ranges: on the safe side of the checks on the solids themselves.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from manifold3d import Manifold
 
-from cad.parts.gimbal_base import base_stance
+from cad.parts.gimbal_base import base_placement
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from optics.layout import Layout
 from rigs import Rig
@@ -25,16 +25,16 @@ LARGEST_ANCHOR_GAP_MM = 1.0
 
 ON_HULL = "mount.base_anchor_mm on the hull"
 STANDING = "mount.base_anchor_mm where the gimbal's base can stand"
-YOKE_ROOM = "room to turn: yoke and tilt servo clear of the hull"
-HOLDER_ROOM = "room to turn: mirror holder clear of the hull"
+YOKE_ENVELOPE = "room to turn: yoke and tilt servo clear of the hull"
+HOLDER_ENVELOPE = "room to turn: mirror holder clear of the hull"
 
-LARGEST_ROOM_MM = 5.0
-"""More room than this is not measured: near misses are what is asked for, and looking further takes ten times as
+LARGEST_MARGIN_MM = 5.0
+"""A larger margin than this is not measured: near misses are what is asked for, and looking further takes ten times as
 long."""
 
 
-def gimbal_rooms_mm(rig: Rig, hull: Manifold) -> dict[str, float]:
-    """Room that each condition leaves a gimbal beside its hull, negative where it is violated.
+def envelope_margins_mm(rig: Rig, hull: Manifold) -> dict[str, float]:
+    """Margin of each condition on the clearance envelope beside the hull, negative where it is violated.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ def gimbal_rooms_mm(rig: Rig, hull: Manifold) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        Millimetres beyond the clearance that the mount asks for, at most `LARGEST_ROOM_MM`; how deep something goes
-        into the hull is not told: room is then minus the clearance.
+        Millimetres beyond the clearance that the mount asks for, at most `LARGEST_MARGIN_MM`; how deep something goes
+        into the hull is not told: the margin is then minus the clearance.
     """
     gaze = rig.require_gaze()
     dimensions, clearance = GimbalDimensions.from_rig(rig), gaze.mount.clearance_mm
@@ -60,17 +60,17 @@ def gimbal_rooms_mm(rig: Rig, hull: Manifold) -> dict[str, float]:
     bottom = dimensions.yoke_bottom_mm
     yoke = Manifold.cylinder(dimensions.servo_arm_top_mm - bottom, dimensions.yoke_radius_mm, -1, SEGMENTS)
     holder = Manifold.sphere(dimensions.holder_reach_mm, SEGMENTS)
-    reach = clearance + LARGEST_ROOM_MM
-    rooms = {
-        YOKE_ROOM: yoke.translate((0, 0, bottom)).transform(pose).min_gap(hull, reach) - clearance,
-        HOLDER_ROOM: holder.transform(pose).min_gap(hull, reach) - clearance,
-        STANDING: LARGEST_ROOM_MM if anchor is not None else -LARGEST_ROOM_MM,
+    reach = clearance + LARGEST_MARGIN_MM
+    margins = {
+        YOKE_ENVELOPE: yoke.translate((0, 0, bottom)).transform(pose).min_gap(hull, reach) - clearance,
+        HOLDER_ENVELOPE: holder.transform(pose).min_gap(hull, reach) - clearance,
+        STANDING: LARGEST_MARGIN_MM if anchor is not None else -LARGEST_MARGIN_MM,
     }
     if anchor is not None:
         point = Manifold.sphere(ANCHOR_STEP_MM / 2, 8).translate(anchor.base_anchor_mm)
-        gap = point.min_gap(hull, LARGEST_ROOM_MM)
-        rooms[ON_HULL] = LARGEST_ROOM_MM if gap < LARGEST_ANCHOR_GAP_MM else -gap
-    return rooms
+        gap = point.min_gap(hull, LARGEST_MARGIN_MM)
+        margins[ON_HULL] = LARGEST_MARGIN_MM if gap < LARGEST_ANCHOR_GAP_MM else -gap
+    return margins
 
 
 def with_standing_base(rig: Rig) -> Rig:
@@ -110,7 +110,7 @@ def with_standing_base(rig: Rig) -> Rig:
 def _refusal(rig: Rig, layout: Layout) -> ValueError | None:
     """Why the gimbal's base cannot stand at its anchor."""
     try:
-        base_stance(GimbalDimensions.from_rig(rig), layout)
+        base_placement(GimbalDimensions.from_rig(rig), layout)
     except ValueError as error:
         return error
     return None

@@ -37,7 +37,7 @@ BOLT_HEAD_MM = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class BaseStance:
+class BasePlacement:
     """Where the base stands: heading of its plane, and the anchor seen from the gimbal.
 
     Attributes
@@ -55,8 +55,8 @@ class BaseStance:
     height_mm: float
 
 
-def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
-    """Stance of the base.
+def base_placement(dimensions: GimbalDimensions, layout: Layout) -> BasePlacement:
+    """Placement of the base.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def base_stance(dimensions: GimbalDimensions, layout: Layout) -> BaseStance:
             f"gimbal's foot is, got z = {mount.base_anchor_mm[2]:g}"
         )
     turned = location_mm(pose) * Rot(0, 0, degrees(atan2(-y, -x)))
-    return BaseStance(body_from_base=turned, reach_mm=reach, height_mm=height)
+    return BasePlacement(body_from_base=turned, reach_mm=reach, height_mm=height)
 
 
 def base_room_mm(dimensions: GimbalDimensions, height_mm: float) -> tuple[float, float]:
@@ -110,27 +110,27 @@ def base_room_mm(dimensions: GimbalDimensions, height_mm: float) -> tuple[float,
     return reach, dimensions.foot_top_mm + CORNER_MM + mount.wall_mm
 
 
-def flange_seat(rig: Rig, stance: BaseStance) -> Seat:
+def flange_seat(rig: Rig, placement: BasePlacement) -> Seat:
     """Seat of the base's flange, body frame, its x towards the pan axis; raises as `cad.parts.flange.base_seat`."""
-    return base_seat(rig, tuple(Plane(stance.body_from_base).x_dir))
+    return base_seat(rig, tuple(Plane(placement.body_from_base).x_dir))
 
 
-def gimbal_base_solid(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) -> Solid:
+def gimbal_base_solid(dimensions: GimbalDimensions, placement: BasePlacement, seat: Seat) -> Solid:
     """Solid of the gimbal base in the body frame, millimetres."""
     d, what, hint = dimensions, "mount.base_anchor_mm, of the gimbal_base", "look at servos.pan too"
-    parts = [_side_view(d, stance, seat), _flare(stance, seat), _servo_block(d), _housing(d)]
-    cuts = [*_servo_opening(d), *_housing_cuts(d), *_tie_slots(d, stance, seat)]
-    base = single_solid([*(stance.body_from_base * part for part in parts), flange(seat)], what, hint)
-    cuts = [*(stance.body_from_base * cut for cut in cuts), fastener_room(seat), hull_side(seat)]
+    parts = [_side_view(d, placement, seat), _flare(placement, seat), _servo_block(d), _housing(d)]
+    cuts = [*_servo_opening(d), *_housing_cuts(d), *_tie_slots(d, placement, seat)]
+    base = single_solid([*(placement.body_from_base * part for part in parts), flange(seat)], what, hint)
+    cuts = [*(placement.body_from_base * cut for cut in cuts), fastener_room(seat), hull_side(seat)]
     return carved(base, cuts, what, hint)
 
 
-def pan_servo_in_body(dimensions: GimbalDimensions, stance: BaseStance, servo: Solid) -> Solid:
+def pan_servo_in_body(dimensions: GimbalDimensions, placement: BasePlacement, servo: Solid) -> Solid:
     """Pan servo in the body frame: shaft up on the pan axis, case towards the column."""
-    return stance.body_from_base * Pos(0, 0, dimensions.pan_horn_mm) * servo
+    return placement.body_from_base * Pos(0, 0, dimensions.pan_horn_mm) * servo
 
 
-def base_hardware(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) -> list[Hardware]:
+def base_hardware(dimensions: GimbalDimensions, placement: BasePlacement, seat: Seat) -> list[Hardware]:
     """Screws of the flange, screws and inserts of the pan servo's ears, and the pan bushing, in the body frame."""
     d = dimensions
     ears = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM
@@ -142,19 +142,19 @@ def base_hardware(dimensions: GimbalDimensions, stance: BaseStance, seat: Seat) 
         )
     bushing = along((0, 0, d.pan_bushing_seat_mm), (0, 0, 1))
     pieces.append(Hardware(name="pan_bushing", group=Group.FIXED, piece=flanged_bushing(PAN_BUSHING), pose=bushing))
-    placed = [replace(piece, pose=stance.body_from_base * piece.pose) for piece in pieces]
+    placed = [replace(piece, pose=placement.body_from_base * piece.pose) for piece in pieces]
     return placed + flange_hardware(seat, "base")
 
 
-def tie_on_beam_mm(dimensions: GimbalDimensions, stance: BaseStance) -> float:
+def tie_on_beam_mm(dimensions: GimbalDimensions, placement: BasePlacement) -> float:
     """Distance from the pan axis of the cable's tie on the foot: half way between servo and column."""
-    return (stance.reach_mm - COLUMN_DEPTH_MM / 2 - _servo_ends(dimensions)[0]) / 2
+    return (placement.reach_mm - COLUMN_DEPTH_MM / 2 - _servo_ends(dimensions)[0]) / 2
 
 
-def _side_view(d: GimbalDimensions, stance: BaseStance, seat: Seat) -> Part:
+def _side_view(d: GimbalDimensions, placement: BasePlacement, seat: Seat) -> Part:
     """Column and foot as one L, rounded in its inner corner and cut at its outer one; the hull cuts its top."""
-    end = stance.height_mm + _over_anchor(seat)
-    back, front = -stance.reach_mm - COLUMN_DEPTH_MM / 2, -stance.reach_mm + COLUMN_DEPTH_MM / 2
+    end = placement.height_mm + _over_anchor(seat)
+    back, front = -placement.reach_mm - COLUMN_DEPTH_MM / 2, -placement.reach_mm + COLUMN_DEPTH_MM / 2
     top, bottom = d.foot_top_mm, _foot_bottom(d)
     joint = case_ends(d.servos.pan)[0]
     outline = [
@@ -185,9 +185,9 @@ def _over_anchor(seat: Seat) -> float:
     return float(seat.contact.range_mm[1] + COLUMN_DEPTH_MM * sine / max(abs(seat.normal[2]), 0.1))
 
 
-def _flare(stance: BaseStance, seat: Seat) -> Part:
+def _flare(placement: BasePlacement, seat: Seat) -> Part:
     """What leads the flange's load into the column."""
-    x, top = -stance.reach_mm, stance.height_mm
+    x, top = -placement.reach_mm, placement.height_mm
     low = top - seat.height_mm
     thin, thick = COLUMN_WIDTH_MM / 2 - 1, COLUMN_WIDTH_MM / 2 + 4
     flare = [(-thin, low - 12), (thin, low - 12), (thick, low), (thick, top), (-thick, top), (-thick, low)]
@@ -249,10 +249,10 @@ def _servo_opening(d: GimbalDimensions) -> list[Part]:
     return cuts
 
 
-def _tie_slots(d: GimbalDimensions, stance: BaseStance, seat: Seat) -> list[Part]:
+def _tie_slots(d: GimbalDimensions, placement: BasePlacement, seat: Seat) -> list[Part]:
     """Slots for the ties of the tilt servo's cable: one on the beam of the foot, then up the column."""
-    half, back = COLUMN_WIDTH_MM / 2, -stance.reach_mm - COLUMN_DEPTH_MM / 2 + TIE_EDGE_MM
-    low, high = d.foot_top_mm + CORNER_MM, stance.height_mm - seat.height_mm - 2 * CORNER_MM
-    slots = [tie_slot(-tie_on_beam_mm(d, stance), d.foot_top_mm - TIE_EDGE_MM, half, upright=False)]
+    half, back = COLUMN_WIDTH_MM / 2, -placement.reach_mm - COLUMN_DEPTH_MM / 2 + TIE_EDGE_MM
+    low, high = d.foot_top_mm + CORNER_MM, placement.height_mm - seat.height_mm - 2 * CORNER_MM
+    slots = [tie_slot(-tie_on_beam_mm(d, placement), d.foot_top_mm - TIE_EDGE_MM, half, upright=False)]
     levels = np.arange(low, high, TIE_STEP_MM)
     return slots + [tie_slot(back, float(level), half, upright=True) for level in levels]

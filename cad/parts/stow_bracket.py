@@ -59,14 +59,14 @@ HORN_ROOM_MM = 0.5
 
 def deck_solid(hinge: StowHinge) -> Solid:
     """Flange, deck and lugs: what of the bracket stays on the hull; body frame, millimetres."""
-    stance, y = hinge.stance, hinge.stance.y_mm
+    placement, y = hinge.placement, hinge.placement.y_mm
     tongue = hinge.lug_limits_mm[1]
     wide = max(FLANGE_WIDTH_MM / 2, tongue)
-    levels = (stance.roof_low_mm, stance.roof_mm)
-    plate = box(stance.pedestal_mm[0], (y - wide, y + wide), levels)
+    levels = (placement.roof_low_mm, placement.roof_mm)
+    plate = box(placement.pedestal_mm[0], (y - wide, y + wide), levels)
     plate = plate.fillet(ROOF_CORNER_MM, plate.edges().filter_by(Axis.Z))
-    nose = box((stance.anchor_mm[0], hinge.stop_mm), (y - tongue, y + tongue), levels)
-    parts = [plate, nose, _lug(hinge, _mirrored(y, hinge.lug_limits_mm)), pedestal(stance)]
+    nose = box((placement.anchor_mm[0], hinge.stop_mm), (y - tongue, y + tongue), levels)
+    parts = [plate, nose, _lug(hinge, _mirrored(y, hinge.lug_limits_mm)), pedestal(placement)]
     cuts = _pivot_cuts(hinge, -1)
     if hinge.servo:
         beside_case = max(hinge.lug_limits_mm[0], hinge.horn_mm - HORN_HEIGHT_MM + GAP_MM)
@@ -76,7 +76,7 @@ def deck_solid(hinge: StowHinge) -> Solid:
         parts.append(_lug(hinge, _shifted(y, hinge.lug_limits_mm)))
         cuts += _pivot_cuts(hinge, 1) + _lock_cuts(hinge)
     return on_hull(
-        stance,
+        placement,
         [single_solid(parts, "joints.stow, of the fold_bracket", "look at mount.fold_anchor_mm too").cut(*cuts)],
         "fold_bracket",
     )
@@ -84,11 +84,11 @@ def deck_solid(hinge: StowHinge) -> Solid:
 
 def arm_solid(hinge: StowHinge) -> Solid:
     """M1's cell between two plates that turn on the lugs, and the bar that stops them; body frame in use."""
-    stance, y = hinge.stance, hinge.stance.y_mm
+    placement, y = hinge.placement, hinge.placement.y_mm
     bar_limits = (hinge.stop_mm, hinge.stop_mm + BAR_MM)
     outer = hinge.arm_mm[1]
-    levels = (stance.roof_low_mm, stance.roof_mm)
-    parts = [cell_in_fold(stance), box(bar_limits, (y - outer, y + outer), levels)]
+    levels = (placement.roof_low_mm, placement.roof_mm)
+    parts = [cell_in_fold(placement), box(bar_limits, (y - outer, y + outer), levels)]
     outline = _plate_outline(hinge, [(x, z) for x in bar_limits for z in levels])
     x, z = hinge.axis_mm
     cuts = []
@@ -104,19 +104,19 @@ def arm_solid(hinge: StowHinge) -> Solid:
         start, end = (place[0], y + hinge.arm_mm[0] - 1, place[1]), (place[0], y + hinge.arm_mm[1] + 1, place[1])
         cuts.append(cylinder(start, end, clearance_diameter_mm(LOCK) / 2))
     what, hint = "fold_mirror, of the fold_arm", "look at mount.wall_mm too"
-    return in_body(stance, single_solid([Part() + single_solid(parts, what, hint).cut(*cuts)], what, hint))
+    return in_body(placement, single_solid([Part() + single_solid(parts, what, hint).cut(*cuts)], what, hint))
 
 
 def stow_servo_in_body(hinge: StowHinge) -> tuple[Solid, Solid]:
     """Servo, its shaft on the axis and its case towards the flange, and its horn; body frame in use."""
     assert hinge.servo is not None
-    place = location_mm(hinge.stance.body_from_fold) * _servo_place(hinge)
+    place = location_mm(hinge.placement.body_from_fold) * _servo_place(hinge)
     return place * servo_solid(hinge.servo), place * horn_solid(hinge.servo)
 
 
 def hinge_hardware(hinge: StowHinge) -> tuple[list[Hardware], list[Hardware]]:
     """Bought pieces that stay with the deck, and those that swing with the arm; body frame in use."""
-    y, (x, z) = hinge.stance.y_mm, hinge.axis_mm
+    y, (x, z) = hinge.placement.y_mm, hinge.axis_mm
     grip = hinge.arm_mm[1] - hinge.lug_limits_mm[1]
     room = hinge.lug_mm
     fixed: list[Hardware] = []
@@ -136,7 +136,7 @@ def hinge_hardware(hinge: StowHinge) -> tuple[list[Hardware], list[Hardware]]:
             screw, insert_ = screw_in_insert(f"stow_lock_{name}", Group.FIXED, LOCK, seat, (0, 1, 0), grip, room)
             fixed.append(insert_)
             swinging += [screw] if name == "use" else []
-    place = location_mm(hinge.stance.body_from_fold)
+    place = location_mm(hinge.placement.body_from_fold)
     return [_posed(piece, place) for piece in fixed], [_posed(piece, place) for piece in swinging]
 
 
@@ -154,9 +154,9 @@ def _mirrored(y: float, limits: Limits) -> Limits:
 
 def _lug(hinge: StowHinge, limits: Limits) -> Part:
     """Rail from the flange to the front of the deck that rises to a round lug at the axis."""
-    stance, (x, z) = hinge.stance, hinge.axis_mm
-    foot, top = stance.roof_mm - stance.wall_mm / 2, stance.roof_mm + RAMP_MM
-    start = stance.rear_mm + ROOF_CORNER_MM
+    placement, (x, z) = hinge.placement, hinge.axis_mm
+    foot, top = placement.roof_mm - placement.wall_mm / 2, placement.roof_mm + RAMP_MM
+    start = placement.rear_mm + ROOF_CORNER_MM
     knee = (max(start + RAMP_MM, x - 2 * LUG_RADIUS_MM - 5), top)
     side = [(start, foot), (start + RAMP_MM, top), knee, hinge.on_lug(knee, side=1), (x, z)]
     toe = x + 0.7 * LUG_RADIUS_MM
@@ -166,9 +166,9 @@ def _lug(hinge: StowHinge, limits: Limits) -> Part:
 
 def _rail(hinge: StowHinge, limits: Limits) -> Part:
     """Rail like a lug's, on the servo's side: it ends behind what turns."""
-    stance = hinge.stance
-    foot, top = stance.roof_mm - stance.wall_mm / 2, stance.roof_mm + RAMP_MM
-    start, end = stance.rear_mm + ROOF_CORNER_MM, hinge.rear_mm - GAP_MM
+    placement = hinge.placement
+    foot, top = placement.roof_mm - placement.wall_mm / 2, placement.roof_mm + RAMP_MM
+    start, end = placement.rear_mm + ROOF_CORNER_MM, hinge.rear_mm - GAP_MM
     return along_y([(start, foot), (end, foot), (end - RAMP_MM, top), (start + RAMP_MM, top)], limits)
 
 
@@ -177,15 +177,15 @@ def _plate_outline(hinge: StowHinge, bar: list[Point]) -> list[Point]:
 
     Nothing of it is in front of the cell's floor, where M1 is.
     """
-    stance = hinge.stance
+    placement = hinge.placement
     # Half a wall into the cell's floor: solids that only touch do not become one.
-    inset = stance.wall_mm / 2 / 2**0.5
-    upper, lower = ((x - inset, z - inset) for x, z in (stance.upper_mm, stance.lower_mm))
+    inset = placement.wall_mm / 2 / 2**0.5
+    upper, lower = ((x - inset, z - inset) for x, z in (placement.upper_mm, placement.lower_mm))
     points = np.array(
         [
             upper,
             lower,
-            stance.lower_mm,
+            placement.lower_mm,
             hinge.axis_mm,
             hinge.on_lug(upper, side=1),
             hinge.on_lug(lower, side=-1),
@@ -213,7 +213,7 @@ def _behind(upper: Point, lower: Point, outline: list[Point]) -> list[Point]:
 
 def _pivot_cuts(hinge: StowHinge, side: int) -> list[Part]:
     x, z = hinge.axis_mm
-    mouth = (x, hinge.stance.y_mm + side * hinge.lug_limits_mm[1], z)
+    mouth = (x, hinge.placement.y_mm + side * hinge.lug_limits_mm[1], z)
     return [insert_hole(PIVOT, mouth, (0, -side, 0), hinge.lug_mm)]
 
 
@@ -225,22 +225,22 @@ def _lock_place(hinge: StowHinge, angle_deg: float) -> Point:
 
 
 def _lock_cuts(hinge: StowHinge) -> list[Part]:
-    mouth = hinge.stance.y_mm + hinge.lug_limits_mm[1]
+    mouth = hinge.placement.y_mm + hinge.lug_limits_mm[1]
     places = (_lock_place(hinge, angle) for angle in (0.0, hinge.max_deg))
     return [insert_hole(LOCK, (x, mouth, z), (0, -1, 0), hinge.lug_mm) for x, z in places]
 
 
 def _servo_place(hinge: StowHinge) -> Location:
     x, z = hinge.axis_mm
-    return Location(Plane(origin=(x, hinge.stance.y_mm + hinge.horn_mm, z), x_dir=(1, 0, 0), z_dir=(0, 1, 0)))
+    return Location(Plane(origin=(x, hinge.placement.y_mm + hinge.horn_mm, z), x_dir=(1, 0, 0), z_dir=(0, 1, 0)))
 
 
 def _servo_lug(hinge: StowHinge) -> Part:
     """Upright plate between the ears of the servo and the arm."""
-    stance, (x, z) = hinge.stance, hinge.axis_mm
+    placement, (x, z) = hinge.placement, hinge.axis_mm
     rear, front, half = hinge.servo_lug_ends_mm
-    limits = _shifted(stance.y_mm, hinge.servo_lug_limits_mm)
-    plate = box((x + rear, x + front), limits, (stance.roof_low_mm, z + half))
+    limits = _shifted(placement.y_mm, hinge.servo_lug_limits_mm)
+    plate = box((x + rear, x + front), limits, (placement.roof_low_mm, z + half))
     corners = plate.edges().filter_by(Axis.Y).group_by(Axis.Z)[-1]
     return plate.fillet(3, corners)
 
@@ -251,7 +251,7 @@ def _servo_cuts(hinge: StowHinge) -> list[Part]:
     x, z = hinge.axis_mm
     far, near = case_ends(hinge.servo)
     half = hinge.servo.size_mm[1] / 2 + FIT_MM
-    inner, outer = _shifted(hinge.stance.y_mm, hinge.servo_lug_limits_mm)
+    inner, outer = _shifted(hinge.placement.y_mm, hinge.servo_lug_limits_mm)
     opening = box((x + far - FIT_MM, x + near + FIT_MM), (inner - 1, outer + 1), (z - half, z + half))
     holes = [
         insert_hole(hinge.servo.ear_screw, (x + along_case, inner, z - across), (0, 1, 0), outer - inner)
@@ -263,7 +263,7 @@ def _servo_cuts(hinge: StowHinge) -> list[Part]:
 def _ear_hardware(hinge: StowHinge) -> list[Hardware]:
     assert hinge.servo is not None
     x, z = hinge.axis_mm
-    ears = hinge.stance.y_mm + hinge.horn_mm + ear_levels(hinge.servo)[0]
+    ears = hinge.placement.y_mm + hinge.horn_mm + ear_levels(hinge.servo)[0]
     inner, outer = hinge.servo_lug_limits_mm
     grip = EAR_THICKNESS_MM + FIT_MM
     return [
@@ -282,7 +282,7 @@ def _ear_hardware(hinge: StowHinge) -> list[Hardware]:
 
 
 def _horn_cuts(hinge: StowHinge) -> list[Part]:
-    (x, z), y = hinge.axis_mm, hinge.stance.y_mm
+    (x, z), y = hinge.axis_mm, hinge.placement.y_mm
     inner, outer = _shifted(y, hinge.arm_mm)
     seat = inner + HORN_GRIP_MM
     cuts = [cylinder((x, inner - 1, z), (x, outer + 1, z), HORN_CENTRE_HOLE_DIAMETER_MM / 2)]
@@ -294,7 +294,7 @@ def _horn_cuts(hinge: StowHinge) -> list[Part]:
 
 def _horn_hardware(hinge: StowHinge) -> list[Hardware]:
     assert hinge.servo is not None
-    (x, z), y = hinge.axis_mm, hinge.stance.y_mm
+    (x, z), y = hinge.axis_mm, hinge.placement.y_mm
     screw = cap_screw(HORN_SCREW, screw_length_mm(HORN_GRIP_MM + FIT_MM + HORN_THICKNESS_MM + HORN_ROOM_MM))
     seat = y + hinge.arm_mm[0] + HORN_GRIP_MM
     return [shaft_screw("stow_shaft_screw", Group.FIXED, hinge.servo, _servo_place(hinge))] + [

@@ -13,7 +13,7 @@ from math import acos, cos, hypot, sin, sqrt
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from cad.parts.bracket.bracket_placement import ALIGNMENT_MM, FoldStance, fold_stance
+from cad.parts.bracket.bracket_placement import ALIGNMENT_MM, BracketPlacement, bracket_placement
 from cad.parts.mirrors import FIT_MM, LIP_THICKNESS_MM, tray_foot_mm
 from cad.parts.servo import EAR_LENGTH_MM, case_bottom, case_ends, ear_levels
 from optics.kernels.arrays import FloatArray
@@ -41,26 +41,26 @@ class StowHinge:
 
     Attributes
     ----------
-    stance : FoldStance
+    placement : BracketPlacement
     max_deg : float
         Angle at which M1 is stowed.
     servo : Servo or None
         What turns it; None for by hand, with a locking screw.
     """
 
-    stance: FoldStance
+    placement: BracketPlacement
     max_deg: float
     servo: Servo | None
 
     @property
     def lug_mm(self) -> float:
         """Thickness of lugs and of the arm's plates."""
-        return max(self.stance.wall_mm, SMALLEST_LUG_MM)
+        return max(self.placement.wall_mm, SMALLEST_LUG_MM)
 
     @property
     def arm_mm(self) -> tuple[float, float]:
         """Inner and outer face of the arm's plates: distance from the middle."""
-        outer = self.stance.tray_half_width_mm
+        outer = self.placement.tray_half_width_mm
         return outer - self.lug_mm, outer
 
     @property
@@ -92,15 +92,15 @@ class StowHinge:
     @property
     def rise_mm(self) -> float:
         """From the roof's outer face up to the axis: a lug stays above the inner face, a servo above the outer."""
-        lug = LUG_RADIUS_MM - self.stance.wall_mm
+        lug = LUG_RADIUS_MM - self.placement.wall_mm
         return max(lug, self.servo_lug_ends_mm[2] if self.servo else 0.0, 4.0)
 
     @property
     def axis_mm(self) -> Point:
         """The axis, as (x, z)."""
-        stance = self.stance
-        front = stance.in_side_view(tray_foot_mm(stance.mirror), LIP_THICKNESS_MM)
-        return min(front[0], stance.upper_mm[0]) - GAP_MM, stance.roof_mm + self.rise_mm
+        placement = self.placement
+        front = placement.in_side_view(tray_foot_mm(placement.mirror), LIP_THICKNESS_MM)
+        return min(front[0], placement.upper_mm[0]) - GAP_MM, placement.roof_mm + self.rise_mm
 
     @property
     def fixed_radius_mm(self) -> float:
@@ -135,17 +135,17 @@ class StowHinge:
     def body_from_stowing(self, angle_rad: float) -> RigidTransform:
         """What the hinge does to parts given in the body frame in use, at a joint value from 0 to its maximum."""
         x, z = self.axis_mm
-        pivot = np.array([x, self.stance.y_mm, z]) / 1000
+        pivot = np.array([x, self.placement.y_mm, z]) / 1000
         # From x towards z: about -y.
         turn = Rotation.from_rotvec([0.0, -angle_rad, 0.0])
         in_fold = RigidTransform.from_components(pivot - turn.apply(pivot), turn)
-        return self.stance.body_from_fold * in_fold * self.stance.body_from_fold.inv()
+        return self.placement.body_from_fold * in_fold * self.placement.body_from_fold.inv()
 
     def axis_in_body(self) -> tuple[FloatArray, FloatArray]:
         """A point of the axis, metres, and its direction, about which stowing is positive; body frame."""
         x, z = self.axis_mm
-        point = self.stance.body_from_fold.apply(np.array([x, self.stance.y_mm, z]) / 1000)
-        return np.asarray(point), np.asarray(self.stance.body_from_fold.rotation.apply([0.0, -1.0, 0.0]))
+        point = self.placement.body_from_fold.apply(np.array([x, self.placement.y_mm, z]) / 1000)
+        return np.asarray(point), np.asarray(self.placement.body_from_fold.rotation.apply([0.0, -1.0, 0.0]))
 
 
 def stow_hinge(rig: Rig, layout: Layout) -> StowHinge | None:
@@ -160,18 +160,20 @@ def stow_hinge(rig: Rig, layout: Layout) -> StowHinge | None:
     gaze = rig.require_gaze()
     if gaze.joints.stow is None:
         return None
-    hinge = StowHinge(stance=fold_stance(rig, layout), max_deg=gaze.joints.stow.max_deg, servo=gaze.servos.stow)
-    stance = hinge.stance
-    place, y = f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}", float(stance.anchor_mm[1])
-    if abs(y - stance.y_mm) > ALIGNMENT_MM:
-        here, wanted = (stance.in_body_mm(stance.anchor_mm[0], side, 0.0)[1] for side in (y, stance.y_mm))
+    hinge = StowHinge(
+        placement=bracket_placement(rig, layout), max_deg=gaze.joints.stow.max_deg, servo=gaze.servos.stow
+    )
+    placement = hinge.placement
+    place, y = f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}", float(placement.anchor_mm[1])
+    if abs(y - placement.y_mm) > ALIGNMENT_MM:
+        here, wanted = (placement.in_body_mm(placement.anchor_mm[0], side, 0.0)[1] for side in (y, placement.y_mm))
         raise ValueError(f"{place}: expected y = {wanted:g} for joints.stow, as the camera has, got y = {here:g}")
-    beyond = stance.pedestal_mm[0][1] - (hinge.rear_mm - GAP_MM)
+    beyond = placement.pedestal_mm[0][1] - (hinge.rear_mm - GAP_MM)
     if beyond > 0:
         raise ValueError(
             f"{place}: expected x of at most "
-            f"{stance.anchor_mm[0] - beyond:.1f}, so that the hinge of joints.stow is in front of the flange, "
-            f"got x = {stance.anchor_mm[0]:g}"
+            f"{placement.anchor_mm[0] - beyond:.1f}, so that the hinge of joints.stow is in front of the flange, "
+            f"got x = {placement.anchor_mm[0]:g}"
         )
     _check_width(hinge)
     return hinge
@@ -184,7 +186,7 @@ def _check_width(hinge: StowHinge) -> None:
         needed = max(needed, (inner + GAP_MM) - (hinge.horn_mm + case_bottom(hinge.servo)))
     if needed > 0:
         raise ValueError(
-            f"fold_mirror.width_mm = {hinge.stance.mirror.width_mm:g}: expected at least "
-            f"{hinge.stance.mirror.width_mm + (1 if hinge.servo else 2) * needed:.0f}, so that the hinge of "
+            f"fold_mirror.width_mm = {hinge.placement.mirror.width_mm:g}: expected at least "
+            f"{hinge.placement.mirror.width_mm + (1 if hinge.servo else 2) * needed:.0f}, so that the hinge of "
             f"joints.stow {'and its servo fit' if hinge.servo else 'fits'} behind M1"
         )

@@ -15,9 +15,9 @@ import trimesh
 
 from cad.assembly.assembly import build_assembly
 from cad.checks.kept_checks import kept_checks
-from cad.parts.bracket.bracket_placement import fold_stance
-from cad.parts.clearance_envelope import gimbal_rooms_mm
-from cad.parts.gimbal_base import base_stance, flange_seat
+from cad.parts.bracket.bracket_placement import bracket_placement
+from cad.parts.clearance_envelope import envelope_margins_mm
+from cad.parts.gimbal_base import base_placement, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.placement.camera_sites import CameraSite, camera_sites
 from cad.placement.candidates import BASE_REACH_MM, FOLD_REACH_MM, Candidate, Shortfalls, candidates, mirror_shapes
@@ -245,13 +245,13 @@ def _refusal(rig: Rig, hull: manifold3d.Manifold) -> str:
         return str(problems[0])
     layout = Layout.from_rig(rig)
     try:
-        fold_stance(rig, layout)
-        flange_seat(rig, base_stance(GimbalDimensions.from_rig(rig), layout))
+        bracket_placement(rig, layout)
+        flange_seat(rig, base_placement(GimbalDimensions.from_rig(rig), layout))
     except ValueError as error:
         return str(error)
-    rooms = gimbal_rooms_mm(rig, hull)
-    worst = min(rooms, key=lambda name: rooms[name])
-    return worst if rooms[worst] < 0 else ""
+    margins = envelope_margins_mm(rig, hull)
+    worst = min(margins, key=lambda name: margins[name])
+    return worst if margins[worst] < 0 else ""
 
 
 def _problem(rig: Rig, log: Log) -> str | None:

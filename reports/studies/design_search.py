@@ -21,7 +21,7 @@ from cad.assembly.meshes import rig_meshes
 from cad.checks.assembly_checks import assembly_problems
 from cad.checks.rig_problems import rig_problems
 from cad.hulls.mesh_repair import manifold
-from cad.parts.clearance_envelope import gimbal_rooms_mm, with_standing_base
+from cad.parts.clearance_envelope import envelope_margins_mm, with_standing_base
 from optics.coverage.field import pixels_per_degree
 from optics.kernels.arrays import FloatArray
 from optics.kernels.clock import Pace
@@ -162,8 +162,8 @@ def search_into(
     )
 
     def held(design: FloatArray) -> list[str]:
-        rooms = gimbal_rooms_mm(rig_with(rig, design), _solid_hull(rig)).items()
-        return binding(rig, design, search.low, search.high) + [name for name, room in rooms if room < BINDING_MM]
+        margins = envelope_margins_mm(rig_with(rig, design), _solid_hull(rig)).items()
+        return binding(rig, design, search.low, search.high) + [name for name, margin in margins if margin < BINDING_MM]
 
     def described(row: int) -> dict[str, Any]:
         return _described(rig, search, row, held)
@@ -199,13 +199,13 @@ def _solid_hull(rig: Rig) -> Any:
 
 
 def _buildable(rig: Rig) -> Callable[[Rig], str]:
-    """What names the room that a design's gimbal lacks; empty when it lacks none."""
+    """The condition that a design's clearance envelope violates; empty when it violates none."""
     hull = _solid_hull(rig)
 
-    def violated_room(made: Rig) -> str:
-        return next((name for name, room in gimbal_rooms_mm(made, hull).items() if room < -ROUNDING_MM), "")
+    def violated_condition(made: Rig) -> str:
+        return next((name for name, margin in envelope_margins_mm(made, hull).items() if margin < -ROUNDING_MM), "")
 
-    return violated_room
+    return violated_condition
 
 
 def _scores_by(workers: Workers, rig: Rig, objectives: tuple[str, ...], designs: FloatArray) -> FloatArray:

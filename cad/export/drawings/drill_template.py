@@ -20,7 +20,7 @@ from cad.parts.flange import (
     bolt_places,
     fold_seat,
 )
-from cad.parts.gimbal_base import base_stance, flange_seat
+from cad.parts.gimbal_base import base_placement, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from optics.layout import Layout
 from rigs import Rig
@@ -39,7 +39,7 @@ NAMES = {"fold": "Fold bracket", "base": "Gimbal base"}
 def screwed_seats(rig: Rig) -> dict[str, Seat]:
     """Seats whose flange is screwed into the hull, by the end of the mount; body frame."""
     dimensions, layout = GimbalDimensions.from_rig(rig), Layout.from_rig(rig)
-    seats = {"fold": fold_seat(rig), "base": flange_seat(rig, base_stance(dimensions, layout))}
+    seats = {"fold": fold_seat(rig), "base": flange_seat(rig, base_placement(dimensions, layout))}
     return {end: seat for end, seat in seats.items() if seat.attachment == "screws"}
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from build123d import Part, Plane, Solid
 
-from cad.parts.bracket.bracket_placement import FoldStance
+from cad.parts.bracket.bracket_placement import BracketPlacement
 from cad.parts.hardware import (
     COUNTERBORE_ROOM_MM,
     Hardware,
@@ -56,7 +56,7 @@ class BracketJoint:
 
     Attributes
     ----------
-    stance : FoldStance
+    placement : BracketPlacement
         Of the whole bracket.
     x_mm : float
         Plane of the joint.
@@ -66,7 +66,7 @@ class BracketJoint:
         Axes of the screws, as (y, z).
     """
 
-    stance: FoldStance
+    placement: BracketPlacement
     x_mm: float
     key_y_mm: float
     screws_mm: FloatArray
@@ -74,43 +74,45 @@ class BracketJoint:
     @property
     def levels_mm(self) -> Limits:
         """Lower and upper end of the plates."""
-        return self.stance.roof_mm - self.stance.girder_mm, self.stance.roof_mm
+        return self.placement.roof_mm - self.placement.girder_mm, self.placement.roof_mm
 
     @property
     def sides_mm(self) -> Limits:
         """Ends of the plates along y, where they meet."""
-        return girder_sides_mm(self.stance, self.x_mm)
+        return girder_sides_mm(self.placement, self.x_mm)
 
 
-def girder_sides_mm(stance: FoldStance, x_mm: float) -> Limits:
+def girder_sides_mm(placement: BracketPlacement, x_mm: float) -> Limits:
     """Outer faces of both girders between pedestal and cell, at an x of the fold frame."""
-    (_, front), sides = stance.pedestal_mm
-    start = front - stance.wall_mm
-    share = (x_mm - start) / (stance.upper_mm[0] - start)
-    ends = (stance.y_mm - stance.tray_half_width_mm, stance.y_mm + stance.tray_half_width_mm)
+    (_, front), sides = placement.pedestal_mm
+    start = front - placement.wall_mm
+    share = (x_mm - start) / (placement.upper_mm[0] - start)
+    ends = (placement.y_mm - placement.tray_half_width_mm, placement.y_mm + placement.tray_half_width_mm)
     low, high = (side + share * (end - side) for side, end in zip(sides, ends, strict=True))
     return low, high
 
 
-def bracket_joint(stance: FoldStance) -> BracketJoint | None:
+def bracket_joint(placement: BracketPlacement) -> BracketJoint | None:
     """Joint nearest to the middle of a bracket's length; None where its girders have no room for one."""
-    upper, front = stance.upper_mm[0], stance.pedestal_mm[0][1]
+    upper, front = placement.upper_mm[0], placement.pedestal_mm[0][1]
     # All of the cell belongs to the front half: its lip is behind its back's upper corner, below.
-    lip, _ = stance.in_side_view(tray_foot_mm(stance.mirror), stance.wall_mm)
+    lip, _ = placement.in_side_view(tray_foot_mm(placement.mirror), placement.wall_mm)
     low, high = front + REAR_PLATE_MM, min(upper - FRONT_PLATE_MM, lip) - APART_MM
     if low > high:
         return None
-    x = float(np.clip((stance.rear_mm + max(stance.lower_mm[0], stance.roof_front_mm)) / 2, low, high))
+    x = float(np.clip((placement.rear_mm + max(placement.lower_mm[0], placement.roof_front_mm)) / 2, low, high))
     boss, head = insert(THREAD).boss_radius_mm, head_diameter_mm(THREAD) / 2
     # Bosses within the rear plate; heads and their keys between the webs, along their whole way.
-    behind = girder_sides_mm(stance, x - REAR_PLATE_MM)
-    ahead = np.array([girder_sides_mm(stance, x + way) for way in (FRONT_PLATE_MM, min(HEX_KEY_MM, upper - x))])
-    beside = stance.wall_mm + APART_MM + head
+    behind = girder_sides_mm(placement, x - REAR_PLATE_MM)
+    ahead = np.array([girder_sides_mm(placement, x + way) for way in (FRONT_PLATE_MM, min(HEX_KEY_MM, upper - x))])
+    beside = placement.wall_mm + APART_MM + head
     low_y = max(behind[0] + boss, float(ahead[:, 0].max()) + beside)
     high_y = min(behind[1] - boss, float(ahead[:, 1].min()) - beside)
-    screws = _screws_mm(stance, (low_y, high_y))
+    screws = _screws_mm(placement, (low_y, high_y))
     return (
-        None if screws is None else BracketJoint(stance=stance, x_mm=x, key_y_mm=(low_y + high_y) / 2, screws_mm=screws)
+        None
+        if screws is None
+        else BracketJoint(placement=placement, x_mm=x, key_y_mm=(low_y + high_y) / 2, screws_mm=screws)
     )
 
 
@@ -122,7 +124,7 @@ def halves(joint: BracketJoint, whole: Solid) -> tuple[Solid, Solid]:
     groove, radius = _key(joint, FIT_MM), clearance_diameter_mm(THREAD) / 2
     inserts = [insert_hole(THREAD, (x, y, z), (-1, 0, 0), REAR_PLATE_MM) for y, z in joint.screws_mm]
     holes = [cylinder((x - 1, y, z), (x + FRONT_PLATE_MM + 1, y, z), radius) for y, z in joint.screws_mm]
-    place = location_mm(joint.stance.body_from_fold)
+    place = location_mm(joint.placement.body_from_fold)
     hint = "look at mount.fold_anchor_mm and mount.printer_bed_mm"
     return (
         one_solid((rear + place * behind).cut(*(place * cut for cut in (groove, *inserts))), REAR, hint),
@@ -147,10 +149,10 @@ def joint_hardware(joint: BracketJoint) -> list[Hardware]:
     ]
 
 
-def _screws_mm(stance: FoldStance, outermost: Limits) -> FloatArray | None:
+def _screws_mm(placement: BracketPlacement, outermost: Limits) -> FloatArray | None:
     """Four screws under the roof, two a side: in the outermost column where they fit into one, else in a row."""
     boss, head = insert(THREAD).boss_radius_mm, head_diameter_mm(THREAD) / 2
-    high, low = stance.roof_low_mm - COUNTERBORE_ROOM_MM - head, stance.roof_mm - stance.girder_mm + boss
+    high, low = placement.roof_low_mm - COUNTERBORE_ROOM_MM - head, placement.roof_mm - placement.girder_mm + boss
     deep = high - low >= 2 * boss
     levels = (low, high) if deep else ((low + high) / 2,)
     middle, furthest = (outermost[0] + outermost[1]) / 2, (outermost[1] - outermost[0]) / 2
@@ -162,13 +164,13 @@ def _screws_mm(stance: FoldStance, outermost: Limits) -> FloatArray | None:
 
 def _within(joint: BracketJoint, whole: Solid, limits: Limits) -> Part:
     space = box(limits, (-FAR_MM, FAR_MM), (-FAR_MM, FAR_MM))
-    return Part([whole]) & (location_mm(joint.stance.body_from_fold) * space)
+    return Part([whole]) & (location_mm(joint.placement.body_from_fold) * space)
 
 
 def _plate(joint: BracketJoint, thickness_mm: float) -> Part:
     """End plate from the plane of the joint, forwards or, with a negative thickness, backwards."""
     near, far = sorted((joint.x_mm, joint.x_mm + thickness_mm))
-    (a, b), (c, d) = girder_sides_mm(joint.stance, near), girder_sides_mm(joint.stance, far)
+    (a, b), (c, d) = girder_sides_mm(joint.placement, near), girder_sides_mm(joint.placement, far)
     return along_z([(near, a), (far, c), (far, d), (near, b)], joint.levels_mm)
 
 
@@ -180,7 +182,7 @@ def _key(joint: BracketJoint, larger_mm: float) -> Part:
     # The flanks move out along their normals, the tip along x.
     beside, depth = larger_mm * np.hypot(1, lean), KEY_MM + larger_mm
     foot, tip = foot + beside, foot + beside - lean * depth
-    low, high = joint.levels_mm[0], joint.stance.roof_low_mm + larger_mm * 2**0.5
+    low, high = joint.levels_mm[0], joint.placement.roof_low_mm + larger_mm * 2**0.5
     low -= 1.0 if larger_mm else 0.0
     upright = along_z([(x, y - foot), (x, y + foot), (x - depth, y + tip), (x - depth, y - tip)], (low, high))
     plane = Plane(origin=(0, 0, 0), x_dir=(1, 0, 0), z_dir=(0, -1, 0))

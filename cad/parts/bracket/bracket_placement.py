@@ -49,7 +49,7 @@ ROOF_SHARE = 0.45
 
 
 @dataclass(frozen=True, kw_only=True)
-class FoldStance:
+class BracketPlacement:
     """Numbers of a fold bracket, in the fold frame.
 
     Attributes
@@ -168,7 +168,7 @@ class FoldStance:
         return np.asarray(1000 * self.body_from_fold.apply(np.array([x, y, z]) / 1000))
 
 
-def fold_stance(rig: Rig, layout: Layout) -> FoldStance:
+def bracket_placement(rig: Rig, layout: Layout) -> BracketPlacement:
     """Numbers of a rig's fold bracket.
 
     Raises
@@ -183,7 +183,7 @@ def fold_stance(rig: Rig, layout: Layout) -> FoldStance:
     place = f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}"
     _check_slope(seat, body_from_fold, place)
     fold_from_m1 = body_from_fold.inv() * layout.body_from_m1
-    flat = FoldStance(
+    flat = BracketPlacement(
         body_from_fold=body_from_fold,
         fold_from_m1=fold_from_m1,
         mirror=gaze.fold_mirror,
@@ -195,11 +195,11 @@ def fold_stance(rig: Rig, layout: Layout) -> FoldStance:
     # A hinge's deck has its stiffeners over the roof, where the arm does not swing.
     girder = gaze.mount.wall_mm if gaze.joints.stow else _girder_mm(flat)
     roof = _roof(flat, girder)
-    stance = _bolted(replace(flat, roof_mm=roof, girder_mm=girder))
-    refusal = _refusal(stance)
+    placement = _bolted(replace(flat, roof_mm=roof, girder_mm=girder))
+    refusal = _refusal(placement)
     if refusal:
         raise ValueError(f"{place}: {refusal}")
-    return stance
+    return placement
 
 
 def fold_frame(layout: Layout) -> RigidTransform:
@@ -224,19 +224,19 @@ def _heads_mm(seat: Seat) -> FloatArray:
     return np.asarray(1000 * seat.body_from_seat.apply(places / 1000))
 
 
-def _girder_mm(stance: FoldStance) -> float:
+def _girder_mm(placement: BracketPlacement) -> float:
     """Depth of the girders: a share of their length from the middle of the flange to the far end over the cell."""
-    x, y, _ = stance.anchor_mm
-    return max(SMALLEST_GIRDER_MM, hypot(stance.over_cell_mm - x, stance.y_mm - y) / SLENDEREST_GIRDER)
+    x, y, _ = placement.anchor_mm
+    return max(SMALLEST_GIRDER_MM, hypot(placement.over_cell_mm - x, placement.y_mm - y) / SLENDEREST_GIRDER)
 
 
-def _roof(stance: FoldStance, girder_mm: float) -> float:
+def _roof(placement: BracketPlacement, girder_mm: float) -> float:
     """Height of the roof's outer face: over the flange, and girders over the hull and over M1's cell."""
-    seat = stance.seat
+    seat = placement.seat
     # A saddle is round: its crest is highest.
     sides = (0.0,) if isinstance(seat.contact, CylinderContact) else (-seat.width_mm / 2, seat.width_mm / 2)
     ends = (-seat.length_mm / 2, seat.length_mm / 2)
-    levels = [stance.upper_mm[1] + girder_mm]
+    levels = [placement.upper_mm[1] + girder_mm]
     beyond = OVER_HULL_MM + girder_mm if girder_mm > seat.wall_mm else seat.wall_mm
     for height, over in ((seat.height_mm, 0.0), (seat.contact.range_mm[1], beyond)):
         corners = np.array([[end, side, height] for end in ends for side in sides])
@@ -244,19 +244,19 @@ def _roof(stance: FoldStance, girder_mm: float) -> float:
     return max(levels)
 
 
-def _bolted(stance: FoldStance) -> FoldStance:
-    """Stance with bolts through a roof that is near and parallel, else with holes in it for bolts and their key."""
-    seat, heads, upright = stance.seat, _heads_mm(stance.seat), float(stance.seat.normal[2])
+def _bolted(placement: BracketPlacement) -> BracketPlacement:
+    """Placement with bolts through a roof that is near and parallel, else with holes in it for bolts and their key."""
+    seat, heads, upright = placement.seat, _heads_mm(placement.seat), float(placement.seat.normal[2])
     if seat.attachment != "screws":
-        return stance
-    standing = (stance.roof_mm - heads[:, 2].max()) / upright
+        return placement
+    standing = (placement.roof_mm - heads[:, 2].max()) / upright
     if upright > np.cos(np.radians(FLATTEST_DEG)) and 0 < standing <= LONGEST_GRIP_MM:
-        return replace(stance, seat=replace(seat, standing_mm=standing))
+        return replace(placement, seat=replace(seat, standing_mm=standing))
     beyond = BOLT_HEAD_DIAMETER_MM * np.tan(np.arccos(upright)) + 1
-    room = float((stance.roof_mm - heads[:, 2].min()) / upright + beyond)
-    holed = replace(stance, seat=replace(seat, head_room_mm=room), keys_through_roof=True)
+    room = float((placement.roof_mm - heads[:, 2].min()) / upright + beyond)
+    holed = replace(placement, seat=replace(seat, head_room_mm=room), keys_through_roof=True)
     # On a steep nose they would be in M1's cell: there keys come in under the roof, if at all.
-    return stance if _refusal(holed) else holed
+    return placement if _refusal(holed) else holed
 
 
 def _check_slope(seat: Seat, body_from_fold: RigidTransform, place: str) -> None:
@@ -269,29 +269,29 @@ def _check_slope(seat: Seat, body_from_fold: RigidTransform, place: str) -> None
         )
 
 
-def _refusal(stance: FoldStance) -> str:
+def _refusal(placement: BracketPlacement) -> str:
     """Why the anchor does not suit M1, empty when it does; numbers are those of the body frame, as in the rig file."""
-    x, y, z = stance.anchor_mm
-    front = stance.pedestal_mm[0][1]
-    rise = stance.roof_mm - float(flange_corners_mm(stance.seat)[:, 2].max())
+    x, y, z = placement.anchor_mm
+    front = placement.pedestal_mm[0][1]
+    rise = placement.roof_mm - float(flange_corners_mm(placement.seat)[:, 2].max())
     if rise > LARGEST_RISE_MM:
-        here, better = (stance.in_body_mm(x, y, level)[2] for level in (z, z + rise - LARGEST_RISE_MM))
+        here, better = (placement.in_body_mm(x, y, level)[2] for level in (z, z + rise - LARGEST_RISE_MM))
         return (
             f"expected z of at {'least' if better > here else 'most'} {better:.1f}, so that the roof over "
             f"M1's cell is at most {LARGEST_RISE_MM:g} mm off the flange, got z = {here:g}"
         )
     # A flange over the cell must leave M1 its light.
-    over_cell = float(flange_corners_mm(stance.seat)[:, 2].min()) > stance.upper_mm[1]
-    furthest = stance.lower_mm[0] if over_cell and abs(y - stance.y_mm) <= ALIGNMENT_MM else stance.upper_mm[0]
+    over_cell = float(flange_corners_mm(placement.seat)[:, 2].min()) > placement.upper_mm[1]
+    furthest = placement.lower_mm[0] if over_cell and abs(y - placement.y_mm) <= ALIGNMENT_MM else placement.upper_mm[0]
     if front > furthest:
         return (
             f"expected x of at most {x - front + furthest:.1f}, where the flange is behind "
-            f"{'the front' if furthest == stance.lower_mm[0] else 'the upper edge'} of M1's cell, got x = {x:g}"
+            f"{'the front' if furthest == placement.lower_mm[0] else 'the upper edge'} of M1's cell, got x = {x:g}"
         )
-    beside, room = abs(y - stance.y_mm), max(STEEPEST_GIRDER * (stance.upper_mm[0] - front), ALIGNMENT_MM)
+    beside, room = abs(y - placement.y_mm), max(STEEPEST_GIRDER * (placement.upper_mm[0] - front), ALIGNMENT_MM)
     if beside > room:
-        here = stance.in_body_mm(x, y, z)[1]
-        low, high = sorted(stance.in_body_mm(x, stance.y_mm + side * room, z)[1] for side in (-1, 1))
+        here = placement.in_body_mm(x, y, z)[1]
+        low, high = sorted(placement.in_body_mm(x, placement.y_mm + side * room, z)[1] for side in (-1, 1))
         return (
             f"expected y from {low:.1f} to {high:.1f}, so that the girders reach M1's cell from there, got y = {here:g}"
         )

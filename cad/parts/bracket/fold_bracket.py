@@ -14,7 +14,7 @@ import numpy as np
 from build123d import Axis, Part, Plane, Solid
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from cad.parts.bracket.bracket_placement import BOSS_WALL_MM, FoldStance
+from cad.parts.bracket.bracket_placement import BOSS_WALL_MM, BracketPlacement
 from cad.parts.flange import (
     BOLT_HEAD_DIAMETER_MM,
     STRAP_PLACES_MM,
@@ -47,27 +47,27 @@ FAR_MM = 500.0
 Plan = tuple[float, float]
 
 
-def fold_bracket_solid(stance: FoldStance) -> Solid:
+def fold_bracket_solid(placement: BracketPlacement) -> Solid:
     """Solid of the fold bracket in the body frame, millimetres."""
-    parts = [windowed_cell(stance), pedestal(stance), *_girders(stance)]
+    parts = [windowed_cell(placement), pedestal(placement), *_girders(placement)]
     for side in (-1, 1):
         # A rib reaches inwards from the outside of the cell.
-        edge = stance.y_mm + side * stance.tray_half_width_mm
-        parts.append(_rib(stance, ordered(edge, edge - side * stance.wall_mm)))
-    return on_hull(stance, parts, "fold_bracket")
+        edge = placement.y_mm + side * placement.tray_half_width_mm
+        parts.append(_rib(placement, ordered(edge, edge - side * placement.wall_mm)))
+    return on_hull(placement, parts, "fold_bracket")
 
 
-def cell_in_fold(stance: FoldStance) -> Part:
+def cell_in_fold(placement: BracketPlacement) -> Part:
     """M1's cell in the fold frame."""
-    return stance.fold_from_cell * mirror_tray(stance.mirror, stance.wall_mm, stance.fixing)
+    return placement.fold_from_cell * mirror_tray(placement.mirror, placement.wall_mm, placement.fixing)
 
 
-def windowed_cell(stance: FoldStance) -> Part:
+def windowed_cell(placement: BracketPlacement) -> Part:
     """M1's cell with a window between the bonding holes, pointed where it is highest as it is printed."""
-    half_width = stance.mirror.width_mm / 4 - BOND_HOLE_DIAMETER_MM / 2 - stance.wall_mm
-    half_height = stance.mirror.height_mm / 2 - WINDOW_EDGE_MM
+    half_width = placement.mirror.width_mm / 4 - BOND_HOLE_DIAMETER_MM / 2 - placement.wall_mm
+    half_height = placement.mirror.height_mm / 2 - WINDOW_EDGE_MM
     point = half_width * 3**0.5
-    cell = cell_in_fold(stance)
+    cell = cell_in_fold(placement)
     if half_width < SMALLEST_POCKET_MM or 2 * half_height < point + SMALLEST_POCKET_MM:
         return cell
     outline = [
@@ -78,15 +78,15 @@ def windowed_cell(stance: FoldStance) -> Part:
         (-half_width, -half_height + point),
     ]
     window = prism(outline, Plane.XY, (-FAR_MM / 5, 0.0))
-    return cell - location_mm(stance.fold_from_m1) * window
+    return cell - location_mm(placement.fold_from_m1) * window
 
 
-def pedestal(stance: FoldStance) -> Part:
+def pedestal(placement: BracketPlacement) -> Part:
     """Block from the hull up to the roof, with the flange in it; what the hull and the bolts take is cut later."""
-    seat = stance.seat
-    (x_low, x_high), y_limits = stance.pedestal_mm
-    low = float(stance.anchor_mm[2]) - FAR_MM
-    block = box((x_low, x_high), y_limits, (low, stance.roof_mm))
+    seat = placement.seat
+    (x_low, x_high), y_limits = placement.pedestal_mm
+    low = float(placement.anchor_mm[2]) - FAR_MM
+    block = box((x_low, x_high), y_limits, (low, placement.roof_mm))
     block = block.fillet(ROOF_CORNER_MM, block.edges().filter_by(Axis.Z))
     # The hull's side is cut under the flange alone; beside it the block ends where the flange's box does, and above the
     # highest point of the contact.
@@ -100,17 +100,17 @@ def pedestal(stance: FoldStance) -> Part:
     return block - [location_mm(seat.body_from_seat) * cut for cut in beyond]
 
 
-def on_hull(stance: FoldStance, parts: list[Part], name: str) -> Solid:
+def on_hull(placement: BracketPlacement, parts: list[Part], name: str) -> Solid:
     """One solid of parts, without the hull's side of the contact and the fasteners' room; in the body frame."""
     what, hint = f"fold_mirror, of the {name}", "look at mount.fold_anchor_mm too"
     whole = Part() + single_solid(parts, what, hint)
-    cuts = [fastener_room(stance.seat), hull_side(stance.seat), *_pockets(stance)]
-    return in_body(stance, single_solid([whole - cuts], what, hint))
+    cuts = [fastener_room(placement.seat), hull_side(placement.seat), *_pockets(placement)]
+    return in_body(placement, single_solid([whole - cuts], what, hint))
 
 
-def in_body(stance: FoldStance, solid: Solid) -> Solid:
+def in_body(placement: BracketPlacement, solid: Solid) -> Solid:
     """Solid of the fold frame in the body frame."""
-    return location_mm(stance.body_from_fold) * solid
+    return location_mm(placement.body_from_fold) * solid
 
 
 def ordered(first: float, second: float) -> Limits:
@@ -118,21 +118,21 @@ def ordered(first: float, second: float) -> Limits:
     return min(first, second), max(first, second)
 
 
-def _pockets(stance: FoldStance) -> list[Part]:
+def _pockets(placement: BracketPlacement) -> list[Part]:
     """Pocket of the pedestal, open towards the hull, around the bolts' bosses or between the bands."""
-    seat, wall = stance.seat, stance.wall_mm
+    seat, wall = placement.seat, placement.wall_mm
     if seat.attachment == "pads":
         # Tape carries by its area.
         return []
-    (x_low, x_high), (y_low, y_high) = stance.pedestal_mm
-    low = float(stance.anchor_mm[2]) - FAR_MM
+    (x_low, x_high), (y_low, y_high) = placement.pedestal_mm
+    low = float(placement.anchor_mm[2]) - FAR_MM
     if seat.strapped:
         half = (STRAP_PLACES_MM[1] - STRAP_PLACES_MM[0] - STRAP_WIDTH_MM) / 2 - wall
         middle = (x_low + x_high) / 2
         x_low, x_high = middle - half - wall, middle + half + wall
         if half < SMALLEST_POCKET_MM / 2:
             return []
-    pocket = box((x_low + wall, x_high - wall), (y_low + wall, y_high - wall), (low, stance.roof_low_mm))
+    pocket = box((x_low + wall, x_high - wall), (y_low + wall, y_high - wall), (low, placement.roof_low_mm))
     place = location_mm(seat.body_from_seat)
     if seat.strapped:
         return [pocket]
@@ -142,11 +142,11 @@ def _pockets(stance: FoldStance) -> list[Part]:
     return [pocket.cut(*bosses)]
 
 
-def _girders(stance: FoldStance) -> list[Part]:
+def _girders(placement: BracketPlacement) -> list[Part]:
     """Chords of the roof with a web under each, bars across and diagonals."""
-    (_, front), (y_low, y_high) = stance.pedestal_mm
-    y, half = stance.y_mm, stance.tray_half_width_mm
-    upper, end = stance.upper_mm[0], stance.roof_front_mm
+    (_, front), (y_low, y_high) = placement.pedestal_mm
+    y, half = placement.y_mm, placement.tray_half_width_mm
+    upper, end = placement.upper_mm[0], placement.roof_front_mm
     parts = []
     # Both chords from behind the pedestal's front to the cell and over it.
     knees = ((upper, y - half), (upper, y + half))
@@ -155,43 +155,45 @@ def _girders(stance: FoldStance) -> list[Part]:
         knee if abs(side - knee) < SMALLEST_KINK_MM else side
         for side, (_, knee) in zip((y_low, y_high), knees, strict=True)
     ]
-    starts = ((front - stance.wall_mm, sides[0]), (front - stance.wall_mm, sides[1]))
+    starts = ((front - placement.wall_mm, sides[0]), (front - placement.wall_mm, sides[1]))
     ends = ((end, y - half), (end, y + half))
-    reaches_cell = upper - front > stance.wall_mm
+    reaches_cell = upper - front > placement.wall_mm
     if not reaches_cell:
-        starts = ((front - stance.wall_mm, y - half), (front - stance.wall_mm, y + half))
+        starts = ((front - placement.wall_mm, y - half), (front - placement.wall_mm, y + half))
     for side in (0, 1):
         inwards = 1.0 if side == 0 else -1.0
         if reaches_cell:
-            parts += _chord(stance, starts[side], knees[side], inwards)
-            parts.append(_knee(stance, knees[side], inwards))
-        parts += _chord(stance, knees[side], ends[side], inwards)
-    parts += _bracing(stance, knees, ends, bays=1)
+            parts += _chord(placement, starts[side], knees[side], inwards)
+            parts.append(_knee(placement, knees[side], inwards))
+        parts += _chord(placement, knees[side], ends[side], inwards)
+    parts += _bracing(placement, knees, ends, bays=1)
     if reaches_cell:
         width, length = 2 * half, hypot(upper - front, y - (y_low + y_high) / 2)
-        parts += _bracing(stance, starts, knees, bays=max(1, round(length / width)))
+        parts += _bracing(placement, starts, knees, bays=max(1, round(length / width)))
     return parts
 
 
-def _knee(stance: FoldStance, place: Plan, inwards: float) -> Part:
+def _knee(placement: BracketPlacement, place: Plan, inwards: float) -> Part:
     """Fills the inner corner of a chord's knee, where the two bars would else touch along a line."""
     x, y = place
     across = ordered(0.0, inwards * (BAR_MM + KNEE_MM))
-    return _bar((x - KNEE_MM, y), (x + KNEE_MM, y), across, (stance.roof_low_mm, stance.roof_mm))
+    return _bar((x - KNEE_MM, y), (x + KNEE_MM, y), across, (placement.roof_low_mm, placement.roof_mm))
 
 
-def _chord(stance: FoldStance, start: Plan, end: Plan, inwards: float) -> list[Part]:
+def _chord(placement: BracketPlacement, start: Plan, end: Plan, inwards: float) -> list[Part]:
     """Bar of the roof from a point to another, its outer edge on the line between them, and the web under that edge."""
     return [
-        _bar(start, end, (0.0, inwards * BAR_MM), (stance.roof_low_mm, stance.roof_mm)),
-        _bar(start, end, (0.0, inwards * stance.wall_mm), (stance.roof_mm - stance.girder_mm, stance.roof_mm)),
+        _bar(start, end, (0.0, inwards * BAR_MM), (placement.roof_low_mm, placement.roof_mm)),
+        _bar(
+            start, end, (0.0, inwards * placement.wall_mm), (placement.roof_mm - placement.girder_mm, placement.roof_mm)
+        ),
     ]
 
 
-def _bracing(stance: FoldStance, starts: tuple[Plan, Plan], ends: tuple[Plan, Plan], bays: int) -> list[Part]:
+def _bracing(placement: BracketPlacement, starts: tuple[Plan, Plan], ends: tuple[Plan, Plan], bays: int) -> list[Part]:
     """Bars across a stretch of the roof: at its far end, between its bays, and a diagonal in each bay."""
     half = BAR_MM / 2
-    levels = (stance.roof_low_mm, stance.roof_mm)
+    levels = (placement.roof_low_mm, placement.roof_mm)
     shares = np.linspace(0, 1, bays + 1)
     # Along the middle of the chords, whose outer edges are given.
     lines = [
@@ -215,14 +217,14 @@ def _bar(start: Plan, end: Plan, across: Limits, levels: Limits) -> Part:
     return along_z([*near, *reversed(far)], levels)
 
 
-def _rib(stance: FoldStance, limits: Limits) -> Part:
+def _rib(placement: BracketPlacement, limits: Limits) -> Part:
     """Plate between the cell's back and the roof."""
-    roof = stance.roof_mm - stance.wall_mm / 2
+    roof = placement.roof_mm - placement.wall_mm / 2
     # Half a wall into the cell's floor: solids that only touch do not become one.
-    inset = stance.wall_mm / 2 / 2**0.5
-    upper, lower = ((x - inset, z - inset) for x, z in (stance.upper_mm, stance.lower_mm))
+    inset = placement.wall_mm / 2 / 2**0.5
+    upper, lower = ((x - inset, z - inset) for x, z in (placement.upper_mm, placement.lower_mm))
     foot = (upper[0] + FOOT_SHARE * (lower[0] - upper[0]), upper[1] + FOOT_SHARE * (lower[1] - upper[1]))
-    end = max(upper[0] + 1, min(stance.roof_front_mm, foot[0]))
+    end = max(upper[0] + 1, min(placement.roof_front_mm, foot[0]))
     outline = [upper, (upper[0], roof), (end, roof), foot]
     rib, hole = along_y(outline, limits), _inset(outline, RIB_BAR_MM)
     return rib if hole is None else rib - along_y(hole, (limits[0] - 1, limits[1] + 1))

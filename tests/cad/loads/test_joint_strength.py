@@ -7,13 +7,13 @@ import pytest
 from cad.checks.attachment import joint_findings
 from cad.loads.joint_strength import INSERT_N, STRENGTH_PA, joint_strength
 from cad.parts.bracket.bracket_joint import FRONT_PLATE_MM, REAR_PLATE_MM, bracket_joint
-from cad.parts.bracket.bracket_placement import fold_stance
+from cad.parts.bracket.bracket_placement import bracket_placement
 from rigs.catalogue import MATERIALS
 
 
 @pytest.fixture(scope="module")
 def jointed(split):
-    return split.rig, split.meshes, bracket_joint(fold_stance(split.rig, split.layout))
+    return split.rig, split.meshes, bracket_joint(bracket_placement(split.rig, split.layout))
 
 
 def test_the_outer_screws_pull_against_an_edge(jointed):
@@ -30,8 +30,8 @@ def test_a_plate_is_a_cantilever_from_its_web(jointed):
     """With the screw at the reach e: sigma = 6 T e / h t^2, and w = T e^3 / 3 E I of each plate."""
     rig, meshes, joint = jointed
     found = joint_strength(rig, meshes)
-    reach = (joint.sides_mm[1] - joint.stance.wall_mm / 2 - joint.screws_mm[:, 0].max()) / 1000
-    height, plates = joint.stance.girder_mm / 1000, (FRONT_PLATE_MM / 1000, REAR_PLATE_MM / 1000)
+    reach = (joint.sides_mm[1] - joint.placement.wall_mm / 2 - joint.screws_mm[:, 0].max()) / 1000
+    height, plates = joint.placement.girder_mm / 1000, (FRONT_PLATE_MM / 1000, REAR_PLATE_MM / 1000)
     assert found.stress_pa == pytest.approx(6 * found.pull_n * reach / (height * plates[0] ** 2))
     modulus = MATERIALS[rig.gaze.mount.material].youngs_modulus_pa
     bent = sum(found.pull_n * reach**3 / (3 * modulus * height * plate**3 / 12) for plate in plates)

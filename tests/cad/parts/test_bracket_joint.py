@@ -27,7 +27,7 @@ from cad.parts.bracket.bracket_joint import (
     girder_sides_mm,
     halves,
 )
-from cad.parts.bracket.bracket_placement import fold_stance
+from cad.parts.bracket.bracket_placement import bracket_placement
 from cad.parts.bracket.fold_bracket import fold_bracket_solid
 from cad.parts.hardware import INSERT_RELIEF_MM, clearance_diameter_mm, insert
 from optics.layout import Layout
@@ -44,7 +44,7 @@ def meshed(solid: Solid) -> Manifold:
 
 @pytest.fixture(scope="module")
 def joint(split) -> BracketJoint:
-    return bracket_joint(fold_stance(split.rig, split.layout))
+    return bracket_joint(bracket_placement(split.rig, split.layout))
 
 
 @pytest.fixture(scope="module")
@@ -66,19 +66,19 @@ def test_a_bracket_that_fits_stays_whole(built):
 
 def test_outside_the_plates_the_halves_are_the_whole_and_the_plates_have_a_closed_form(joint, bodies):
     """Trapezoids less holes; key and groove of width w(u) = foot - lean u and length L - u at the depth u."""
-    whole = meshed(fold_bracket_solid(joint.stance))
+    whole = meshed(fold_bracket_solid(joint.placement))
     (low, high), ends = joint.levels_mm, (joint.x_mm - REAR_PLATE_MM, joint.x_mm, joint.x_mm + FRONT_PLATE_MM)
     beside = whole.trim_by_plane((1, 0, 0), ends[0]).trim_by_plane((-1, 0, 0), -ends[2])
     # Between the plates' ends, the whole has M1's cell below them.
     rest = whole.volume() - beside.trim_by_plane((0, 0, 1), low).volume()
-    widths = [np.diff(girder_sides_mm(joint.stance, end))[0] for end in ends]
+    widths = [np.diff(girder_sides_mm(joint.placement, end))[0] for end in ends]
     plates = (REAR_PLATE_MM * (widths[0] + widths[1]) + FRONT_PLATE_MM * (widths[1] + widths[2])) / 2 * (high - low)
     # Chords around a hole leave out up to 1 % of it.
     wide, narrow = insert("M4").hole_diameter_mm, clearance_diameter_mm("M4")
     deep = insert("M4").length_mm + INSERT_RELIEF_MM
     holes = pi / 4 * (wide**2 * deep + narrow**2 * (REAR_PLATE_MM - deep + FRONT_PLATE_MM))
     foot, lean = KEY_WIDTHS_MM[0], (KEY_WIDTHS_MM[0] - KEY_WIDTHS_MM[1]) / KEY_MM
-    length = joint.stance.roof_low_mm - low
+    length = joint.placement.roof_low_mm - low
     key = taper(foot, lean, length, KEY_MM)
     groove = taper(foot + 2 * FIT_MM * hypot(1, lean / 2), lean, length + FIT_MM * 2**0.5, KEY_MM + FIT_MM)
     expected = rest + plates - 4 * holes + key - groove
@@ -113,14 +113,14 @@ def test_the_key_leaves_the_halves_their_fit_and_no_more(bodies, shift_mm, meets
 def test_other_brackets_make_two_valid_solids_too(name):
     """aqua2's girders lead from one side of the hull, torpedo's are as wide as its saddle."""
     rig = Rig.load(name)
-    stance = fold_stance(rig, Layout.from_rig(rig))
-    joint = bracket_joint(stance)
+    placement = bracket_placement(rig, Layout.from_rig(rig))
+    joint = bracket_joint(placement)
     assert joint is not None
-    assert all(half.is_valid for half in halves(joint, fold_bracket_solid(stance)))
+    assert all(half.is_valid for half in halves(joint, fold_bracket_solid(placement)))
 
 
 def test_a_bracket_without_room_between_pedestal_and_cell_has_no_joint(joint):
-    assert bracket_joint(replace(joint.stance, girder_mm=10.0)) is None
+    assert bracket_joint(replace(joint.placement, girder_mm=10.0)) is None
 
 
 def test_the_halves_are_screwed_together_before_they_go_onto_the_hull(split):

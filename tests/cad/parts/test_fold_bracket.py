@@ -15,7 +15,7 @@ from cad.assembly.meshes import rig_meshes
 from cad.assembly.print_pose import print_pose
 from cad.assembly.tessellation import LINEAR_TOLERANCE_MM, tessellated
 from cad.overlaps import manifold_mm
-from cad.parts.bracket.bracket_placement import fold_stance
+from cad.parts.bracket.bracket_placement import bracket_placement
 from cad.parts.bracket.fold_bracket import fold_bracket_solid
 from cad.parts.flange import bolt_places, hull_side
 from cad.parts.mirrors import mirror_plate
@@ -108,7 +108,7 @@ def shared_mm3(first, second) -> float:
 def test_a_fold_up_has_the_same_bracket_turned_about_the_cameras_axis():
     down = loaded("aqua2")
     up = folding_up(down)
-    first, second = (fold_bracket_solid(fold_stance(rig, Layout.from_rig(rig))) for rig in (down, up))
+    first, second = (fold_bracket_solid(bracket_placement(rig, Layout.from_rig(rig))) for rig in (down, up))
     assert second.is_valid
     assert second.volume == pytest.approx(first.volume, rel=1e-9)
     expected = np.array(tuple(first.center())) * [1, -1, -1] + [0, 120, 0]
@@ -118,7 +118,7 @@ def test_a_fold_up_has_the_same_bracket_turned_about_the_cameras_axis():
 def test_a_fold_up_holds_its_mirror_where_the_layout_says():
     rig = folding_up(loaded("aqua2"))
     layout = Layout.from_rig(rig)
-    bracket = fold_bracket_solid(fold_stance(rig, layout))
+    bracket = fold_bracket_solid(bracket_placement(rig, layout))
     plate = location_mm(layout.body_from_m1) * mirror_plate(rig.gaze.fold_mirror)
     assert shared_mm3(bracket, plate) < TOUCHING_MM3
     # Pressed into its bed or against its lips, it meets the cell at once.
@@ -131,19 +131,19 @@ def test_messages_of_a_fold_up_speak_of_the_rig_files_numbers():
     rig = folding_up(loaded("aqua2"))
     low = changed(rig, mount={"fold_anchor_mm": (270.0, 60.0, 120.0), "fold_normal": (0.0, 0.0, -1.0)})
     with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm = \(270.*z of at most 10\d\.\d.*got z = 120"):
-        fold_stance(low, Layout.from_rig(low))
+        bracket_placement(low, Layout.from_rig(low))
     beside = changed(rig, mount={"fold_anchor_mm": (270.0, -60.0, -65.0)})
     with pytest.raises(ValueError, match=r"expected y from -50\.\d to 170\.\d, so that the girders.*got y = -60"):
-        fold_stance(beside, Layout.from_rig(beside))
+        bracket_placement(beside, Layout.from_rig(beside))
     ahead = changed(rig, mount={"fold_anchor_mm": (440.0, 60.0, -65.0)})
     with pytest.raises(ValueError, match=r"expected x of at most 409\.\d.*the front of M1's cell, got x = 440"):
-        fold_stance(ahead, Layout.from_rig(ahead))
+        bracket_placement(ahead, Layout.from_rig(ahead))
 
 
 def test_an_anchor_on_a_flank_is_refused():
     rig = changed(loaded("aqua2"), mount={"fold_normal": (0.0, 0.9, 0.4)})
     with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*within 60 degrees of up, got 66 degrees"):
-        fold_stance(rig, Layout.from_rig(rig))
+        bracket_placement(rig, Layout.from_rig(rig))
 
 
 @pytest.mark.parametrize(
@@ -161,8 +161,8 @@ def test_a_bracket_reaches_m1_from_many_places(point, normal):
     """One valid solid with a closed surface that has room for M1, stays out of its light and on the hull's plane."""
     rig = changed(loaded("aqua2"), mount={"fold_anchor_mm": point, "fold_normal": normal})
     layout = Layout.from_rig(rig)
-    stance = fold_stance(rig, layout)
-    bracket = fold_bracket_solid(stance)
+    placement = bracket_placement(rig, layout)
+    bracket = fold_bracket_solid(placement)
     assert bracket.is_valid
     assert manifold_mm(meshed(bracket)).volume() == pytest.approx(bracket.volume, rel=0.01)
     mirror = rig.gaze.fold_mirror
@@ -172,7 +172,7 @@ def test_a_bracket_reaches_m1_from_many_places(point, normal):
     light = place * box((-half_width, half_width), (-half_height, half_height), (0.0, 60.0))
     assert shared_mm3(bracket, light) < TOUCHING_MM3
     unit = np.array(normal) / np.linalg.norm(normal)
-    under = hull_side(stance.seat)
+    under = hull_side(placement.seat)
     assert shared_mm3(bracket, under) < TOUCHING_MM3
     assert shared_mm3(bracket, under.translate(tuple(unit))) > 300
 
@@ -190,8 +190,8 @@ def test_the_bracket_prints_on_its_roof_without_support():
 
 def test_a_sloping_flange_is_one_solid_that_leaves_the_hull_alone():
     rig = changed(loaded("aqua2"), mount={"fold_normal": (0.2, 0.0, 1.0)})
-    stance = fold_stance(rig, Layout.from_rig(rig))
-    bracket = fold_bracket_solid(stance)
+    placement = bracket_placement(rig, Layout.from_rig(rig))
+    bracket = fold_bracket_solid(placement)
     assert bracket.is_valid
     normal = np.array([0.2, 0.0, 1.0]) / np.hypot(0.2, 1.0)
     heights = [(np.array(tuple(v)) - [270.0, 60.0, 65.0]) @ normal for v in bracket.vertices() if v.X < 294]
@@ -293,18 +293,20 @@ def test_chords_that_all_but_meet_the_pedestal_in_a_line_are_one_solid():
     """Cell and flange all but equally wide: the kernel loses all shapes when it unites them in one go."""
     mirror = {"width_mm": 41.453125, "height_mm": 40.0, "thickness_mm": 2.0, "distance_mm": 85.0}
     rig = changed(loaded("aqua2"), fold_mirror=mirror, mount={"wall_mm": 1.25})
-    bracket = fold_bracket_solid(fold_stance(rig, Layout.from_rig(rig)))
+    bracket = fold_bracket_solid(bracket_placement(rig, Layout.from_rig(rig)))
     assert manifold_mm(meshed(bracket)).volume() == pytest.approx(bracket.volume, rel=0.01)
 
 
 def test_keys_come_through_the_roof_over_a_slope():
     """A round nose's flange leans forward: the pedestal is as long as the holes over its bolts' heads need."""
     rig = changed(loaded("aqua2"), mount={"fold_anchor_mm": (250.0, 60.0, 40.0), "fold_normal": (0.5, 0.0, 1.0)})
-    stance = fold_stance(rig, Layout.from_rig(rig))
-    assert stance.keys_through_roof
-    bracket = fold_bracket_solid(stance)
+    placement = bracket_placement(rig, Layout.from_rig(rig))
+    assert placement.keys_through_roof
+    bracket = fold_bracket_solid(placement)
     for hole in bolt_places():
-        way = location_mm(stance.seat.body_from_seat) * cylinder((*hole, stance.seat.height_mm), (*hole, 120.0), 4.9)
+        way = location_mm(placement.seat.body_from_seat) * cylinder(
+            (*hole, placement.seat.height_mm), (*hole, 120.0), 4.9
+        )
         assert shared_mm3(bracket, way) < TOUCHING_MM3
 
 
@@ -336,7 +338,9 @@ def test_any_bracket_is_one_solid_each_or_a_sentence_with_its_key(mirror, wall, 
     try:
         hinge = stow_hinge(rig, layout)
         solids = (
-            [fold_bracket_solid(fold_stance(rig, layout))] if hinge is None else [deck_solid(hinge), arm_solid(hinge)]
+            [fold_bracket_solid(bracket_placement(rig, layout))]
+            if hinge is None
+            else [deck_solid(hinge), arm_solid(hinge)]
         )
     except ValueError as error:
         assert str(error).startswith(("mount.", "fold_mirror.")), error

@@ -14,7 +14,7 @@ from scipy.ndimage import label
 from cad.checks.sequence.screw_keys import KEYS_MM
 from cad.overlaps import manifold_mm
 from cad.parts.cable import free_cable_mm, yoke_tie_mm
-from cad.parts.gimbal_base import CORNER_MM, base_stance, tie_on_beam_mm
+from cad.parts.gimbal_base import CORNER_MM, base_placement, tie_on_beam_mm
 from cad.parts.gimbal_dimensions import PAN_BUSHING, GimbalDimensions
 from cad.parts.hardware import INSERT_RELIEF_MM, insert, nominal_diameter_mm
 from cad.parts.servo import HORN_SCREW, ear_hole_positions
@@ -43,8 +43,8 @@ def test_the_arms_and_the_column_grow_out_of_fillets(built):
     roots = rounded(built.part("yoke").solid, ROOT_FILLET_MM, np.array([1.0, 0, 0]))
     assert sum(roots) == pytest.approx(2 * 2 * dimensions.arm_half_width_mm, rel=0.05)
     layout = built.layout
-    stance = base_stance(dimensions, layout)
-    across = np.array(tuple((stance.body_from_base * Axis.Y.location).z_axis.direction))
+    placement = base_placement(dimensions, layout)
+    across = np.array(tuple((placement.body_from_base * Axis.Y.location).z_axis.direction))
     assert rounded(built.part("gimbal_base").solid, CORNER_MM, across) != []
 
 
@@ -126,7 +126,7 @@ def test_no_air_stays_around_the_pan_axis_in_any_attitude(built, axis, up):
 def test_the_cable_between_its_ties_reaches_over_the_pan_range(built):
     """Against the two ties as points: the furthest they come apart is where the pan range turns them furthest."""
     d, layout = GimbalDimensions.from_rig(built.rig), built.layout
-    base = tie_on_beam_mm(d, base_stance(d, layout))
+    base = tie_on_beam_mm(d, base_placement(d, layout))
     limits = (layout.pan.min_deg, layout.pan.max_deg)
     length = free_cable_mm(d, base, limits)
     yoke, height = yoke_tie_mm(d), d.yoke_bottom_mm - d.foot_top_mm

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from build123d import Plane
 
-from cad.parts.gimbal_base import base_hardware, base_stance, flange_seat
+from cad.parts.gimbal_base import base_hardware, base_placement, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.parts.hardware import (
     Bushing,
@@ -90,8 +90,8 @@ def vectors(piece):
 def gimbal_hardware(built):
     """Everything that the gimbal is bolted with, by name."""
     d = GimbalDimensions.from_rig(built.rig)
-    stance = base_stance(d, built.layout)
-    base = base_hardware(d, stance, flange_seat(built.rig, stance))
+    placement = base_placement(d, built.layout)
+    base = base_hardware(d, placement, flange_seat(built.rig, placement))
     return {piece.name: piece for piece in base + yoke_hardware(d) + holder_hardware(d)}
 
 
