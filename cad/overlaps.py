@@ -32,7 +32,7 @@ class Overlap:
 
 @dataclass(frozen=True, kw_only=True)
 class Gap:
-    """How near a moving part comes to a fixed one, at some joint values (radians); 0 when they meet."""
+    """How near a moving part comes to a fixed one, at some joint values (radians); 0 when they intersect."""
 
     moving: str
     fixed: str

@@ -94,12 +94,12 @@ def prove_backend() -> None:
         "variant": backend.variant,
         "threads": dr.thread_count(),
         "error": abs(total - expected),
-        "met_m": _met_m(),
+        "hit_m": _hit_m(),
     }
     print(json.dumps(answer))
 
 
-def _met_m() -> list[float]:
+def _hit_m() -> list[float]:
     """How far a ray goes to each of two triangles, `TRIANGLES_M` away, that one kernel searches."""
     import numpy as np
 
@@ -130,10 +130,10 @@ def _backend() -> list[Finding]:
         ),
         Finding(
             name="rays",
-            found=all(abs(met - away) < MISS_M for met, away in zip(answer["met_m"], TRIANGLES_M, strict=True)),
+            found=all(abs(hit - away) < MISS_M for hit, away in zip(answer["hit_m"], TRIANGLES_M, strict=True)),
             needed=True,
             detail="one kernel hit triangles of two scenes at {:g} and {:g} m; {:g} and {:g} m is right".format(
-                *answer["met_m"], *TRIANGLES_M
+                *answer["hit_m"], *TRIANGLES_M
             ),
         ),
         Finding(name="threads", found=True, needed=True, detail=f"{answer['threads']} of {os.cpu_count()} processors"),

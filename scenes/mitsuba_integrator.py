@@ -67,7 +67,7 @@ class SensorPath:
     throughput, rgb : list of Float32
         By wavelength, what of the light from here on arrives; by channel, the light found so far.
     lit, hit : Bool
-        Whether it ends at a surface in the water; whether it met one at all.
+        Whether it ends at a surface in the water; whether it hit one at all.
     """
 
     bounce: Any
@@ -115,7 +115,7 @@ class WaterIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
         return super().render(scene, sensor, seed, spp, develop, evaluate)
 
     def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
-        """Radiance along rays, whether they met anything, and no further values; nothing is sampled.
+        """Radiance along rays, whether they hit anything, and no further values; nothing is sampled.
 
         Derivatives are not followed.
         """

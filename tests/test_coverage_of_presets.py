@@ -20,7 +20,7 @@ def test_presets_see_most_of_the_sphere_past_their_mount(name: str) -> None:
     Rationale: the rays, the solids and the rig file have to agree on where everything is. A mirror's plate that is
     off by a tenth of a millimetre would blind the rig or block nothing.
     Expected: at a horizontal gaze the mount takes at most a tenth of what the bare mirrors show; at the zenith the
-    camera meets its own fold mirror; parts only ever take from the view; at least four fifths of the sphere are seen.
+    camera hits its own fold mirror; parts only ever take from the view; at least four fifths of the sphere are seen.
     """
     rig = Rig.load(name)
     layout = Layout.from_rig(rig)

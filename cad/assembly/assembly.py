@@ -59,7 +59,7 @@ class Part:
     wraps : bool
         Whether it is a band, laid around the hull open and closed in its place.
     seen : Trimesh, optional
-        What rays meet, millimetres, where that is not the solid's surface: of a hull from a file its own triangles.
+        What rays hit, millimetres, where that is not the solid's surface: of a hull from a file its own triangles.
     """
 
     name: str
@@ -82,7 +82,7 @@ class Part:
 
     @cached_property
     def seen_mesh(self) -> PartMesh:
-        """What rays meet of the part, as `mesh` gives what bodies meet."""
+        """What rays hit of the part, as `mesh` gives what bodies touch."""
         return self.mesh if self.seen is None else self._as_mesh(self.seen)
 
     def _as_mesh(self, surface: trimesh.Trimesh) -> PartMesh:
@@ -116,12 +116,12 @@ class Assembly:
 
     @property
     def seen_meshes(self) -> list[PartMesh]:
-        """What rays meet of the parts, in their order."""
+        """What rays hit of the parts, in their order."""
         return [part.seen_mesh for part in self.parts]
 
     @property
     def stowed_meshes(self) -> list[PartMesh]:
-        """What rays meet of the parts, with the fold mirror stowed where it has a hinge."""
+        """What rays hit of the parts, with the fold mirror stowed where it has a hinge."""
         if self.stow is None:
             return self.seen_meshes
         moved = self.stow.body_from_stowing(np.radians(self.stow.max_deg))

@@ -43,7 +43,7 @@ def hull_surface(rig: Rig) -> trimesh.Trimesh:
 
 
 def seen_file_hull(rig: Rig, hull: FileHull) -> PartMesh:
-    """What rays meet of a hull from a file, its window cut out: its own triangles, open or closed; body frame, metres.
+    """What rays hit of a hull from a file, its window cut out: its own triangles, open or closed; body frame, metres.
 
     Raises
     ------

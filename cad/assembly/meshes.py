@@ -54,7 +54,7 @@ MESH_VERSION = 7
 
 
 def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
-    """What rays meet of a rig: its parts in metres, each in the frame of its group; from the cache when it can be.
+    """What rays hit of a rig: its parts in metres, each in the frame of its group; from the cache when it can be.
 
     All are closed surfaces but the hull from a file, which may be open (`cad.assembly.hull_surface` gives its solid).
     With `stowed` the fold mirror and what holds it are where the hinge of `joints.stow` swings them.

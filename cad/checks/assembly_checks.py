@@ -223,7 +223,7 @@ def _clearances(
     # Screws and inserts are sunk into these.
     large = [mesh for mesh in meshes if mesh.role is not Role.HARDWARE]
     gaps = smallest_gaps(large, layout, poses, clearance_mm - CLEARANCE_TOLERANCE_MM)
-    # Parts that meet have been reported as such, with the volume they share.
+    # Parts that intersect have been reported as such, with the volume they share.
     return [_gap_problem(gap, clearance_mm) for gap in gaps if fit_of(gap.moving, gap.fixed) is None and gap.gap_mm > 0]
 
 

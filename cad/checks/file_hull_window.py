@@ -49,7 +49,7 @@ def window_problems(rig: Rig, hull: FileHull) -> Iterator[Problem]:
         blocked = np.isfinite(distances)
         if not blocked.any():
             continue
-        which = f"{blocked.mean():.0%} of the rays to M1 ({_span(pixels[folded][blocked])}) meet the skin {where}"
+        which = f"{blocked.mean():.0%} of the rays to M1 ({_span(pixels[folded][blocked])}) hit the skin {where}"
         advice = 'hull.window = "cut" makes an opening of it, "clear" a pane'
         if opened:
             advice = "move the camera along its view, or M1 towards it"
@@ -71,10 +71,10 @@ def _span(pixels: FloatArray) -> str:
 
 
 def _hits(skin: Occluder, start_m: FloatArray, end_m: FloatArray) -> FloatArray:
-    """How far from their starts straight ways meet the skin, metres, shape (n,); infinite where they do not."""
-    ways = end_m - start_m
-    lengths = np.linalg.norm(ways, axis=1)
-    along = Array3f64(*to_columns(ways / lengths[:, np.newaxis]))
+    """How far from their starts segments hit the skin, metres, shape (n,); infinite where they do not."""
+    segments = end_m - start_m
+    lengths = np.linalg.norm(segments, axis=1)
+    along = Array3f64(*to_columns(segments / lengths[:, np.newaxis]))
     origin = Array3f64(*to_columns(start_m)) + along * SKIN_M
     hit = first_hit(skin.parameters(), origin, along, Float64(lengths - 2 * SKIN_M), Bool(True))
     found: NDArray[np.float64] = np.array(hit.distance, dtype=np.float64)

@@ -119,7 +119,7 @@ class Standing:
     ----------
     rig : Rig
     hull : Trimesh
-        Body frame, millimetres, as the rays of light meet it.
+        Body frame, millimetres, as the rays of light hit it.
     layout : Layout
     light : Light
     fold_mirror, gaze_mirror : Plate
@@ -185,7 +185,7 @@ def rig_standing(rig: Rig) -> Standing:
 
 
 def _hull(rig: Rig) -> trimesh.Trimesh:
-    """Hull as the rays of light meet it: of a file its own triangles, open or closed, with the window cut out."""
+    """Hull as the rays of light hit it: of a file its own triangles, open or closed, with the window cut out."""
     if rig.file_hull is not None:
         return with_window(_triangles(rig.file_hull), rig)
     try:
@@ -212,16 +212,16 @@ def _light(rig: Rig, train: OpticalTrain, layout: Layout, hull: trimesh.Trimesh)
     rim, distance = _around(rays.direction), _to_plane(train.mirrors[0], rays)
     rays = rays.moved(layout.body_from_camera)
     skin = mesh_scene(np.asarray(hull.vertices) / 1000, np.asarray(hull.faces))
-    met, _ = first_faces(skin, rays.origin_m, rays.direction)
+    hit, _ = first_faces(skin, rays.origin_m, rays.direction)
     if rig.file_hull is not None:
         # Our own hulls hold the port in a boss that is solid behind it; a file's has a window there, or closed skin.
-        ways = rays.origin_m - layout.body_from_camera.translation
-        lengths = np.linalg.norm(ways, axis=1)
-        starts = np.broadcast_to(layout.body_from_camera.translation, ways.shape)
-        behind, _ = first_faces(skin, starts, ways / lengths[:, np.newaxis])
-        met = np.where(behind < lengths, 0.0, met)
-    end = rays.origin_m + np.minimum(met, distance)[:, np.newaxis] * rays.direction
-    return Light(start_mm=1000 * rays.origin_m, end_mm=1000 * end, folded=folded, stopped=met < distance, rim=rim)
+        segments = rays.origin_m - layout.body_from_camera.translation
+        lengths = np.linalg.norm(segments, axis=1)
+        starts = np.broadcast_to(layout.body_from_camera.translation, segments.shape)
+        behind, _ = first_faces(skin, starts, segments / lengths[:, np.newaxis])
+        hit = np.where(behind < lengths, 0.0, hit)
+    end = rays.origin_m + np.minimum(hit, distance)[:, np.newaxis] * rays.direction
+    return Light(start_mm=1000 * rays.origin_m, end_mm=1000 * end, folded=folded, stopped=hit < distance, rim=rim)
 
 
 def _to_plane(mirror: PlaneMirror, rays: Rays) -> FloatArray:

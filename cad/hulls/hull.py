@@ -89,7 +89,7 @@ def _flipper(x: float, side: int, inner: float, outer: float) -> Part:
 
 
 def file_hull_surface(hull: FileHull) -> trimesh.Trimesh:
-    """What rays meet of the user's hull: its triangles as they are, open or closed, in the body frame, millimetres.
+    """What rays hit of the user's hull: its triangles as they are, open or closed, in the body frame, millimetres.
 
     `hull.unit` says what the numbers of a mesh mean where its format does not.
 

@@ -1,4 +1,4 @@
-"""A hull from the user's file: the surface that rays meet, the solid that bodies meet, and what was done for either.
+"""A hull from the user's file: the surface that rays hit, the solid that bodies touch, and what was done for either.
 
 That takes long for a large mesh, so both are kept in the cache under the hash of the file.
 """
@@ -75,7 +75,7 @@ def posed(hull: FileHull, surface: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def read_hull_surface(hull: FileHull) -> HullMesh:
-    """What rays meet of a hull from a mesh file, from the cache when it can be: its triangles as they are.
+    """What rays hit of a hull from a mesh file, from the cache when it can be: its triangles as they are.
 
     Corners in one place are one, there are at most `MOST_TRIANGLES`, and holes stay open. Triangles face outwards as
     far as there is an outside: how they face in the file says nothing.

@@ -1,6 +1,6 @@
 """The boss around the camera's port: what of the hull carries the window.
 
-It ends 0.5 mm behind the port's outer face: rays begin on that face and must not meet the boss that holds it.
+It ends 0.5 mm behind the port's outer face: rays begin on that face and must not hit the boss that holds it.
 """
 
 from __future__ import annotations

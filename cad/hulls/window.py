@@ -39,9 +39,9 @@ TOLERANCE_MM = 0.2
 
 
 def with_window(shape: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Trimesh:
-    """What light meets of a rig's hull (body frame, millimetres): without its window, where the rig says it has one.
+    """What light hits of a rig's hull (body frame, millimetres): without its window, where the rig says it has one.
 
-    What is closed stays closed; of open surfaces, which only light meets, the triangles in the window are taken away.
+    What is closed stays closed; of open surfaces, which only light hits, the triangles in the window are taken away.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def with_window(shape: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Tri
 
 
 def solid_with_window(solid: Solid | trimesh.Trimesh, rig: Rig) -> Solid | trimesh.Trimesh:
-    """What parts of the mount meet of a rig's hull: without its window where that is cut; raises as `with_window`."""
+    """What parts of the mount touch of a rig's hull: without its window where that is cut; raises as `with_window`."""
     hull = rig.file_hull
     return solid if hull is not None and hull.window == "clear" else with_window(solid, rig)
 

@@ -159,7 +159,7 @@ def surface_heights(surface: trimesh.Trimesh, points_mm: FloatArray) -> FloatArr
     for index, (x, y) in enumerate(points_mm):
         ax, ay = x - a[:, 0], y - a[:, 1]
         s, t = (ax * ac[:, 1] - ay * ac[:, 0]) / area, (ab[:, 0] * ay - ab[:, 1] * ax) / area
-        # A line through an edge shared by two triangles must meet one of them.
+        # A line through an edge shared by two triangles must hit one of them.
         hit = (s >= -1e-9) & (t >= -1e-9) & (s + t <= 1 + 1e-9)
         z = a[hit, 2] + s[hit] * ab[hit, 2] + t[hit] * ac[hit, 2]
         z = z[np.abs(z) <= REACH_MM]

@@ -29,7 +29,7 @@ class CrossedSurface:
         return cls(scene=mesh_scene(vertices - centre, faces.astype(np.int32)), centre=centre)
 
     def first(self, start: FloatArray, end: FloatArray) -> NDArray[np.int64]:
-        """Triangle that each segment meets first, from either side; `MISSED` where there is none.
+        """Triangle that each segment hits first, from either side; `MISSED` where there is none.
 
         Parameters
         ----------

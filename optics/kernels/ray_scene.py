@@ -29,7 +29,7 @@ def mesh_scene(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Any
 def first_faces(
     scene: Any, origins_m: NDArray[np.floating], directions: NDArray[np.floating]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Where rays first meet a scene's mesh, from either side.
+    """Where rays first hit a scene's mesh, from either side.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ def first_faces(
     Returns
     -------
     distance_m : array, shape (n,)
-        Infinite where nothing is met.
+        Infinite where nothing is hit.
     face : array, shape (n,)
-        Position in the mesh's faces, -1 where nothing is met.
+        Position in the mesh's faces, -1 where nothing is hit.
     """
     start, along = (np.ascontiguousarray(vectors.T, dtype=np.float32) for vectors in (origins_m, directions))
     hit = scene.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(start), mi.Vector3f(along)), coherent=True)

@@ -162,7 +162,7 @@ class CoarseScorer:
         return np.array(touched).reshape(len(designs), cells).mean(axis=1), self._mean(counted)
 
     def _over_mirrors(self, designs: FloatArray, lane: Any) -> tuple[tuple[MirrorPlane, MirrorPlane], list[Hit]]:
-        """Kernel: M1 and M2 of each lane, and where its ray meets them."""
+        """Kernel: M1 and M2 of each lane, and where its ray hits them."""
         design, pose, ray = self._lanes(lane)
         mirrors = self._mirrors(self._numbers(designs), design, pose)
         return mirrors, reflect_over(mirrors, *self._rays(ray))

@@ -52,7 +52,7 @@ class SideDriver:
 
 
 def side_drivers(rig: Rig, request: Request) -> tuple[SideDriver, ...]:
-    """What drives the four sides of a request's mirrors; none of a mirror that no ray meets.
+    """What drives the four sides of a request's mirrors; none of a mirror that no ray hits.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def side_drivers(rig: Rig, request: Request) -> tuple[SideDriver, ...]:
 
 
 def _longest(footprint: Footprint, request: Request) -> dict[Side, tuple[int, int, float]]:
-    """Pose, ray and length of the longest demand on each side; empty where no ray meets the mirror's face."""
+    """Pose, ray and length of the longest demand on each side; empty where no ray hits the mirror's face."""
     growth = request.margin_m + request.angle_tolerance * footprint.spread_m
     reach = np.where(footprint.front[..., np.newaxis], np.abs(footprint.points_m) + growth[..., np.newaxis], -np.inf)
     reach = reach.reshape(-1, reach.shape[-2], 2)

@@ -129,7 +129,7 @@ def grazing(on_m1: Footprint, on_m2: Footprint, gaze: GazeRange, grid: Grid) -> 
     found = []
     if not on_m1.front.all():
         message = (
-            f"{np.mean(~on_m1.front):.0%} of the window's edge never meets M1: rays more than 45 degrees from the "
+            f"{np.mean(~on_m1.front):.0%} of the window's edge never hits M1: rays more than 45 degrees from the "
             f"optical axis towards the fold run along M1 or away from it, whatever its size"
         )
         found.append(Binding(constraint="grazing incidence on M1", message=message))

@@ -38,7 +38,7 @@ class Tolerances:
     m1_angle_deg, m2_angle_deg : float
         Turn about each of the mirror's two axes. Standard deviation; 0.2 mm over a seat of 60 mm.
     m1_flatness_rad, m2_flatness_rad : float
-        Slope error where the view's centre meets the mirror, rms about each axis. Float glass of some four waves per
+        Slope error where the view's centre hits the mirror, rms about each axis. Float glass of some four waves per
         inch (633 nm): 4 x 0.633 um / 25.4 mm.
     gimbal_position_mm : float
         Where the pan axis stands, along each of the gimbal's axes. Standard deviation.

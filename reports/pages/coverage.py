@@ -276,7 +276,7 @@ def _exactness(found: GridSummary, study: tuple[Refinement, ...]) -> list[str]:
     return [
         "Exact: the path of each ray through port and mirrors (float64), the solid angle of each cell's corners, and "
         "which poses see the centre of a cell of the sphere, traced back to its pixel. Parts are "
-        f"{found.triangles} triangles, met in float32 (0.1 micrometre at 1 m).",
+        f"{found.triangles} triangles, intersected in float32 (0.1 micrometre at 1 m).",
         "Not exact: a cell of the image counts by its centre's ray, so that solid angles gain or lose part of a row of "
         "cells at an edge. A cell of the sphere counts when its centre is seen: at the rim too much as often as too "
         f"little, by chance. Cells at the rim of what is seen are {found.rim_fraction:.1%} of the sphere, which "

@@ -201,7 +201,7 @@ class RobotLight:
     ) -> list[Any]:
         """Light that the robot occludes for points, by channel: a weighted sum over their samples.
 
-        `weights` is given the points that the samples belong to which meet the robot, and their directions. What the
+        `weights` is given the points that the samples belong to which hit the robot, and their directions. What the
         gaze mirror shows is left out: it depends on the joints.
         """
         count = dr.width(point)
@@ -224,7 +224,7 @@ class RobotLight:
         return result
 
     def _at_gaze_mirror(self, origin: Any, looking: Any, distance: Any) -> Any:
-        """Whether rays that meet the robot at a distance meet the gaze mirror's face before it."""
+        """Whether rays that hit the robot at a distance hit the gaze mirror's face before it."""
         if self._gaze_mirror is None:
             return mi.Bool(False)
         mirror = self._gaze_mirror

@@ -60,7 +60,7 @@ def shadow_in_water(around: RobotLight, world_from_body: RigidTransform, begins_
 def folded_begins(eye: FloatArray, mirror: MirrorPlate) -> FloatArray:
     """Where lines from an eye that a mirror folds begin on it, for the table's directions, shape (nodes, 3).
 
-    Behind a mirror stands the eye's image, and lines from there meet the mirror each at a place of its own; the nearest
+    Behind a mirror stands the eye's image, and lines from there hit the mirror each at a place of its own; the nearest
     one of the mirror for those that would miss it. The mirror is in the eye's frame.
     """
     centre, normal = mirror.centre, np.cross(mirror.x, mirror.y)

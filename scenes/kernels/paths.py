@@ -103,7 +103,7 @@ def _segment(path: Path, inputs: Inputs) -> Path:
     goes_on = active & (at_mirror | at_surface) & (bounce < LARGEST_BOUNCE_COUNT)
     seen = active & path.unseen & (~goes_on | (at_surface & sea.passes))
     reflected = direction + normal * (2 * cosine)
-    # What a leaning facet of the sea would throw upwards meets the sea again: it is taken to go down at once.
+    # What a leaning facet of the sea would throw upwards hits the sea again: it is taken to go down at once.
     rise = dr.select(at_surface, state.world.turn(reflected).z, 0)
     reflected = reflected - state.world.turn_back(Array3f32(0, 0, 1)) * dr.select(rise > 0, 2 * rise, 0)
     folded = at_m1 & (path.region == int(Region.DIRECT))

@@ -1,6 +1,6 @@
 """Which points of a world the sun reaches: how high the world stands along the direction of the sun, on a grid.
 
-World and sun stand still, so the first surface that sunlight meets is found once, for a grid of rays across the beam; a
+World and sun stand still, so the first surface that sunlight hits is found once, for a grid of rays across the beam; a
 point below it is in the shadow. Edges of shadows are as fine as the grid. In water they are no finer: light that is
 scattered by a degree or two still counts with the sun, and blurs a shadow by some centimetres for each metre between
 it and what throws it.
@@ -49,7 +49,7 @@ class SunMap:
     Attributes
     ----------
     height : Float32
-        At the nodes, metres; minus infinity where a ray meets nothing.
+        At the nodes, metres; minus infinity where a ray hits nothing.
     u, v, towards_sun : list of Float32
         Unit vectors: two across the beam, along which the nodes lie, and the one against it.
     corner : list of Float32

@@ -266,7 +266,7 @@ def sun_seen(sun: SunUniforms, direction: Any, normal: Any) -> list[Any]:
 
 
 def _disk(sun: SunUniforms, direction: Any, normal: Any) -> Any:
-    """Radiance over irradiance of the sun's disk: ``n^2 T / (solid angle)`` where the refracted view meets it."""
+    """Radiance over irradiance of the sun's disk: ``n^2 T / (solid angle)`` where the refracted view hits it."""
     n = sun.n_water
     outside, passed = refract(direction, normal, n)
     # A distance, not a cosine: in single precision those of such small angles are a few steps from one.

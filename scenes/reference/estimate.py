@@ -15,7 +15,7 @@ LANES_PER_LAUNCH = 2**19
 """Paths in one launch: bounds the memory to some 100 MB, and a launch to seconds, so that it can be interrupted."""
 
 ROULETTE_DEPTH = 48
-"""Events that every path lives through. Mitsuba's roulette counts in the density of a path that meets a lamp by chance,
+"""Events that every path lives through. Mitsuba's roulette counts in the density of a path that hits a lamp by chance,
 but not in that of the lamp's own sampling, so what comes after it is up to a quarter of 1 - q too dark (q the chance to
 live on, 0.95 at most); light scattered 48 times is a few parts in 10 000 of what a camera sees."""
 

@@ -17,7 +17,7 @@ BoolImage = NDArray[np.bool_]
 def ball_silhouette(
     rig: Rig, train: OpticalTrain, *, centre_m: FloatArray, radius_m: float, region: Region, shape: tuple[int, int]
 ) -> BoolImage:
-    """Pixels whose rays meet a ball over the mirrors of a region, were these mirrors unbounded and nothing in the way.
+    """Pixels whose rays hit a ball over the mirrors of a region, were these mirrors unbounded and nothing in the way.
 
     Parameters
     ----------
@@ -38,8 +38,8 @@ def ball_silhouette(
     offset = image - rays.origin_m
     along = np.einsum("ij,ij->i", offset, rays.direction)
     closest = offset - along[:, np.newaxis] * rays.direction
-    meets = np.einsum("ij,ij->i", closest, closest) < radius_m**2
-    return np.asarray((meets & (along > 0) & rays.passed).reshape(shape))
+    hit = np.einsum("ij,ij->i", closest, closest) < radius_m**2
+    return np.asarray((hit & (along > 0) & rays.passed).reshape(shape))
 
 
 def train_regions(rig: Rig, train: OpticalTrain, shape: tuple[int, int]) -> NDArray[np.uint8]:

@@ -126,11 +126,11 @@ def test_tank_looks_as_in_the_fast_renderer(grey_tank, monkeypatch):
         mi.Point3f(pose.apply(rays.origin_m).T.astype(np.float32)),
         mi.Vector3f(pose.rotation.apply(rays.direction).T.astype(np.float32)),
     )
-    colour, met, _ = own.integrator().sample(own, None, mi.RayDifferential3f(ray))
+    colour, hit, _ = own.integrator().sample(own, None, mi.RayDifferential3f(ray))
     found = np.array(colour).T.reshape(frame.radiance.shape)
-    met = np.array(met).reshape(frame.label.shape)
+    hit = np.array(hit).reshape(frame.label.shape)
     seen = frame.label == Label.TARGET
-    assert np.array(met).reshape(seen.shape)[seen].all()
+    assert np.array(hit).reshape(seen.shape)[seen].all()
     assert 0.3 < seen.mean() < 0.95
     error = np.abs(found / frame.radiance - 1).max(axis=-1)
     assert (error > SINGLE_PRECISION).mean() < EDGE_PIXELS, np.sort(error.ravel())[-60:]

@@ -62,7 +62,7 @@ class Body:
     def gap_mm(self, other: Body, turn: FloatArray, shift_mm: FloatArray) -> float:
         """Smallest distance between the two surfaces, millimetres; 0 when they cross.
 
-        One body wholly inside the other is not seen: their surfaces do not meet. The other's pose is given in the
+        One body wholly inside the other is not seen: their surfaces do not intersect. The other's pose is given in the
         frame of this one: rotation matrix, shape (3, 3), and translation, shape (3,), millimetres.
         """
         here, there = fcl.CollisionObject(self.tree), fcl.CollisionObject(other.tree, fcl.Transform(turn, shift_mm))

@@ -35,7 +35,7 @@ PLAY_TOLERANCE_MM = 0.005
 
 def clearance_bodies(meshes: Sequence[PartMesh]) -> list[Body]:
     """Each part a body, but the screws, inserts and washers of a group, which are one together."""
-    alone = [mesh for mesh in meshes if mesh.role is not Role.HARDWARE or _meets_others(mesh.name)]
+    alone = [mesh for mesh in meshes if mesh.role is not Role.HARDWARE or _touches_others(mesh.name)]
     bodies = [Body.of(mesh.name, [mesh]) for mesh in alone]
     for group in Group:
         small = [mesh for mesh in meshes if mesh.group is group and all(mesh is not other for other in alone)]
@@ -49,8 +49,8 @@ def hardware_name(group: Group) -> str:
     return f"{group} hardware"
 
 
-def _meets_others(name: str) -> bool:
-    """Bushings and the screws in the servos' shafts meet others by design, so they are looked at one by one."""
+def _touches_others(name: str) -> bool:
+    """Bushings and the screws in the servos' shafts touch others by design, so they are looked at one by one."""
     return name.endswith(("_bushing", "_shaft_screw"))
 
 
@@ -96,7 +96,7 @@ def _problem(pair: MovingPair, found: SmallestGap, limit: float, *, declared: bo
     names, pose = f"{pair.moving.name} and {pair.other.name}", pose_words(found.q, pair.joints)
     if found.gap_mm == 0:
         place = key_to_change(pair.moving.name, pair.other.name)
-        return Problem(place=place, value=f"{names} meet at {pose}", expected="them clear of each other")
+        return Problem(place=place, value=f"{names} intersect at {pose}", expected="them clear of each other")
     gap = f"{found.gap_mm:.2f} mm, the gap between {names} at {pose}"
     if declared:
         return Problem(place=pair.moving.name, value=gap, expected=f"a running gap of at least {limit:g} mm")
@@ -133,7 +133,7 @@ def _parts(body: Body, assembly: Assembly) -> list[Part]:
         return [
             part
             for part in assembly.parts
-            if part.group is body.group and part.role is Role.HARDWARE and not _meets_others(part.name)
+            if part.group is body.group and part.role is Role.HARDWARE and not _touches_others(part.name)
         ]
     return [assembly.part(body.name)]
 

@@ -18,7 +18,7 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 
 GapFunction = Callable[[FloatArray], float]
-"""Joint values, shape (k,), radians, to the gap there, millimetres; 0 where the bodies meet."""
+"""Joint values, shape (k,), radians, to the gap there, millimetres; 0 where the bodies intersect."""
 
 CLOSE_MM = 0.1
 """Bound and smallest gap may differ by this much, unless a limit lies between them."""
@@ -92,7 +92,7 @@ def smallest_gap(gap: GapFunction, box: Cell, reach_mm: FloatArray, limit_mm: fl
     Returns
     -------
     SmallestGap
-        Bound and gap differ by 0.1 mm or a third of the gap at most. Bodies that meet end the search at once, with
+        Bound and gap differ by 0.1 mm or a third of the gap at most. Bodies that intersect end the search at once, with
         both at 0.
     """
     order = itertools.count()

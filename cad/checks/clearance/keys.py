@@ -7,11 +7,11 @@ OF_BASE = ("gimbal_base", "base_flange_screw")
 
 
 def key_to_change(first: str, second: str) -> str:
-    """Key for two parts that meet, by their names; the first part's name where no number of the rig is at fault.
+    """Key for two parts that intersect, by their names; the first part's name where no number of the rig is at fault.
 
-    What turns with M2 meets the hull or what holds M1: M2's distance. What holds M1 meets the hull: M1's distance. The
-    base is in the hull or in the way of what turns: its anchor. The flange's screws meet the servo of the hinge: the
-    flange's anchor, which goes further back.
+    What turns with M2 is in the hull or in what holds M1: M2's distance. What holds M1 is in the hull: M1's distance.
+    The base is in the hull or in the way of what turns: its anchor. The flange's screws are in the servo of the hinge:
+    the flange's anchor, which goes further back.
     """
     holds_m1 = [name for name in (first, second) if name.startswith(HOLDS_M1)]
     if len(holds_m1) == 2:

@@ -24,7 +24,7 @@ from rigs import Problem
 
 ARM = "stowing arm"
 STANDING = ("hull", "gimbal_base", "pan_servo")
-"""What the arm could meet of what stands still."""
+"""What the arm could hit of what stands still."""
 
 
 def stow_clearance_findings(assembly: Assembly, meshes: Sequence[PartMesh], clearance_mm: float) -> list[Finding]:

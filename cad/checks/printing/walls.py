@@ -23,7 +23,7 @@ PERCENTILE = 1.0
 PERIMETERS = 2
 """A wall of one line has no inside to hold it together."""
 UNDER_SURFACE_MM = 1e-4
-"""Rays start this deep, so that they do not meet the face they start on."""
+"""Rays start this deep, so that they do not hit the face they start on."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +58,9 @@ def wall_thickness(mesh: PartMesh, samples: int = SAMPLES, seed: int = SEED) -> 
     body = manifold_mm(mesh)
     thickness = np.array([_first_hit_mm(body.ray_cast(a, b), a) for a, b in zip(starts, ends, strict=True)])
     # A ray that starts on an edge may find no other side.
-    met = np.isfinite(thickness)
-    order = np.argsort(thickness[met])
-    return WallThickness(thickness_mm=thickness[met][order] + UNDER_SURFACE_MM, point_mm=np.asarray(points)[met][order])
+    hit = np.isfinite(thickness)
+    order = np.argsort(thickness[hit])
+    return WallThickness(thickness_mm=thickness[hit][order] + UNDER_SURFACE_MM, point_mm=np.asarray(points)[hit][order])
 
 
 def wall_finding(mesh: PartMesh, mount: Mount) -> Finding:

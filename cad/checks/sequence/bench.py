@@ -119,7 +119,7 @@ def is_pressed(part: Part) -> bool:
     return is_small(part) and any(word in part.catalogue.lower() for word in PRESSED)
 
 
-def boxes_meet(first: manifold3d.Manifold, second: manifold3d.Manifold, margin_m: float = 0.0) -> bool:
+def boxes_overlap(first: manifold3d.Manifold, second: manifold3d.Manifold, margin_m: float = 0.0) -> bool:
     """Whether the boxes around two bodies are nearer than a margin."""
     (low, high), (other_low, other_high) = _box(first), _box(second)
     return bool((low <= other_high + margin_m).all() and (other_low <= high + margin_m).all())
@@ -155,7 +155,7 @@ def _loose(parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> di
 def _pressed_into(name: str, parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> str:
     """Printed part of the same group that an insert or bushing is nearest to: some holes are drawn with play."""
     hosts = [other for other, part in parts.items() if part.printed and part.group is parts[name].group]
-    near = [other for other in hosts if boxes_meet(bodies[name], bodies[other], NEAR_M)]
+    near = [other for other in hosts if boxes_overlap(bodies[name], bodies[other], NEAR_M)]
     return min(near or hosts, key=lambda other: float(bodies[name].min_gap(bodies[other], NEAR_M)))
 
 
@@ -163,11 +163,11 @@ def _stacks(names: Sequence[str], bodies: dict[str, manifold3d.Manifold]) -> lis
     """Small pieces that touch each other, directly or through others."""
     stacks: list[list[str]] = []
     for name in names:
-        meets = [stack for stack in stacks if any(_touch(bodies[name], bodies[other]) for other in stack)]
-        stacks = [stack for stack in stacks if stack not in meets]
-        stacks.append([other for stack in meets for other in stack] + [name])
+        touching = [stack for stack in stacks if any(_touch(bodies[name], bodies[other]) for other in stack)]
+        stacks = [stack for stack in stacks if stack not in touching]
+        stacks.append([other for stack in touching for other in stack] + [name])
     return stacks
 
 
 def _touch(first: manifold3d.Manifold, second: manifold3d.Manifold) -> bool:
-    return boxes_meet(first, second, TOUCH_M) and bool(first.min_gap(second, TOUCH_M) < TOUCH_M)
+    return boxes_overlap(first, second, TOUCH_M) and bool(first.min_gap(second, TOUCH_M) < TOUCH_M)

@@ -50,10 +50,10 @@ def _screw(number: int, drive: Drive) -> Finding:
     return Finding(
         check=SCREW_CHECK,
         subject=drive.screw.name,
-        figure=(long, short, 0.0)[len(drive.met)],
+        figure=(long, short, 0.0)[len(drive.hit)],
         unit="mm",
         limit=short,
         place=f"step {number}",
-        note="; ".join(f"{end} meets {others}" for end, others in drive.met.items()),
+        note="; ".join(f"{end} hits {others}" for end, others in drive.hit.items()),
         problem=drive.problem,
     )

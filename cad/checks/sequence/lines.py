@@ -1,6 +1,6 @@
-"""How far a body can go straight before it meets others: lines in its direction, a tenth of a millimetre apart.
+"""How far a body can go straight before it hits others: lines in its direction, a tenth of a millimetre apart.
 
-A body that moves along a line meets what has a face over one of its own faces. Faces are laid on a raster of lines
+A body that moves along a line hits what has a face over one of its own faces. Faces are laid on a raster of lines
 along the direction, so the way is exact however far it is; only between the lines is it sampled.
 """
 
@@ -22,7 +22,7 @@ MOST_LINES = 250_000
 CONTACT_LINES = 3
 """A contact counts when it is this many lines wide both ways: meshes of round fits cross by less than 0.05 mm."""
 SEAT_MM = 0.05
-"""What a face may be behind the one that it lies on, and still meets it: the tolerance of two meshes."""
+"""What a face may be behind the one that it lies on, and still hits it: the tolerance of two meshes."""
 _FIRST = 0.5382
 """Of the pitch, from the box's rim to the first line: no line runs in the middle of anything, where edges are."""
 
@@ -58,7 +58,7 @@ class _Raster:
 
 
 def free_way_mm(moving: Surface, still: Surface, direction: FloatArray, *, line_mm: float = LINE_MM) -> float:
-    """How far a body can go along a direction until it meets others; infinite when it meets none.
+    """How far a body can go along a direction until it hits others; infinite when it hits none.
 
     Parameters
     ----------

@@ -73,31 +73,31 @@ def key_blockers(
     Returns
     -------
     dict of str to str
-        "long arm" and "short arm", each with the parts that it meets. A long arm that is free is taken; with both in it
+        "long arm" and "short arm", each with the parts that it hits. A long arm that is free is taken; with both in it
         no key gets to the screw.
     """
     _, long, short = KEYS_MM[screw.thread_mm]
-    met = {}
+    hit = {}
     for end, reach, other in (("long arm", long, short), ("short arm", short, long)):
-        if not (blockers := _met(screw, body_from_group, bodies, reach, other)):
+        if not (blockers := _hit_parts(screw, body_from_group, bodies, reach, other)):
             break
-        met[end] = ", ".join(sorted(blockers))
-    return met
+        hit[end] = ", ".join(sorted(blockers))
+    return hit
 
 
-def _met(
+def _hit_parts(
     screw: Screw, body_from_group: FloatArray, bodies: Mapping[str, manifold3d.Manifold], reach: float, other: float
 ) -> set[str]:
-    """Parts that a key meets in every swing; empty when there is a swing without any."""
+    """Parts that a key hits in every swing; empty when there is a swing without any."""
     radius = KEYS_MM[screw.thread_mm][0] / np.sqrt(3)
     straight = manifold3d.Manifold.cylinder(reach, radius, circular_segments=KEY_SIDES)
     pose = _key_pose(screw, body_from_group)
-    if blockers := _meets(straight.transform(pose), bodies):
+    if blockers := _hit_by(straight.transform(pose), bodies):
         return blockers
     arm = manifold3d.Manifold.cylinder(other, radius, circular_segments=KEY_SIDES).rotate((0, 90, 0))
     arm = arm.translate((0, 0, reach - radius))
     angles = range(0, 360, SWING_STEP_DEG)
-    blocked = [_meets(arm.rotate((0, 0, angle)).transform(pose), bodies) for angle in angles]
+    blocked = [_hit_by(arm.rotate((0, 0, angle)).transform(pose), bodies) for angle in angles]
     window = SWING_DEG // SWING_STEP_DEG + 1
     swings = [[blocked[(start + step) % len(blocked)] for step in range(window)] for start in range(len(blocked))]
     return set() if any(not any(swing) for swing in swings) else set[str]().union(*blocked)
@@ -112,7 +112,7 @@ def _key_pose(screw: Screw, body_from_group: FloatArray) -> FloatArray:
     return np.asarray((body_from_group @ place)[:3])
 
 
-def _meets(tool: manifold3d.Manifold, bodies: Mapping[str, manifold3d.Manifold]) -> set[str]:
+def _hit_by(tool: manifold3d.Manifold, bodies: Mapping[str, manifold3d.Manifold]) -> set[str]:
     bounds = np.array(tool.bounding_box())
     return {name for name, body in bodies.items() if _near(bounds, body) and (tool ^ body).volume() > MET_MM3 * 1e-9}
 

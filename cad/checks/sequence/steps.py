@@ -71,14 +71,14 @@ class Drive:
     """A screw that is driven, and what is in the way of the long and of the short arm of its key, if anything is."""
 
     screw: Screw
-    met: dict[str, str]
+    hit: dict[str, str]
 
     @property
     def problem(self) -> Problem | None:
         """That neither end of the key gets to the screw."""
-        if len(self.met) < 2:
+        if len(self.hit) < 2:
             return None
-        words = ", ".join(f"{end} of its key meets {others}" for end, others in self.met.items())
+        words = ", ".join(f"{end} of its key hits {others}" for end, others in self.hit.items())
         return Problem(place=self.screw.name, value=words, expected="a hexagon key's way to the screw's head")
 
 
@@ -229,20 +229,20 @@ class _Pieces:
         pose = bench.assembly.pose(part, 0.0, 0.0).as_matrix()
         bodies = {other: bench.bodies[other] for other in self.present}
         screw = screw_of(part)
-        self.driven.append(Drive(screw=screw, met=key_blockers(screw, pose, bodies)))
+        self.driven.append(Drive(screw=screw, hit=key_blockers(screw, pose, bodies)))
 
     def _no_way(self, name: str, surface: Surface, directions: Sequence[FloatArray]) -> None:
-        """Say what is met first along each direction."""
+        """Say what is hit first along each direction."""
         first = set()
         for direction in directions:
             free = {
                 n: free_way_mm(surface, self.bench.surfaces[n], direction) for n in self.bench.ordered(self.present)
             }
             first.add(min(free, key=lambda n: free[n]))
-        met = ", ".join(self.bench.ordered(first))
+        hit = ", ".join(self.bench.ordered(first))
         self.blocked.append(
             Problem(
-                place=name, value=f"meets {met} in every direction", expected="a way in of one or two straight moves"
+                place=name, value=f"hits {hit} in every direction", expected="a way in of one or two straight moves"
             )
         )
 

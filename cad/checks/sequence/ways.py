@@ -1,4 +1,4 @@
-"""Ways out of a place: straight moves one after the other, the last without an end, none of which meets anything.
+"""Ways out of a place: straight moves one after the other, the last without an end, none of which hits anything.
 
 A piece comes in the way it can be taken out, so ways are sought from the place outwards.
 """
@@ -13,7 +13,7 @@ from cad.checks.sequence.lines import LINE_MM, Surface, free_way_mm
 from optics.kernels.arrays import FloatArray
 
 ROUGH_MM = 0.5
-"""Between the lines of a first look: what is met there, some 1.5 mm wide, is met."""
+"""Between the lines of a first look: what is hit there, some 1.5 mm wide, is hit."""
 SHORTEST_MM = 1.0
 """A first move that ends before this leads nowhere new."""
 SHARES = (1.0, 0.5, 0.25)
@@ -68,7 +68,7 @@ def _round_a_corner(
 
 
 def _is_free(moving: Surface, still: Surface, direction: FloatArray) -> bool:
-    """Whether nothing is met along a direction: looked at roughly, and where nothing is met, closely."""
+    """Whether nothing is hit along a direction: looked at roughly, and where nothing is hit, closely."""
     return all(np.isinf(free_way_mm(moving, still, direction, line_mm=pitch)) for pitch in (ROUGH_MM, LINE_MM))
 
 

@@ -161,7 +161,7 @@ def _through_itself(vertices: FloatArray, faces: Faces, edges: Faces, own: Cross
     start, end = vertices[edges[:, 0]], vertices[edges[:, 1]]
     inset = ENDS * (end - start)
     face = own.first(start + inset, end - inset)
-    met = np.flatnonzero(face != MISSED)
-    at_an_end = (faces[face[met]][:, :, np.newaxis] == edges[met][:, np.newaxis, :]).any(axis=(1, 2))
-    met = met[~at_an_end]
-    return edges[met], face[met]
+    hit = np.flatnonzero(face != MISSED)
+    at_an_end = (faces[face[hit]][:, :, np.newaxis] == edges[hit][:, np.newaxis, :]).any(axis=(1, 2))
+    hit = hit[~at_an_end]
+    return edges[hit], face[hit]

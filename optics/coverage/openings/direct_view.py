@@ -51,7 +51,7 @@ def seen_directly(rig: Rig, stowed: Sequence[PartMesh], directions: FloatArray) 
 
 
 def _blocked(parts: Sequence[PartMesh], rays: Rays) -> NDArray[np.bool_]:
-    """Which rays, in the frame of the parts, meet one of them."""
+    """Which rays, in the frame of the parts, hit one of them."""
     vertices, faces, _ = merge(parts)
     if not len(faces) or not len(rays.status):
         return np.zeros(len(rays.status), dtype=bool)

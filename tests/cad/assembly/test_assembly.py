@@ -147,7 +147,7 @@ def test_the_gimbal_keeps_its_clearance_to_what_stands_still(built):
             assert gap >= built.rig.gaze.mount.clearance_mm
 
 
-def test_rays_that_start_on_the_port_do_not_meet_its_boss(built):
+def test_rays_that_start_on_the_port_do_not_hit_its_boss(built):
     port, layout = built.rig.port, built.layout
     hull = next(mesh for mesh in built.meshes if mesh.name == "hull")
     vertices = 1000 * layout.body_from_camera.inv().apply(hull.vertices_m)
@@ -192,11 +192,11 @@ def outside_the_port(light, built):
 
 @pytest.mark.parametrize("q1", [0.0, 0.7, -1.35])
 @pytest.mark.parametrize("q2", [-0.5, 0.0, 0.8, 1.6])
-def test_nothing_stands_in_the_way_of_light_that_meets_both_mirrors(built, q1, q2):
+def test_nothing_stands_in_the_way_of_light_that_hits_both_mirrors(built, q1, q2):
     """Port to M1 and M1 to M2 as bodies, against every part.
 
-    Rationale: light from the pinhole that meets M1's free face runs in a cone; after M1 it runs in the cone whose apex
-    is the pinhole's mirror image. Both are cut to what meets M1 (and then M2) and to what is in front of M1 (and of the
+    Rationale: light from the pinhole that hits M1's free face runs in a cone; after M1 it runs in the cone whose apex
+    is the pinhole's mirror image. Both are cut to what hits M1 (and then M2) and to what is in front of M1 (and of the
     port). Refraction at a flat port makes the true cones narrower.
     Expectation: no part shares volume with the light, up to the rounding of the tessellation.
     """

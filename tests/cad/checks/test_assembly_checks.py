@@ -69,7 +69,7 @@ def test_a_gaze_mirror_that_strikes_the_fold_bracket_is_found(too_near):
 
 
 def test_a_collision_within_the_joint_range_only_is_found(aqua2):
-    """At rest the yoke is clear of a servo that has slid sideways; when it turns they meet."""
+    """At rest the yoke is clear of a servo that has slid sideways; when it turns they intersect."""
     servo = aqua2.part("pan_servo").solid
     moved = with_part(aqua2, "pan_servo", Pos(65, 0, 60) * servo)
     poses = [p.value for p in assembly_problems(moved) if p.expected.startswith("pan_servo and tilt_servo")]
@@ -129,7 +129,7 @@ def test_every_check_says_which_joint_values_are_left(too_near, monkeypatch):
     monkeypatch.setattr(admissible, "GRID_CELLS", 16)
     monkeypatch.setattr(checks, "assembly_steps", lambda assembly: [])
     checked = assembly_checks(too_near)
-    assert any("fold_bracket meet at" in str(problem) for problem in checked.problems)
+    assert any("fold_bracket intersect at" in str(problem) for problem in checked.problems)
     assert 0.3 < checked.admissible.fraction < 1
     low, high = checked.admissible.largest.q2_deg
     assert low <= 0 < high < too_near.rig.gaze.joints.tilt.max_deg

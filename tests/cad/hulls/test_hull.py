@@ -72,7 +72,7 @@ def test_a_rig_on_an_stl_hull_is_built_checked_and_keyed_by_content(aqua2, tmp_p
 
 
 def test_a_rig_on_an_open_hull_is_built_and_seen_through_its_hole(aqua2, tmp_path, monkeypatch):
-    """A box without its back: bodies meet a closed solid, rays meet its ten triangles."""
+    """A box without its back: bodies touch a closed solid, rays hit its ten triangles."""
     monkeypatch.setattr(solid_field, "CELLS_ALONG", 60)
     surface = trimesh.creation.box(extents=(650, 260, 130))
     surface.update_faces(surface.face_normals[:, 0] > -0.5)

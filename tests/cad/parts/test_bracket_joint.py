@@ -91,7 +91,7 @@ def taper(foot: float, lean: float, length: float, depth: float) -> float:
 
 
 @pytest.mark.parametrize(
-    ("shift_mm", "meets"),
+    ("shift_mm", "intersects"),
     [
         ((0, 0, 0), False),
         ((0, 0.9 * FIT_MM, 0), False),
@@ -103,10 +103,10 @@ def taper(foot: float, lean: float, length: float, depth: float) -> float:
         ((-FIT_MM, 0, 0), True),
     ],
 )
-def test_the_key_leaves_the_halves_their_fit_and_no_more(bodies, shift_mm, meets):
+def test_the_key_leaves_the_halves_their_fit_and_no_more(bodies, shift_mm, intersects):
     rear, front = bodies
     shared = (rear ^ front.translate(shift_mm)).volume()
-    assert (shared > MESHED_MM3) == meets
+    assert (shared > MESHED_MM3) == intersects
 
 
 @pytest.mark.parametrize("name", ["aqua2", "torpedo"])

@@ -109,7 +109,7 @@ def test_an_anchor_that_left_the_hull_is_named():
 def test_a_flange_at_the_height_of_the_yoke_stands_beside_its_circle(above_mm, half_mm):
     """Closed form: half a column of 28 mm clears it where the flange is above the yoke, else half a flange of 50 mm.
 
-    Its bolts' heads are 4 mm high, under a wall of the mount's thickness; a screw there met the tilt servo.
+    Its bolts' heads are 4 mm high, under a wall of the mount's thickness; a screw there hit the tilt servo.
     """
     rig = Rig.load("aqua2")
     d, mount = GimbalDimensions.from_rig(rig), rig.gaze.mount

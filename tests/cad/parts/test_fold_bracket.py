@@ -121,7 +121,7 @@ def test_a_fold_up_holds_its_mirror_where_the_layout_says():
     bracket = fold_bracket_solid(bracket_placement(rig, layout))
     plate = location_mm(layout.body_from_m1) * mirror_plate(rig.gaze.fold_mirror)
     assert shared_mm3(bracket, plate) < TOUCHING_MM3
-    # Pressed into its bed or against its lips, it meets the cell at once.
+    # Pressed into its bed or against its lips, it hits the cell at once.
     for direction in (-1, 1):
         shift = 1000 * layout.body_from_m1.rotation.apply([0, 0, direction * 0.6e-3])
         assert shared_mm3(bracket, plate.translate(tuple(shift))) > 10

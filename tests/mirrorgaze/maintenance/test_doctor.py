@@ -72,9 +72,9 @@ def test_a_backend_that_aborts_is_survived(monkeypatch):
     ("name", "proof"),
     [
         # Single precision.
-        ("float64 kernel", {"error": 1e-7, "met_m": doctor.TRIANGLES_M}),
+        ("float64 kernel", {"error": 1e-7, "hit_m": doctor.TRIANGLES_M}),
         # What a graphics card does with scenes that do not share a table: the second is not searched.
-        ("rays", {"error": 1e-15, "met_m": [1.0, float("inf")]}),
+        ("rays", {"error": 1e-15, "hit_m": [1.0, float("inf")]}),
     ],
 )
 def test_a_backend_that_computes_something_else_is_not_good_enough(monkeypatch, name, proof):

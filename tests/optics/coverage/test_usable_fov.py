@@ -280,7 +280,7 @@ def test_a_mirror_does_not_block_its_own_face(rig: Rig) -> None:
     np.testing.assert_array_equal(with_plates[away], bare[away])
 
 
-def test_gaze_straight_up_meets_the_fold_mirror(rig: Rig) -> None:
+def test_gaze_straight_up_hits_the_fold_mirror(rig: Rig) -> None:
     """The axis comes back the way it went: in the middle of its view the camera sees itself."""
     up = {"q1": [0.0], "q2": [np.pi / 4]}
     # So thin that only its face can be hit: the sides of a real plate face the water, too.

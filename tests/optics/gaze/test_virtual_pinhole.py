@@ -170,7 +170,7 @@ def test_without_refraction_the_edges_are_straight():
 def test_a_flat_port_bends_the_edges_by_pixels():
     """For the aqua2, level: an edge's deviation from its chord, from traced rays that strike M2's outline.
 
-    The pixel of a point of the edge is also where the ray of that pixel, followed over both mirrors, meets the point.
+    The pixel of a point of the edge is also where the ray of that pixel, followed over both mirrors, hits the point.
     """
     edges = mirror_edges(AQUA2)
     assert max(edge.deviation_px for edge in edges) == pytest.approx(2.0, abs=0.1)

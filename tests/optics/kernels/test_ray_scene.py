@@ -30,7 +30,7 @@ def test_all_scenes_are_made_beside_the_same_one(monkeypatch):
     assert [description["beside"] for description in made] == [first] * 2
 
 
-def test_the_first_triangle_is_met_from_either_side():
+def test_the_first_triangle_is_hit_from_either_side():
     corners = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]])
     vertices = np.concatenate([np.column_stack([corners, np.full(3, height)]) for height in (1.0, 3.0)])
     scene = mesh_scene(vertices, np.arange(6, dtype=np.int32).reshape(2, 3))

@@ -47,7 +47,7 @@ def test_a_cone_on_m1_has_the_near_and_far_edge_of_the_closed_form(degrees):
     assert footprint.front.all()
 
 
-def test_beyond_45_degrees_m1_is_not_met():
+def test_beyond_45_degrees_m1_is_not_hit():
     rays = OpticalTrain.bare(BARE).trace(np.array([[319.5, 239.5 + 501], [319.5, 239.5 + 499]]))
     np.testing.assert_array_equal(fold_footprint(BARE, rays).front, [False, True])
 

@@ -177,7 +177,7 @@ def test_grazing_incidence_is_named_with_the_largest_window_and_range():
     assert sizing.second_range[0] > np.radians(-32.5) and sizing.second_range[1] == pytest.approx(np.radians(30))
 
 
-def test_a_view_wider_than_45_degrees_never_meets_m1():
+def test_a_view_wider_than_45_degrees_never_hits_m1():
     wide = IN_FRONT.model_copy(update={"fx_px": 200.0, "fy_px": 200.0})
     rig = WITHOUT_PORT.model_copy(update={"camera": wide})
     sizing = binding_of(rig, image_part(1.0, rig))

@@ -145,7 +145,7 @@ def test_nothing_is_kept_far_away(shares):
 
 
 @pytest.mark.parametrize("name", OUTLINES)
-def test_folded_lines_begin_where_the_mirror_is_met(name):
+def test_folded_lines_begin_where_the_mirror_is_hit(name):
     """A mirror of 80 x 100 mm, 0.1 m before the eye at the origin, tilted by 45 degrees: the law of reflection.
 
     Expected: where a line begins is on the mirror, and the way there from the eye, reflected, is the line's direction;

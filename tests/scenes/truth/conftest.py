@@ -41,7 +41,7 @@ def stations(train, pixels):
     return origin, direction, path, region
 
 
-def meet_room(origin, direction):
+def hit_room(origin, direction):
     """Distance to the room's faces from inside, which face, and its normal into the room."""
     low = np.array([-HALF_ROOM_M, -HALF_ROOM_M, FLOOR_M])
     high = np.array([HALF_ROOM_M, HALF_ROOM_M, 0.0])
@@ -55,7 +55,7 @@ def meet_room(origin, direction):
     return times[lanes, axis], 2 * axis + upper, normal
 
 
-def meet_ball(origin, direction, centre, radius):
+def hit_ball(origin, direction, centre, radius):
     offset = origin - centre
     half_b = np.einsum("ij,ij->i", offset, direction)
     depth2 = half_b**2 - np.einsum("ij,ij->i", offset, offset) + radius**2
@@ -63,7 +63,7 @@ def meet_ball(origin, direction, centre, radius):
     return np.where((depth2 > 0) & (distance > 0), distance, np.inf)
 
 
-def meet_plates(origin, direction, region, mirrors):
+def hit_plates(origin, direction, region, mirrors):
     """Distance to the nearest mirror's plate but the one a ray comes from, and its normal towards the ray."""
     nearest, normal = np.full(len(origin), np.inf), np.zeros_like(origin)
     for position, mirror in enumerate(mirrors):
@@ -86,15 +86,15 @@ def plain_frame(rig, state, shape, *, radius=BALL_RADIUS_M):
     train = OpticalTrain.from_rig(rig, q1=state.q1, q2=state.q2)
     rows, columns = shape
     origin, direction, path, region = stations(train, pixel_grid(train.camera, columns, rows))
-    to_plate, plate_normal = meet_plates(origin, direction, region, train.mirrors)
+    to_plate, plate_normal = hit_plates(origin, direction, region, train.mirrors)
     pose = state.world_from_body * camera_pose(rig.camera)
     origin, direction = pose.apply(origin), pose.rotation.apply(direction)
-    reach, face, normal = meet_room(origin, direction)
+    reach, face, normal = hit_room(origin, direction)
     label = np.where(face == 5, Label.SURFACE, Label.WORLD)
     instance = face.copy()
     if state.world_from_target is not None:
         centre = state.world_from_target.translation
-        to_ball = meet_ball(origin, direction, centre, radius)
+        to_ball = hit_ball(origin, direction, centre, radius)
         ball = to_ball < reach
         reach = np.where(ball, to_ball, reach)
         normal[ball] = (origin + reach[:, np.newaxis] * direction - centre)[ball] / radius

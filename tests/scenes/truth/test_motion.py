@@ -213,7 +213,7 @@ def test_a_target_moves_with_its_pose(aqua2, plain, make_state):
 
 
 def test_what_a_ball_hides_in_the_other_frame_is_hidden(aqua2, plain, make_state):
-    """Rationale: a wall's point is hidden if the straight way to it, behind the last mirror, meets the ball.
+    """Rationale: a wall's point is hidden if the straight way to it, behind the last mirror, hits the ball.
 
     Expected: the status says so but for a rim of one pixel around the ball's outline; and only with the other frame.
     """

@@ -72,7 +72,7 @@ def test_reef_leaves_the_robot_room_and_stays_below_the_surface(depth_m, seed):
 
 
 def test_there_is_a_ridge_ahead_and_open_water_to_the_right(world):
-    """Horizontal rays: most meet something within 8 m ahead and to the left, few do to the right."""
+    """Horizontal rays: most hit something within 8 m ahead and to the left, few do to the right."""
     from optics.kernels.backend import mi
     from optics.kernels.ray_scene import mesh_scene
 

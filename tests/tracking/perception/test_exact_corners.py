@@ -97,7 +97,7 @@ def test_joints_may_be_beyond_their_limits(exact):
 
 
 def test_mirror_that_turns_its_back_has_no_corners(exact):
-    """M2's normal stands 45 degrees + tilt above the horizontal: below it, the folded view meets its back."""
+    """M2's normal stands 45 degrees + tilt above the horizontal: below it, the folded view hits its back."""
     q = np.radians([[0.0, -70.0], [0.0, -20.0]])
     found = exact["aqua2"].corners(q)
     assert np.isnan(found[0]).all()

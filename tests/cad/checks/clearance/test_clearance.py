@@ -130,7 +130,7 @@ def test_a_block_planted_at_one_corner_of_the_joint_range_is_found(aqua2):
     pair = pair_of(Body.of("mirror_holder", [holder]), Body.of("block", [block]), layout)
     found = pair_finding(pair, aqua2, 1.0)
     assert found.verdict is Verdict.FAILED
-    assert "block meet at" in str(found.problem)
+    assert "block intersect at" in str(found.problem)
     assert found.figure == 0
     region = admissible_region([(pair, 1.0)], layout)
     assert 0.5 < region.fraction < 0.995

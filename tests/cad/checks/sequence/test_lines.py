@@ -36,7 +36,7 @@ def test_a_box_goes_as_far_as_the_gap_over_it(turn):
     assert free_way_mm(moving.moved(30 * up), plate, -up) == pytest.approx(16.0, abs=1e-9)
 
 
-def test_what_lies_on_a_face_is_met_at_once_and_what_slides_along_it_is_not():
+def test_what_lies_on_a_face_is_hit_at_once_and_what_slides_along_it_is_not():
     moving, floor = box((0, 0, 0), (10, 10, 5)), box((-20, -20, -3), (20, 20, SEAT_MM / 2))
     assert free_way_mm(moving, floor, -UP) == 0.0
     assert free_way_mm(moving, floor, UP) == np.inf

@@ -37,13 +37,13 @@ def test_a_screw_is_read_off_its_solid(thread):
 
 
 @pytest.mark.parametrize(
-    ("height", "met"),
+    ("height", "hit"),
     [(LONG + 4, set()), (LONG - 4, {"long arm"}), (SHORT + 4, {"long arm"}), (SHORT - 4, {"long arm", "short arm"})],
 )
-def test_a_lid_over_a_screw_stops_the_arm_that_is_longer_than_its_height(height, met):
+def test_a_lid_over_a_screw_stops_the_arm_that_is_longer_than_its_height(height, hit):
     """The head of the screw is 3 mm high."""
     lid = block((-80, -80, 3 + height), (80, 80, 5 + height))
-    assert set(key_blockers(screw_of(screw_at()), np.eye(4), {"lid": lid})) == met
+    assert set(key_blockers(screw_of(screw_at()), np.eye(4), {"lid": lid})) == hit
 
 
 def test_a_key_needs_sixty_degrees_for_its_other_arm():
@@ -51,8 +51,8 @@ def test_a_key_needs_sixty_degrees_for_its_other_arm():
     trench = block((-80, 4, 0), (80, 80, 40)) + block((-80, -80, 0), (80, -4, 40))
     assert set(key_blockers(screw_of(screw_at()), np.eye(4), {"trench": trench})) == set()
     deep = block((-80, 4, 0), (80, 80, 80)) + block((-80, -80, 0), (80, -4, 80))
-    met = key_blockers(screw_of(screw_at()), np.eye(4), {"trench": deep})
-    assert met == {"long arm": "trench", "short arm": "trench"}
+    hit = key_blockers(screw_of(screw_at()), np.eye(4), {"trench": deep})
+    assert hit == {"long arm": "trench", "short arm": "trench"}
 
 
 def test_the_key_is_where_the_screw_s_frame_is():

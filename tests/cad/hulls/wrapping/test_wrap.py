@@ -163,16 +163,16 @@ def test_bodies_are_kept_joined_or_left(monkeypatch):
 
 
 def hit_heights(mesh: trimesh.Trimesh, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Height at which vertical lines meet a surface first; NaN where they miss it."""
+    """Height at which vertical lines hit a surface first; NaN where they miss it."""
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     face = CrossedSurface.of(vertices, faces).first(start, end)
-    heights, met = np.full(len(start), np.nan), face != MISSED
-    corner, normal = vertices[faces[face[met], 0]], mesh.face_normals[face[met]]
-    heights[met] = corner[:, 2] + ((corner - start[met])[:, :2] * normal[:, :2]).sum(axis=1) / normal[:, 2]
+    heights, hit = np.full(len(start), np.nan), face != MISSED
+    corner, normal = vertices[faces[face[hit], 0]], mesh.face_normals[face[hit]]
+    heights[hit] = corner[:, 2] + ((corner - start[hit])[:, :2] * normal[:, :2]).sum(axis=1) / normal[:, 2]
     return heights
 
 
-def test_rays_meet_triangles_and_solid_alike_but_in_an_opening():
+def test_rays_hit_triangles_and_solid_alike_but_in_an_opening():
     """Vertical rays at a bowl of 100 mm that opens upwards, 71 mm wide each side of its axis, its rim at 71 mm.
 
     From below the two are hit alike. From above the triangles are hit beside the opening, and through it at the bottom,
