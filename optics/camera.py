@@ -204,8 +204,8 @@ class FisheyeCamera(Camera):
         angle = radius
         if distorted:
             for _ in range(INVERSE_ITERATIONS):
-                value, slope = _kannala_brandt(parameters["coefficients"], angle)
-                angle = angle - (value - radius) / slope
+                value, derivative = _kannala_brandt(parameters["coefficients"], angle)
+                angle = angle - (value - radius) / derivative
         value, _ = _kannala_brandt(parameters["coefficients"], angle)
         valid = (dr.abs(value - radius) < INVERSE_TOLERANCE) & (angle < parameters["limit"])
         # sin(t)/r tends to 1 on the axis, where both vanish.
@@ -262,12 +262,12 @@ def _brown_conrady(coefficients: list[Any], x: Any, y: Any) -> tuple[Any, Any, t
     below = 1 + r2 * (k4 + r2 * (k5 + r2 * k6))
     radial = above / below
     # Derivative of the radial factor with respect to r^2.
-    slope = (k1 + r2 * (2 * k2 + 3 * r2 * k3) - radial * (k4 + r2 * (2 * k5 + 3 * r2 * k6))) / below
+    derivative = (k1 + r2 * (2 * k2 + 3 * r2 * k3) - radial * (k4 + r2 * (2 * k5 + 3 * r2 * k6))) / below
     fx = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
     fy = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
-    xx = radial + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x
-    xy = 2 * x * y * slope + 2 * p1 * x + 2 * p2 * y
-    yy = radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x
+    xx = radial + 2 * x * x * derivative + 2 * p1 * y + 6 * p2 * x
+    xy = 2 * x * y * derivative + 2 * p1 * x + 2 * p2 * y
+    yy = radial + 2 * y * y * derivative + 6 * p1 * y + 2 * p2 * x
     return fx, fy, (xx, xy, xy, yy)
 
 
@@ -276,5 +276,5 @@ def _kannala_brandt(coefficients: list[Any], angle: Any) -> tuple[Any, Any]:
     k1, k2, k3, k4 = coefficients
     t2 = angle * angle
     value = angle * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
-    slope = 1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4)))
-    return value, slope
+    derivative = 1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4)))
+    return value, derivative

@@ -48,8 +48,8 @@ FURTHEST_M, STEP_M, ACCURACY_M = 1.5, 0.02, 0.001
 ADVICE_POSES, ADVICE_SAMPLES = 5, 5
 """Joint values over each range, and points along a plate's sides, for which a way out is looked for."""
 
-NEAREST_STEPS, SLOPE_M = 20, 1e-5
-"""Newton steps to the surface, and the distance over which its slope is taken."""
+NEAREST_STEPS, DIFFERENCE_M = 20, 1e-5
+"""Newton steps to the surface, and the distance over which its gradient is taken."""
 
 
 class Deepest(NamedTuple):
@@ -249,14 +249,14 @@ def _way_out(distance: HullDistance, points: FloatArray, direction: FloatArray) 
 
 
 def _nearest(distance: HullDistance, point: FloatArray) -> FloatArray:
-    """Point of the surface near a point, by Newton's method along the distance's slope."""
+    """Point of the surface near a point, by Newton's method along the distance's gradient."""
     for _ in range(NEAREST_STEPS):
         gap = float(distance(point))
         if abs(gap) < ROUNDING_M:
             break
-        steps = SLOPE_M * np.eye(3)
-        slope = (distance(point + steps) - distance(point - steps)) / (2 * SLOPE_M)
-        point = point - gap * slope / max(float(slope @ slope), 0.25)
+        steps = DIFFERENCE_M * np.eye(3)
+        gradient = (distance(point + steps) - distance(point - steps)) / (2 * DIFFERENCE_M)
+        point = point - gap * gradient / max(float(gradient @ gradient), 0.25)
     return point
 
 

@@ -42,12 +42,12 @@ def angle_jacobian(layout: Layout, q1: ArrayLike, q2: ArrayLike) -> FloatArray:
     no azimuth.
     """
     direction = forward_gaze(layout, q1, q2).direction
-    slope = direction_jacobian(layout, q1, q2)
+    derivative = direction_jacobian(layout, q1, q2)
     x, y = direction[..., 0, np.newaxis], direction[..., 1, np.newaxis]
     level = np.hypot(x, y)
     with np.errstate(divide="ignore", invalid="ignore"):
-        azimuth = (x * slope[..., 1, :] - y * slope[..., 0, :]) / level**2
-        elevation = slope[..., 2, :] / level
+        azimuth = (x * derivative[..., 1, :] - y * derivative[..., 0, :]) / level**2
+        elevation = derivative[..., 2, :] / level
     jacobian = np.stack([azimuth, elevation], axis=-2)
     return np.asarray(np.where(level[..., np.newaxis] > NO_AZIMUTH, jacobian, np.nan))
 
@@ -76,10 +76,10 @@ def joint_rates(layout: Layout, q1: ArrayLike, q2: ArrayLike, gaze_rate: ArrayLi
     The columns of the Jacobian are orthogonal: each rate is a projection. Pan must be 1 / |cos 2t| times as fast as
     the gaze turns across; infinite or NaN where pan does not turn it.
     """
-    slope = direction_jacobian(layout, q1, q2)
+    derivative = direction_jacobian(layout, q1, q2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        wanted = (slope * np.asarray(gaze_rate, dtype=np.float64)[..., np.newaxis]).sum(axis=-2)
-        return np.asarray(wanted / (slope**2).sum(axis=-2))
+        wanted = (derivative * np.asarray(gaze_rate, dtype=np.float64)[..., np.newaxis]).sum(axis=-2)
+        return np.asarray(wanted / (derivative**2).sum(axis=-2))
 
 
 def _optical_angles(layout: Layout, q1: ArrayLike, q2: ArrayLike) -> tuple[FloatArray, FloatArray]:

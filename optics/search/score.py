@@ -171,17 +171,17 @@ class CoarseScorer:
         """Pixels, mean over the joint ranges, of rays counted by design and pose."""
         return np.asarray(self.pixels_per_ray * (rays * self.pose_weight).sum(axis=1) / self.pose_weight.sum())
 
-    def soft_resolution_slopes(self, designs: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def soft_resolution_derivatives(self, designs: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Resolution with soft mirror edges and without the hull, and its derivatives by the design.
 
-        Counting rays has no slope; with edges that fade over `SOFTNESS_M` it has one. Dr.Jit differentiates forward,
-        one free number at a time, so that every sum is made in a fixed order and the same seed gives the same bytes.
+        Counting rays has no derivative; with edges that fade over `SOFTNESS_M` it has one. Dr.Jit differentiates
+        forward, one free number at a time, so that every sum is made in a fixed order and a seed gives the same bytes.
 
         Returns
         -------
         value : array, shape (n,)
             Pixels.
-        slopes : array, shape (n, 6)
+        derivatives : array, shape (n, 6)
             Pixels per millimetre.
         """
         shape = (len(designs), self.grid.poses, self.grid.rays)
@@ -189,7 +189,7 @@ class CoarseScorer:
         def total(lanes: Any) -> FloatArray:
             return self._mean(np.array(lanes).reshape(shape).sum(axis=2))
 
-        slopes = np.zeros(designs.shape)
+        derivatives = np.zeros(designs.shape)
         value = np.zeros(len(designs))
         for parameter in range(designs.shape[1]):
             numbers = self._numbers(designs)
@@ -201,9 +201,9 @@ class CoarseScorer:
             passed = dr.select(facing, _soft(mirrors[0], m1) * _soft(mirrors[1], m2), 0)
             dr.set_grad(numbers[parameter], 1e-3)
             dr.forward_to(passed)
-            slopes[:, parameter] = total(dr.grad(passed))
+            derivatives[:, parameter] = total(dr.grad(passed))
             value = total(dr.detach(passed))
-        return value, slopes
+        return value, derivatives
 
     def _lanes(self, lane: Any) -> tuple[Any, Any, Any]:
         """Kernel: design, pose and ray of lanes by their number, the rays of a pose side by side."""
@@ -257,6 +257,6 @@ class CoarseScorer:
 def _soft(mirror: MirrorPlane, hit: Hit) -> Any:
     """Kernel: 1 well inside an outline, 0 well outside, a logistic step of `SOFTNESS_M` at the edge."""
     assert mirror.outline is not None
-    # The hyperbolic tangent is the logistic step without an exponential that overflows, and its slope with it.
+    # The hyperbolic tangent is the logistic step without an exponential that overflows, and its derivative with it.
     steps = [0.5 - 0.5 * dr.tanh(distance / (2 * SOFTNESS_M)) for distance in mirror.outline.beyond(*hit.local)]
     return prod(steps[1:], start=steps[0])

@@ -1,9 +1,9 @@
 """Design search: the Pareto front over both mirrors' distances and sizes.
 
 Sobol points fill the space of designs, then generations of children gather around the front (differential steps between
-its members), then each member is polished along the slope of its resolution. Whatever is scored stays in the pool, and
-the front is that of the whole pool. Every random number comes from the seed and the number of the batch, every batch
-from those before it: a search that is stopped and taken up again ends at the same front.
+its members), then each member is polished along the gradient of its resolution. Whatever is scored stays in the pool,
+and the front is that of the whole pool. Every random number comes from the seed and the number of the batch, every
+batch from those before it: a search that is stopped and taken up again ends at the same front.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ from rigs import Rig
 GRID = Grid()
 """Poses and rays by which a design is scored."""
 
-SLOPE_GRID = Grid(pan_steps=9, tilt_steps=17, columns=16, rows=12)
-"""And by which slopes are taken: soft edges need fewer rays, and differentiated lanes cost ten times as much."""
+DERIVATIVE_GRID = Grid(pan_steps=9, tilt_steps=17, columns=16, rows=12)
+"""And by which derivatives are taken: soft edges need fewer rays, and differentiated lanes cost ten times as much."""
 
 BATCH = 512
 """Designs that are scored between two checkpoints; some seconds."""
@@ -57,7 +57,7 @@ POLISHED = 40
 """Members of the front that are polished."""
 
 POLISH_STEPS_MM = (4.0, 2.0, 1.0, 0.5)
-"""Lengths of the steps along the slope, tried one after the other."""
+"""Lengths of the steps along the gradient, tried one after the other."""
 
 NOTHING_SEEN = "nothing seen over both mirrors"
 
@@ -177,7 +177,7 @@ def search_designs(
         for step_mm in POLISH_STEPS_MM:
             record(
                 f"polishing: by {step_mm:g} mm",
-                partial(_uphill, CoarseScorer(rig, [], SLOPE_GRID), pool, chosen, bounds, step_mm),
+                partial(_uphill, CoarseScorer(rig, [], DERIVATIVE_GRID), pool, chosen, bounds, step_mm),
             )
     everything, scores = (np.concatenate(column) for column in zip(*pool, strict=True))
     rejected = _rejected(rig, everything, scores, buildable)
@@ -271,28 +271,28 @@ def _children(
 def _uphill(
     scorer: CoarseScorer, pool: Sequence[Recorded], objectives: Sequence[Objective], bounds: Bounds, step_mm: float
 ) -> FloatArray:
-    """Members of the front, moved along the slope of the resolution without changing area or swept volume.
+    """Members of the front, moved along the gradient of the resolution without changing area or swept volume.
 
-    The slope is projected onto the directions in which the other smooth objectives stay as they are. Whether the step
-    pays is decided where it is scored, rays, hull and all: what is dominated does not enter the front.
+    The gradient is projected onto the directions in which the other smooth objectives stay as they are. Whether the
+    step pays is decided where it is scored, rays, hull and all: what is dominated does not enter the front.
     """
     parents, scores = _front_of(pool, objectives)
     designs = parents[spread_out(costs(scores, objectives), POLISHED)]
     if not len(designs):
         return designs
-    _, slopes = scorer.soft_resolution_slopes(designs)
-    for row, kept in enumerate(_smooth_slopes(designs, objectives)):
+    _, derivatives = scorer.soft_resolution_derivatives(designs)
+    for row, kept in enumerate(_smooth_derivatives(designs, objectives)):
         normals = np.linalg.qr(kept.T)[0].T
-        slopes[row] = slopes[row] - normals.T @ (normals @ slopes[row])
-    length = np.linalg.norm(slopes, axis=1, keepdims=True)
-    return rounded(np.clip(designs + step_mm * slopes / np.where(length > 0, length, 1), *bounds))
+        derivatives[row] = derivatives[row] - normals.T @ (normals @ derivatives[row])
+    length = np.linalg.norm(derivatives, axis=1, keepdims=True)
+    return rounded(np.clip(designs + step_mm * derivatives / np.where(length > 0, length, 1), *bounds))
 
 
-def _smooth_slopes(designs: FloatArray, objectives: Sequence[Objective]) -> FloatArray:
-    """Slopes of area and of the squared swept radius, those that are objectives; shape (n, 0 to 2, 6)."""
+def _smooth_derivatives(designs: FloatArray, objectives: Sequence[Objective]) -> FloatArray:
+    """Derivatives of area and of the squared swept radius, those that are objectives; shape (n, 0 to 2, 6)."""
     area, radius = np.zeros((2, *designs.shape))
     area[:, [M1_WIDTH, M1_HEIGHT, M2_WIDTH, M2_HEIGHT]] = designs[:, [M1_HEIGHT, M1_WIDTH, M2_HEIGHT, M2_WIDTH]]
     radius[:, [M2_WIDTH, M2_HEIGHT]] = designs[:, [M2_WIDTH, M2_HEIGHT]]
-    slopes = {"area": area, "swept-volume": radius}
-    chosen = [slope for name, slope in slopes.items() if name in _names(objectives)]
+    derivatives = {"area": area, "swept-volume": radius}
+    chosen = [derivative for name, derivative in derivatives.items() if name in _names(objectives)]
     return np.stack(chosen, axis=1) if chosen else np.empty((len(designs), 0, designs.shape[1]))

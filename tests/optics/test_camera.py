@@ -53,7 +53,7 @@ def test_pinhole_projects_as_opencv(name):
 
 
 @pytest.mark.parametrize("name", ["five", "eight"])
-def test_the_inverse_climbs_along_the_true_slope(name):
+def test_the_inverse_uses_the_true_derivative(name):
     """The Jacobian that Newton and the fold use, against OpenCV's derivatives of the pixel by the translation.
 
     At unit depth these are fx and fy times the Jacobian of the distortion; a wrong one would still converge, slowly.

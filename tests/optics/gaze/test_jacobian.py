@@ -39,7 +39,7 @@ STEP = 1e-4
 QUOTIENT = 2e-8
 
 
-def slopes(function, q1, q2):
+def derivatives(function, q1, q2):
     columns = [(function(q1 + a, q2 + b) - function(q1 - a, q2 - b)) / (2 * STEP) for a, b in ((STEP, 0), (0, STEP))]
     return np.stack(columns, axis=-1)
 
@@ -47,7 +47,7 @@ def slopes(function, q1, q2):
 @pytest.mark.parametrize("layout", [LAYOUT, OBLIQUE], ids=["level", "oblique"])
 @given(q1=ANGLES, q2=ANGLES)
 def test_the_direction_turns_as_difference_quotients_say(layout, q1, q2):
-    expected = slopes(lambda a, b: forward_gaze(layout, a, b).direction, q1, q2)
+    expected = derivatives(lambda a, b: forward_gaze(layout, a, b).direction, q1, q2)
     np.testing.assert_allclose(direction_jacobian(layout, q1, q2), expected, rtol=0, atol=QUOTIENT)
 
 
@@ -65,7 +65,7 @@ def test_azimuth_and_elevation_turn_as_eq_5_says(q1, q2):
     level = abs(np.cos(2 * q2))
     assume(level > 1e-3)
     expected = np.diag([1, 2 * np.sign(np.cos(2 * q2))])
-    # Rounding in the direction turns its azimuth by 1 / level as much; the azimuth's own slope divides by it again.
+    # Rounding in the direction turns its azimuth by 1 / level as much; the azimuth's derivative divides by it again.
     np.testing.assert_allclose(angle_jacobian(LAYOUT, q1, q2), expected, rtol=0, atol=ROUNDING / level**2)
 
 
@@ -82,7 +82,7 @@ def test_azimuth_and_elevation_turn_as_difference_quotients_say(q1, q2):
 
     # The third derivatives grow with the third power of 1 / cos elevation, and so do the quotients' errors.
     np.testing.assert_allclose(
-        angle_jacobian(OBLIQUE, q1, q2), slopes(angles, q1, q2), rtol=0, atol=10 * QUOTIENT / level**3
+        angle_jacobian(OBLIQUE, q1, q2), derivatives(angles, q1, q2), rtol=0, atol=10 * QUOTIENT / level**3
     )
 
 

@@ -125,7 +125,7 @@ def test_every_derivative_is_the_limit_of_difference_quotients(rig):
             assert np.log2(error / finer) == pytest.approx(2, abs=0.05), name
 
 
-def test_without_a_port_the_slopes_are_those_of_a_pinhole():
+def test_without_a_port_the_derivatives_are_those_of_a_pinhole():
     """Of u = fx x / z + cx: du/dx = fx / z, du/dz = -fx x / z^2, du/dfx = x / z."""
     bench = Rig.load("bench")
     rig = Rig.model_validate({**bench.model_dump(), "port": {"shape": "none"}})
@@ -153,8 +153,8 @@ def test_without_a_port_the_slopes_are_those_of_a_pinhole():
         "p2": (camera.fx_px * (square + 2 * a**2), camera.fy_px * 2 * a * b),
     }
     assert set(expected) == set(found.parameters)
-    for name, slope in expected.items():
-        np.testing.assert_allclose(found.of(name)[0], slope, rtol=1e-14, atol=1e-13)
+    for name, derivative in expected.items():
+        np.testing.assert_allclose(found.of(name)[0], derivative, rtol=1e-14, atol=1e-13)
 
 
 def test_on_the_axis_of_a_flat_port_the_slope_is_the_apparent_depth():
@@ -170,7 +170,7 @@ def test_on_the_axis_of_a_flat_port_the_slope_is_the_apparent_depth():
     )
 
 
-def test_a_fisheye_has_slopes_on_its_axis():
+def test_a_fisheye_has_derivatives_on_its_axis():
     """The image is f t there, a pinhole's; the formula of the model divides zero by zero."""
     pinhole = RIGS["bench"].camera.model_dump(exclude={"model", "distortion"})
     rig = Rig.model_validate(
@@ -180,7 +180,7 @@ def test_a_fisheye_has_slopes_on_its_axis():
         PerturbedTrain(rig), [[0, 0, 2.0], [1e-7, 0, 2.0]], parameters=("point_x", "point_y", "point_z")
     )
     expected = np.array([[rig.camera.fx_px / 2, 0, 0], [0, rig.camera.fy_px / 2, 0]])
-    # Off the axis by 5e-8 the slope along z is f times that, over 2 m.
+    # Off the axis by 5e-8 the derivative along z is f times that, over 2 m.
     np.testing.assert_allclose(found.values, np.stack([expected] * 2), rtol=0, atol=1e-4)
 
 
@@ -197,10 +197,10 @@ def test_the_last_newton_step_carries_the_same_derivative(rig):
     direction, _, _ = port.project(port.parameters(), Array3f64(*leaves))
     for row, value in enumerate(model.pixel(camera.parameters(), distorted, direction)[:2]):
         dr.backward_from(value, flags=dr.ADFlag.ClearInterior)
-        slopes = np.stack([dr.grad(leaf).numpy() for leaf in leaves], axis=1)
+        derivatives = np.stack([dr.grad(leaf).numpy() for leaf in leaves], axis=1)
         dr.clear_grad(leaves)
-        # Slopes are hundreds of pixels per metre.
-        np.testing.assert_allclose(found.values[:, row], slopes, rtol=1e-11, atol=1e-9)
+        # Derivatives are hundreds of pixels per metre.
+        np.testing.assert_allclose(found.values[:, row], derivatives, rtol=1e-11, atol=1e-9)
 
 
 @pytest.mark.parametrize("rig", RIGS)

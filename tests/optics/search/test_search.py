@@ -168,19 +168,19 @@ def test_mirrors_that_show_nothing_have_no_score() -> None:
     assert np.isnan(CoarseScorer(rig, []).scores(far[np.newaxis], ALL)).all()
 
 
-def test_slopes_are_those_of_the_soft_resolution(rig: Rig) -> None:
+def test_derivatives_are_those_of_the_soft_resolution(rig: Rig) -> None:
     # Forward differentiation against central differences of 1e-4 mm: cut off at 1e-8, rounding at 1e-11 of the value.
     scorer = CoarseScorer(rig, [], SMALL)
     designs = designs_around(rig, 2)
-    value, slopes = scorer.soft_resolution_slopes(designs)
+    value, derivatives = scorer.soft_resolution_derivatives(designs)
     for parameter in range(6):
         step = np.zeros(6)
         step[parameter] = 1e-4
-        up, down = (scorer.soft_resolution_slopes(designs + sign * step)[0] for sign in (1, -1))
-        np.testing.assert_allclose(slopes[:, parameter], (up - down) / 2e-4, rtol=1e-6, atol=1e-9 * value.max())
+        up, down = (scorer.soft_resolution_derivatives(designs + sign * step)[0] for sign in (1, -1))
+        np.testing.assert_allclose(derivatives[:, parameter], (up - down) / 2e-4, rtol=1e-6, atol=1e-9 * value.max())
     # Larger mirrors show more, farther ones less.
-    assert (slopes[:, 2:] > 0).all()
-    assert (slopes[:, :2] < 0).all()
+    assert (derivatives[:, 2:] > 0).all()
+    assert (derivatives[:, :2] < 0).all()
 
 
 def test_designs_without_violations_are_feasible(rig: Rig) -> None:
@@ -243,7 +243,7 @@ def coarser() -> Iterator[None]:
     """Searches of these tests score more coarsely than users' do: what is tested here does not depend on it."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(search_module, "GRID", SMALL)
-        patched.setattr(search_module, "SLOPE_GRID", SMALL)
+        patched.setattr(search_module, "DERIVATIVE_GRID", SMALL)
         yield
 
 

@@ -29,7 +29,7 @@ def coarser():
     """Scores are coarser than users': what is tested here does not depend on it."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(search, "GRID", SMALL)
-        patched.setattr(search, "SLOPE_GRID", SMALL)
+        patched.setattr(search, "DERIVATIVE_GRID", SMALL)
         patched.setattr(design_search, "GRID", SMALL)
         yield
 
