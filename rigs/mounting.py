@@ -74,8 +74,8 @@ class Servo(Section):
     """A position servo; size is length x width x height with the shaft along the height.
 
     How it moves: `deadband_us` is the change of pulse that it ignores at rest, `pulse_period_ms` the time from pulse to
-    pulse, `latency_ms` the time from a pulse to the motor's answer, `backlash_deg` the whole play between motor and
-    horn, `jitter_us` the largest error of a pulse's width.
+    pulse, `latency_ms` the time from a pulse to the motor's answer, `backlash_deg` the whole backlash between motor
+    and horn, `jitter_us` the largest error of a pulse's width.
 
     How it is held: `ear_hole_spacing_mm` is from the holes of one ear to those of the other (without it they are in the
     ears' middle), `ear_hole_pitch_mm` from hole to hole of one ear, 0 for one hole; `ear_screw` and `shaft_screw` are

@@ -192,7 +192,7 @@ class ServoPlant:
         return self._goal if abs(way) <= turned else self._motor + math.copysign(turned, way)
 
     def _horn_at(self, time_s: float) -> float:
-        """The play operator: the horn stays until a flank of the gears takes it along."""
+        """The backlash: the horn stays until a flank of the gears takes it along."""
         half = self._behaviour.backlash / 2
         motor = self._motor_at(time_s)
         return min(max(self._horn, motor - half), motor + half)

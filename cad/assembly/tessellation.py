@@ -14,7 +14,7 @@ from OCP.TopLoc import TopLoc_Location
 from optics.mesh import joined_triangles
 
 LINEAR_TOLERANCE_MM = 0.05
-"""Between chords and curves; no more than the play of a journal in its bushing, so that meshes that fit stay apart."""
+"""Between chords and curves; no more than the clearance of a journal in its bushing: meshes that fit stay apart."""
 HULL_LINEAR_TOLERANCE_MM = 0.2
 """A hull is large, seen from afar and on most rays' way: fewer triangles."""
 ANGULAR_TOLERANCE_RAD = 0.24

@@ -108,7 +108,7 @@ def bands(seats: Sequence[Seat], hull: trimesh.Trimesh) -> list[Band]:
     )
     shared: list[list[tuple[float, Seat]]] = []
     for slot in slots:
-        # A band may run aslant by the play that it has in its slots.
+        # A band may run aslant by the clearance that it has in its slots.
         if shared and slot[0] - shared[-1][0][0] <= STRAP_WIDTH_MM - BAND_WIDTH_MM:
             shared[-1].append(slot)
         else:

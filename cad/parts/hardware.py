@@ -33,7 +33,7 @@ COUNTERBORE_ROOM_MM = 0.3
 INSERT_RELIEF_MM = 1.0
 """How much deeper than the insert its hole is, for the plastic that it pushes ahead."""
 RUNNING_MM = 0.05
-"""Radial play of what turns in a bushing, and by how much the printed bore of a pressed-in bushing is drawn larger."""
+"""Radial clearance of what turns in a bushing, and by how much the bore for a pressed-in bushing is drawn larger."""
 DRAWN_MM = 0.02
 """An insert is drawn this much smaller than its hole; its knurls, which bite into the plastic, are left out."""
 

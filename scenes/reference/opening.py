@@ -15,7 +15,7 @@ from optics.ports.port import DomePort, FlatPort, Port
 from scenes.reference.clipping import outside_of
 from scenes.reference.housing import ROOM_BEHIND_M
 
-PLAY = 1.002
+ALLOWANCE = 1.002
 """The opening over the housing: surfaces must not lie in each other."""
 
 AHEAD_M = 0.001
@@ -43,8 +43,8 @@ def _room(port: Port) -> trimesh.Trimesh | None:
     if isinstance(port, FlatPort) and port.aperture_radius_m is not None:
         normal = unit("normal", port.normal)
         ends = [-(ROOM_BEHIND_M + AHEAD_M) * normal, (port.distance_m + port.thickness_m + AHEAD_M) * normal]
-        return trimesh.creation.cylinder(radius=PLAY * port.aperture_radius_m, segment=ends, sections=SECTIONS)
+        return trimesh.creation.cylinder(radius=ALLOWANCE * port.aperture_radius_m, segment=ends, sections=SECTIONS)
     if isinstance(port, DomePort):
-        room = trimesh.creation.icosphere(SUBDIVISIONS, radius=PLAY * (port.radius_m + port.thickness_m))
+        room = trimesh.creation.icosphere(SUBDIVISIONS, radius=ALLOWANCE * (port.radius_m + port.thickness_m))
         return room.apply_translation(check_vector("centre_m", port.centre_m))
     return None

@@ -40,7 +40,7 @@ def test_a_rig_that_names_a_servo_gets_its_numbers():
 
 @pytest.mark.parametrize("name", sorted(SERVO_CATALOGUE))
 def test_every_entry_says_how_the_servo_moves(name):
-    """50 pulses a second; jitter below 200 ns by the Maestro's guide; latency and play nominal."""
+    """50 pulses a second; jitter below 200 ns by the Maestro's guide; latency and backlash nominal."""
     servo = SERVO_CATALOGUE[name]
     assert servo["pulse_period_ms"] == 1000 / 50
     assert servo["jitter_us"] == 0.2

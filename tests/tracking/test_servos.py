@@ -1,4 +1,4 @@
-"""A servo against closed forms: pulses, delay, rate limit, deadband, play, travel, power-on; and any step size."""
+"""A servo against closed forms: pulses, delay, rate limit, deadband, backlash, travel, power-on; and any step size."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_a_moving_servo_follows_small_changes_too():
 
 
 def test_backlash_loses_its_whole_width_on_every_turn_back():
-    """The horn starts in the middle of 0.1 rad of play: 0.05 are lost at first, 0.1 on each reversal."""
+    """The horn starts in the middle of 0.1 rad of backlash: 0.05 are lost at first, 0.1 on each reversal."""
     plant = servo(speed=1.0, backlash=0.1)
     plant.command(0.5, 0.0)
     assert angle_after(plant, 0.05) == 0.0

@@ -29,7 +29,7 @@ CHECK = "clearance over the joint range"
 RESOLUTION_MM = 0.2
 """What a proof may fall short of the clearance: the chords of two meshes and the search's last step (0.05, 0.05 and
 0.01 mm), and the tenth of a millimetre that a good printer keeps."""
-PLAY_TOLERANCE_MM = 0.005
+CLEARANCE_TOLERANCE_MM = 0.005
 """Rounding of the kernel's distances between curved faces, with room."""
 
 
@@ -104,26 +104,26 @@ def _problem(pair: MovingPair, found: SmallestGap, limit: float, *, declared: bo
 
 
 def _bearing(pair: MovingPair, fit: Fit, assembly: Assembly) -> Finding:
-    """Play of a bearing on the solids, at one end and in the middle of the joint ranges."""
+    """Clearance of a bearing on the solids, at one end and in the middle of the joint ranges."""
     box = joint_box(assembly.layout)
     poses = [box.middle + side * box.half for side in (-1, 0)]
     movers, others = _parts(pair.moving, assembly), _parts(pair.other, assembly)
-    plays = [_smallest_play_mm(movers, others, assembly, q) for q in poses]
-    play = min(plays)
-    good = play >= fit.gap_mm - PLAY_TOLERANCE_MM and max(plays) - play < PLAY_TOLERANCE_MM
+    clearances = [_smallest_clearance_mm(movers, others, assembly, q) for q in poses]
+    clearance = min(clearances)
+    good = clearance >= fit.gap_mm - CLEARANCE_TOLERANCE_MM and max(clearances) - clearance < CLEARANCE_TOLERANCE_MM
     names = f"{pair.moving.name} and {pair.other.name}"
     problem = Problem(
         place=pair.moving.name,
-        value=f"play of {play:.3f} to {max(plays):.3f} mm",
+        value=f"clearance of {clearance:.3f} to {max(clearances):.3f} mm",
         expected=f"{fit.why}: {names} apart by {fit.gap_mm:g} mm or more at all joint values",
     )
     return Finding(
         check=CHECK,
         subject=names,
-        figure=play,
+        figure=clearance,
         unit="mm",
         limit=fit.gap_mm,
-        note=f"{fit.why}: play of the solids, the same at all joint values",
+        note=f"{fit.why}: clearance of the solids, the same at all joint values",
         problem=None if good else problem,
     )
 
@@ -138,21 +138,21 @@ def _parts(body: Body, assembly: Assembly) -> list[Part]:
     return [assembly.part(body.name)]
 
 
-def _smallest_play_mm(movers: Sequence[Part], others: Sequence[Part], assembly: Assembly, q: FloatArray) -> float:
+def _smallest_clearance_mm(movers: Sequence[Part], others: Sequence[Part], assembly: Assembly, q: FloatArray) -> float:
     """Smallest distance between solids of two bodies; minus 1 when some share volume."""
     placed = [
         [location_mm(assembly.pose(part, float(q[0]), float(q[1]))) * part.solid for part in parts]
         for parts in (movers, others)
     ]
-    play = np.inf
+    clearance = np.inf
     # What is far apart by its box need not be measured, and measuring takes a tenth of a second.
     for apart, here, there in sorted(
         ((_box_gap_mm(a, b), a, b) for a in placed[0] for b in placed[1]), key=lambda pair: pair[0]
     ):
-        if apart < play:
+        if apart < clearance:
             distance = float(here.distance_to(there))
-            play = min(play, distance if distance > 0 or here.intersect(there) is None else -1.0)
-    return play
+            clearance = min(clearance, distance if distance > 0 or here.intersect(there) is None else -1.0)
+    return clearance
 
 
 def _box_gap_mm(first: Solid, second: Solid) -> float:

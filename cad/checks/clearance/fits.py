@@ -31,9 +31,9 @@ class Fit:
         Names of bodies (`cad.checks.clearance.clearance.clearance_bodies`): parts, or the hardware of a group.
     kind : FitKind
     gap_mm : float
-        Least gap of the tessellated parts for a running fit; least play of the solids for a bearing.
+        Least gap of the tessellated parts for a running fit; least clearance of the solids for a bearing.
     why : str
-        What meets there.
+        What is paired there.
     """
 
     moving: str

@@ -153,7 +153,7 @@ def _loose(parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> di
 
 
 def _pressed_into(name: str, parts: dict[str, Part], bodies: dict[str, manifold3d.Manifold]) -> str:
-    """Printed part of the same group that an insert or bushing is nearest to: some holes are drawn with play."""
+    """Printed part of the same group that an insert or bushing is nearest to: some holes are drawn with clearance."""
     hosts = [other for other, part in parts.items() if part.printed and part.group is parts[name].group]
     near = [other for other in hosts if boxes_overlap(bodies[name], bodies[other], NEAR_M)]
     return min(near or hosts, key=lambda other: float(bodies[name].min_gap(bodies[other], NEAR_M)))

@@ -1,4 +1,4 @@
-"""A fold bracket in halves: the whole but for the joint, whose volume and play have closed forms."""
+"""A fold bracket in halves: the whole but for the joint, whose volume and clearance have closed forms."""
 
 from __future__ import annotations
 

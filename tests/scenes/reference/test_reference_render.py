@@ -13,7 +13,7 @@ from rigs import Rig
 from scenes.baking.lit_scene import prepare
 from scenes.reference.agreement import WHOLE, agreements, pixel_error, time_to_target_error_s
 from scenes.reference.estimate import LANES_PER_LAUNCH, launches
-from scenes.reference.opening import PLAY, with_opening
+from scenes.reference.opening import ALLOWANCE, with_opening
 from scenes.reference.render import ReferenceFrame, render_reference
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Frame
@@ -99,11 +99,11 @@ def test_opening_has_the_housings_volume():
     opened = trimesh.Trimesh(cut.vertices_m, cut.faces)
     assert opened.is_volume
     depth = 0.028 + 0.006
-    assert box.volume - opened.volume == pytest.approx(np.pi * (PLAY * 0.03) ** 2 * depth, rel=2e-4)
+    assert box.volume - opened.volume == pytest.approx(np.pi * (ALLOWANCE * 0.03) ** 2 * depth, rel=2e-4)
     sheet = replace(hull, faces=hull.faces[box.face_normals[:, 0] > 0.5])
     left = with_opening(sheet, port, RigidTransform.from_matrix(pose))
     front = trimesh.Trimesh(left.vertices_m, left.faces)
-    assert 0.4 * 0.2 - front.area == pytest.approx(np.pi * (PLAY * 0.03) ** 2, rel=0.02)  # a rim of 1 / 200
+    assert 0.4 * 0.2 - front.area == pytest.approx(np.pi * (ALLOWANCE * 0.03) ** 2, rel=0.02)  # a rim of 1 / 200
 
 
 def made_frames():

@@ -114,8 +114,8 @@ def test_the_default_holds_the_open_spiral():
     """Rationale: the issue's numbers for clear water, 97 % of the time and 1.5 degrees RMS, less light and water.
 
     A target at 2 m turns 60 degrees around the robot at 6 degrees/s, rising. Expected: never out of view from
-    acquisition on, and no larger an error than the servos' play, 0.25 degrees to each side, which tilt doubles: 0.56
-    degrees RMS. Seen: 0.52, with other seeds of the servos 0.40 to 0.42.
+    acquisition on, and no larger an error than the servos' backlash, 0.25 degrees to each side, which tilt doubles:
+    0.56 degrees RMS. Seen: 0.52, with other seeds of the servos 0.40 to 0.42.
     """
     dive = on_the_spiral("default")
     assert dive.modes(WAIT_S) == "t" * 300
@@ -137,7 +137,7 @@ def test_the_papers_loop_lags_by_its_gain():
     """A proportional law on the last command follows a rate w by w T / gain behind.
 
     The crop shows the error from the virtual camera, 0.226 m behind M2: at 2 m by 2 / 2.226 smaller. 12 degrees/s make
-    12 / 30 / (1/4) 2.226 / 2 = 1.78 degrees. A tenth is for the play of the servos, which pan takes up in one
+    12 / 30 / (1/4) 2.226 / 2 = 1.78 degrees. A tenth is for the backlash of the servos, which pan takes up in one
     direction, 0.25 degrees, and for the corners of eq. 6.
     """
     path = lambda time_s: place(START_DEG + 12.0 * max(time_s - WAIT_S, 0.0), 0.0)  # noqa: E731

@@ -24,7 +24,7 @@ def test_truth_comes_after_the_command_by_a_pulse_and_the_latency():
     assert (mirrors.true_q(0.005) == start).all()
     early, late = mirrors.true_q(0.1), mirrors.true_q(0.2)
     np.testing.assert_allclose(np.abs(late - early), 0.1 * SPEED, atol=ROUNDING)
-    # Run for at least 0.1 - 0.025 s and at most 0.1 - 0.005 s, less half the play.
+    # Run for at least 0.1 - 0.025 s and at most 0.1 - 0.005 s, less half the backlash.
     run = np.abs(early - start) + math.radians(0.25)
     assert (run >= (0.1 - 0.025) * SPEED - ROUNDING).all()
     assert (run <= (0.1 - 0.005) * SPEED + ROUNDING).all()
@@ -35,7 +35,7 @@ def test_truth_ends_within_deadband_and_play_of_the_command():
         mirrors = SimulatedMirrors.from_rig(RIG, seed=seed)
         goal = np.radians([30.0, -10.0])
         mirrors.command(goal, 0.0)
-        # Half the play of 0.5 degrees and the jitter of 0.2 us; the deadband only keeps what is at rest.
+        # Half the backlash of 0.5 degrees and the jitter of 0.2 us; the deadband only keeps what is at rest.
         assert np.abs(mirrors.true_q(5.0) - goal).max() <= math.radians(0.25 + 0.2 * 155 / 1500) + ROUNDING
 
 

@@ -89,7 +89,7 @@ def test_many_poses_are_many_single_poses(exact):
 
 
 def test_joints_may_be_beyond_their_limits(exact):
-    """Play and calibration put them there; within the margin by polynomials, beyond it by the train."""
+    """Backlash and calibration put them there; within the margin by polynomials, beyond it by the train."""
     limits = np.radians([77.5, 122.5])
     for beyond in (0.9 * MARGIN, 1.1 * MARGIN):
         q = limits + beyond

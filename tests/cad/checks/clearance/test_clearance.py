@@ -169,7 +169,7 @@ def test_the_presets_keep_their_clearance_everywhere(checked):
 
 
 def test_a_bearing_that_binds_is_found(aqua2):
-    """The bushing's bore drawn together by a tenth: the hub has no play left."""
+    """The bushing's bore drawn together by a tenth: the hub has no clearance left."""
     bushing = aqua2.part("pan_bushing")
     tight = replace(bushing, solid=bushing.solid.scale(0.99))
     parts = tuple(tight if part is bushing else part for part in aqua2.parts)
