@@ -44,7 +44,7 @@ class CalibrationSummary:
         Pan sign, tilt sign and cost of each combination.
     perturbations : list of EstimatedParameter
     unobservable : list of str
-        Combinations of parameters that the images do not determine.
+        Combinations of parameters that the images tell nothing of.
     residual_px : float
         Root mean square.
     residual_width : float

@@ -1,4 +1,4 @@
-"""How well a calibration knows its parameters, and the combinations of them that the images do not determine."""
+"""How well a calibration knows its parameters, and the combinations of them that are unobservable."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from optics.kernels.arrays import FloatArray
 from optics.perturbation.parameters import CAMERA, UNITS, shown_per_si, shown_unit
 from optics.perturbation.port_camera import PortCamera
 
-NOT_DETERMINED = 1.0
-"""Standard deviation, in the sizes of `plausible_sizes`, from which on a combination counts as not determined."""
+UNOBSERVABLE = 1.0
+"""Standard deviation, in the sizes of `plausible_sizes`, from which on a combination counts as unobservable."""
 
 PRIOR_SIZES = 2.0
-"""Standard deviation of a prior in those sizes: what is determined at all hardly notices it."""
+"""Standard deviation of a prior in those sizes: what is observable at all hardly notices it."""
 
 SHOWN = 0.1
 """Share of a combination's largest part below which a parameter is left out of its description."""
@@ -31,14 +31,14 @@ class PortCovariance:
     names : tuple of str, length k
         `camera.parameter`, and `n_water`.
     matrix : array, shape (k, k)
-        Of images and prior; the prior decides only what the images do not determine.
-    undetermined : tuple of str
-        Combinations that the images do not determine, in words and units.
+        Of images and prior; the prior decides only what is unobservable.
+    unobservable : tuple of str
+        Combinations that the images tell nothing of, in words and units.
     """
 
     names: tuple[str, ...]
     matrix: FloatArray
-    undetermined: tuple[str, ...]
+    unobservable: tuple[str, ...]
 
     def standard_deviations(self) -> dict[str, float]:
         """Of each parameter."""
@@ -48,12 +48,12 @@ class PortCovariance:
 def covariance_of(
     names: tuple[str, ...], information: FloatArray, prior: FloatArray, sizes: FloatArray
 ) -> PortCovariance:
-    """Covariance by what the images say and the prior (inverse variances), and what the images leave open."""
+    """Covariance by what the images say and the prior (inverse variances), and what is unobservable."""
     counted = information * np.outer(sizes, sizes)
     values, vectors = np.linalg.eigh(counted)
     matrix = np.linalg.pinv(counted + np.diag(prior * sizes**2), hermitian=True) * np.outer(sizes, sizes)
-    unknown = vectors[:, values <= NOT_DETERMINED**-2].T
-    return PortCovariance(names=names, matrix=matrix, undetermined=_described(names, unknown, sizes))
+    unknown = vectors[:, values <= UNOBSERVABLE**-2].T
+    return PortCovariance(names=names, matrix=matrix, unobservable=_described(names, unknown, sizes))
 
 
 def plausible_sizes(names: Sequence[str], cameras: dict[str, PortCamera], board_distance_m: float) -> FloatArray:

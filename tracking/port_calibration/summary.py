@@ -15,7 +15,7 @@ def as_dict(found: PortCalibration) -> dict[str, Any]:
     return {
         "parameters": _parameters(found),
         "covariance": _covariance(found),
-        "undetermined": list(found.covariance.undetermined),
+        "unobservable": list(found.covariance.unobservable),
         "warnings": list(found.warnings),
         "rms_px": found.rms_px,
         "median_px": found.median_px,

@@ -114,7 +114,7 @@ def _read(rig: Rig, observations: Path | None, edges: Path | None) -> tuple[Any,
 
 
 def _print(found: CalibrationSummary) -> None:
-    doubt = "" if found.signs_decided else " (not determined by the images; as in the rig file)"
+    doubt = "" if found.signs_decided else " (unobservable; as in the rig file)"
     typer.echo(f"signs: pan {found.pan_sign:+d}, tilt {found.tilt_sign:+d}{doubt}")
     rows = [["parameter", "estimate", "std. dev.", "from the images alone", "tolerance", ""]]
     for row in found.perturbations:
@@ -124,7 +124,7 @@ def _print(found: CalibrationSummary) -> None:
     print_table(rows)
     if found.unobservable:
         kept = "keep their prior" if found.prior else "are unknown"
-        typer.echo(f"the images do not determine these combinations, which {kept}:")
+        typer.echo(f"unobservable combinations, which {kept}:")
         for combination in found.unobservable:
             typer.echo(f"  {combination}")
     typer.echo(f"residual: {found.residual_px:.2f} px rms, {found.outliers} outliers, {found.missing} missing")

@@ -222,9 +222,9 @@ def _print(found: PortCalibration) -> None:
         f"residual: {found.rms_px:.3f} px rms, {found.median_px:.3f} px median, "
         f"{found.outlier_count} outliers of {len(found.off_px)} points in {len(found.observations.images)} images"
     )
-    if found.covariance.undetermined:
-        typer.echo("the images do not determine these combinations, which stay where they were given:")
-        for combination in found.covariance.undetermined:
+    if found.covariance.unobservable:
+        typer.echo("unobservable combinations, which stay where they were given:")
+        for combination in found.covariance.unobservable:
             typer.echo(f"  {combination}")
     for warning in found.warnings:
         typer.echo(warning)

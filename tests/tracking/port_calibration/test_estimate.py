@@ -67,7 +67,7 @@ def test_nothing_known_beforehand_the_truth_is_found_within_the_covariance(truth
     found = calibrate_port(session(truth.camera, truth.port, images=images), ports=guess, **options)
     error, count = normalised_error(found, truth)
     assert found.converged
-    assert not found.covariance.undetermined
+    assert not found.covariance.unobservable
     # The deviation of a median's size is 1.17 / sqrt(m) (Huber 1981).
     assert found.noise_px == pytest.approx(NOISE_PX, rel=4 * 1.17 / np.sqrt(found.off_px.size))
     assert error < chi2.ppf(ONE_IN_TEN_THOUSAND, count)
@@ -99,7 +99,7 @@ def test_a_target_that_is_not_flat_is_enough_in_few_images():
     )
     found = calibrate_port(seen, ports=FLAT_GUESS, intrinsics=[NEARLY])
     error, count = normalised_error(found, PortCamera(camera=PINHOLE, port=FLAT))
-    assert not found.covariance.undetermined
+    assert not found.covariance.unobservable
     assert error < chi2.ppf(ONE_IN_TEN_THOUSAND, count)
 
 
@@ -132,13 +132,13 @@ def test_a_centred_dome_is_a_pinhole_and_says_nothing_of_the_water():
     centred = replace(DOME, centre_m=(0.0, 0.0, 0.0))
     found = calibrate_port(session(port=centred), ports=centred, also=("n_water",), intrinsics=[NEARLY])
     assert found.pinholes[0].fits_as_well
-    assert any("n_water" in combination for combination in found.covariance.undetermined)
+    assert any("n_water" in combination for combination in found.covariance.unobservable)
 
 
 def test_parallel_boards_are_told_and_what_they_leave_open():
     found = calibrate_port(session(images={"water": 4}, tilt_deg=0.0), ports=FLAT_GUESS, intrinsics=[NEARLY])
     assert any("parallel" in warning for warning in found.warnings)
-    assert any("fx" in combination for combination in found.covariance.undetermined)
+    assert any("fx" in combination for combination in found.covariance.unobservable)
 
 
 def test_every_problem_of_the_observations_is_told_at_once():
