@@ -50,7 +50,7 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
 
 
 MESH_VERSION = 7
-"""Raised when a part of the same rig gets another shape: in `cad`, or in what of `optics` places and shapes parts."""
+"""Raised when a part of the same rig gets another shape or name: in `cad`, or by what of `optics` places it."""
 
 
 def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:

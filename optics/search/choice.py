@@ -1,4 +1,4 @@
-"""From a front of hundreds to a handful: members that stand far apart and pass a closer look."""
+"""From a front of hundreds to a handful: members that stand far apart and pass a closer check."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from optics.kernels.arrays import FloatArray
 from optics.search.objectives import costs, spread_out
 from optics.search.search import Search
 
-LOOKS = 60
-"""Members of the front that are looked at closely, at most; building a mount takes seconds."""
+MOST_CHECKED = 60
+"""Members of the front that are checked closely, at most; building a mount takes seconds."""
 
 
 def choose(
     search: Search, count: int, problems_of: Callable[[list[FloatArray]], list[str]]
 ) -> tuple[list[int], dict[int, str]]:
-    """Members of the front that stand far apart and pass a closer look.
+    """Members of the front that stand far apart and pass a closer check.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def choose(
         How many are wanted at most.
     problems_of : callable
         What is wrong with each of some designs, empty when nothing is. It may be slow: only members that are about to
-        be chosen are looked at, about `LOOKS` at most.
+        be chosen are checked, about `MOST_CHECKED` at most.
 
     Returns
     -------
@@ -44,5 +44,5 @@ def choose(
         news = dict(zip(unseen, problems_of([search.designs[row] for row in unseen]), strict=True))
         passed |= {row for row, problem in news.items() if not problem}
         problems |= {row: problem for row, problem in news.items() if problem}
-        if not any(news.values()) or len(passed) + len(problems) >= LOOKS:
+        if not any(news.values()) or len(passed) + len(problems) >= MOST_CHECKED:
             return [row for row in rows if row in passed], problems

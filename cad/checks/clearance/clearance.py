@@ -81,7 +81,7 @@ def pair_finding(pair: MovingPair, assembly: Assembly, clearance_mm: float) -> F
         unit="mm",
         limit=limit,
         place=pose_words(found.q, pair.joints),
-        note=f"smallest gap seen {found.gap_mm:.2f} mm, {found.looks} poses" + (f"; {fit.why}" if fit else ""),
+        note=f"smallest gap seen {found.gap_mm:.2f} mm, {found.poses} poses" + (f"; {fit.why}" if fit else ""),
         problem=None if good else _problem(pair, found, limit, declared=fit is not None),
     )
 

@@ -1,6 +1,6 @@
 """The smallest gap over a box of joint values, with a proven lower bound.
 
-A gap between two bodies changes by no more than the way that any of their points goes. When a joint turns by dq, a
+A gap between two bodies changes by no more than any of their points travels. When a joint turns by dq, a
 point at the distance r from its axis goes r dq at most, so over a cell with half-widths h the gap is at least that at
 the cell's middle less the sum of r h. Cells are halved, the least promising first, until the bound meets the smallest
 gap that was seen (Piyavskii's search for Lipschitz functions).
@@ -63,14 +63,14 @@ class SmallestGap:
         No gap in the box is smaller than this.
     q : array, shape (k,)
         Joint values where it was seen, radians.
-    looks : int
+    poses : int
         How many gaps were measured.
     """
 
     gap_mm: float
     bound_mm: float
     q: FloatArray
-    looks: int
+    poses: int
 
 
 def smallest_gap(gap: GapFunction, box: Cell, reach_mm: FloatArray, limit_mm: float, wanted_mm: float) -> SmallestGap:
@@ -96,23 +96,23 @@ def smallest_gap(gap: GapFunction, box: Cell, reach_mm: FloatArray, limit_mm: fl
         both at 0.
     """
     order = itertools.count()
-    looks = 1
+    poses = 1
     best, where = gap(box.middle), box.middle
     heap = [(best - float(box.half @ reach_mm), next(order), box)]
     while best > 0:
         bound, _, cell = heap[0]
         if bound >= best - _close_enough(bound, best, limit_mm, wanted_mm):
-            return SmallestGap(gap_mm=best, bound_mm=max(bound, 0.0), q=where, looks=looks)
+            return SmallestGap(gap_mm=best, bound_mm=max(bound, 0.0), q=where, poses=poses)
         heapq.heappop(heap)
         for part in cell.halves(reach_mm):
             value = gap(part.middle)
-            looks += 1
+            poses += 1
             if value < best:
                 best, where = value, part.middle
             # What holds for the whole cell holds for its halves.
             lower = max(bound, value - float(part.half @ reach_mm))
             heapq.heappush(heap, (lower, next(order), part))
-    return SmallestGap(gap_mm=0.0, bound_mm=0.0, q=where, looks=looks)
+    return SmallestGap(gap_mm=0.0, bound_mm=0.0, q=where, poses=poses)
 
 
 def _close_enough(bound: float, best: float, limit_mm: float, wanted_mm: float) -> float:

@@ -107,7 +107,7 @@ class MovingPair:
             gap_mm=nearest.gap_mm,
             bound_mm=min(gap.bound_mm for gap in found),
             q=nearest.q,
-            looks=sum(gap.looks for gap in found),
+            poses=sum(gap.poses for gap in found),
         )
 
     def _pan_reach(self) -> float:

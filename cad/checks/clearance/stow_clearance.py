@@ -69,7 +69,7 @@ def _finding(arm: Body, other: Body, assembly: Assembly, hinge: StowHinge, clear
         unit="mm",
         limit=clearance_mm,
         place=place,
-        note=f"smallest gap seen {found.gap_mm:.2f} mm, {found.looks} poses",
+        note=f"smallest gap seen {found.gap_mm:.2f} mm, {found.poses} poses",
         problem=None if bound >= clearance_mm - RESOLUTION_MM else problem,
     )
 

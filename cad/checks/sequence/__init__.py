@@ -1,1 +1,1 @@
-"""In which order a mount is put together, which way each part comes in, and where the key for each screw goes."""
+"""In which order a mount is put together, on which path each part comes in, and where the key for each screw goes."""

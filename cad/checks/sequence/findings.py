@@ -1,4 +1,4 @@
-"""Whether a mount can be put together: a way in for every piece and a key for every screw, at their step."""
+"""Whether a mount can be put together: a removal path for every piece and a key for every screw, at their step."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cad.checks.sequence.screw_keys import KEYS_MM
 from cad.checks.sequence.steps import Drive, Step
 from cad.finding import Finding, Sense
 
-WAY_CHECK = "way in"
+PATH_CHECK = "removal path"
 SCREW_CHECK = "screw access"
 
 
@@ -20,7 +20,7 @@ def sequence_findings(steps: Sequence[Step]) -> list[Finding]:
 
 
 def check_steps(steps: Sequence[Step]) -> None:
-    """Raise `ValueError` where a piece has no way in or a screw no key, with all steps and parts that are concerned."""
+    """Raise `ValueError` where a piece has no removal path or a screw no key, with all steps and parts concerned."""
     wrong = [
         f"step {number}, {step.part}: {problem}" for number, step in enumerate(steps, 1) for problem in step.problems
     ]
@@ -29,10 +29,10 @@ def check_steps(steps: Sequence[Step]) -> None:
 
 
 def _way(number: int, step: Step) -> Finding:
-    """Figure: how many pieces have no way in."""
-    turns = sum(len(move.way_m) > 1 for move in step.moves)
+    """Figure: how many pieces have no removal path."""
+    turns = sum(len(move.path_m) > 1 for move in step.moves)
     return Finding(
-        check=WAY_CHECK,
+        check=PATH_CHECK,
         subject=f"step {number}, {step.part}",
         figure=float(len(step.blocked)),
         unit="pieces without one",

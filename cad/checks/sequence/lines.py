@@ -1,7 +1,7 @@
 """How far a body can go straight before it hits others: lines in its direction, a tenth of a millimetre apart.
 
 A body that moves along a line hits what has a face over one of its own faces. Faces are laid on a raster of lines
-along the direction, so the way is exact however far it is; only between the lines is it sampled.
+along the direction, so the length is exact however far it is; only between the lines is it sampled.
 """
 
 from __future__ import annotations
@@ -57,14 +57,14 @@ class _Raster:
     pitch: float
 
 
-def free_way_mm(moving: Surface, still: Surface, direction: FloatArray, *, line_mm: float = LINE_MM) -> float:
+def free_travel_mm(moving: Surface, still: Surface, direction: FloatArray, *, line_mm: float = LINE_MM) -> float:
     """How far a body can go along a direction until it hits others; infinite when it hits none.
 
     Parameters
     ----------
     moving, still : Surface
-        Closed surfaces, outside counter-clockwise. Where they share volume at the start, the way is that of the faces
-        in front alone.
+        Closed surfaces, outside counter-clockwise. Where they share volume at the start, the length is that of the
+        faces in front alone.
     direction : array, shape (3,)
         Unit vector.
     line_mm : float

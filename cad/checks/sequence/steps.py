@@ -1,4 +1,4 @@
-"""In which order the mount is put together, which way each piece comes in, and whether its screws can be turned then.
+"""In which order the mount is put together, on which path each piece comes in, and whether its screws turn then.
 
 The order is that of `docs/explanation/mount.md`: each servo after what sits on its horn, M2 after both, then onto the
 hull. Small bought pieces belong to the first step at which all that they touch is there.
@@ -15,9 +15,9 @@ import numpy as np
 
 from cad.assembly.assembly import Assembly
 from cad.checks.sequence.bench import Bench, is_pressed
-from cad.checks.sequence.lines import Surface, free_way_mm
+from cad.checks.sequence.lines import Surface, free_travel_mm
+from cad.checks.sequence.removal_paths import BEYOND_MM, removal_path
 from cad.checks.sequence.screw_keys import Screw, is_screw, key_blockers, screw_of
-from cad.checks.sequence.ways import BEYOND_MM, way_out
 from cad.parts.bracket.bracket_joint import FRONT, REAR
 from optics.kernels.arrays import FloatArray
 from optics.mesh import Group, Role
@@ -48,22 +48,22 @@ VERBS = {Role.SERVO: "Fit", Role.MIRROR: "Slide"}
 
 @dataclass(frozen=True, kw_only=True)
 class Move:
-    """Pieces that come in together, and their way.
+    """Pieces that come in together, and their path.
 
     Attributes
     ----------
     names : tuple of str
-    way_m : array, shape (k, 3)
-        Corners of the way from their place outwards, as shifts; body frame. They are shown at the last.
+    path_m : array, shape (k, 3)
+        Corners of the removal path from their place outwards, as shifts; body frame. They are shown at the last.
     """
 
     names: tuple[str, ...]
-    way_m: FloatArray
+    path_m: FloatArray
 
     @property
     def shift_m(self) -> FloatArray:
         """From their place to where they are shown, shape (3,)."""
-        return np.asarray(self.way_m[-1])
+        return np.asarray(self.path_m[-1])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +79,7 @@ class Drive:
         if len(self.hit) < 2:
             return None
         words = ", ".join(f"{end} of its key hits {others}" for end, others in self.hit.items())
-        return Problem(place=self.screw.name, value=words, expected="a hexagon key's way to the screw's head")
+        return Problem(place=self.screw.name, value=words, expected="access for a hexagon key to the screw's head")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +99,7 @@ class Step:
     driven : tuple of Drive
         Screws that are driven.
     blocked : tuple of Problem
-        Pieces that have no way in.
+        Pieces that have no removal path.
     """
 
     title: str
@@ -111,7 +111,7 @@ class Step:
 
     @property
     def problems(self) -> list[Problem]:
-        """Pieces that have no way in, and screws that no key gets to."""
+        """Pieces that have no removal path, and screws that no key gets to."""
         return [*self.blocked, *(drive.problem for drive in self.driven if drive.problem is not None)]
 
     @property
@@ -123,7 +123,7 @@ class Step:
 def assembly_steps(assembly: Assembly) -> list[Step]:
     """Steps that put every part of a mount in its place, each part once; the hull is there from the beginning.
 
-    A piece without a way in, or a screw that no key gets to, is among the problems of its step.
+    A piece without a removal path, or a screw that no key gets to, is among the problems of its step.
     """
     bench = Bench.of(assembly)
     hull = next(part.name for part in assembly.parts if part.role is Role.HULL)
@@ -192,35 +192,37 @@ class _Pieces:
         surface, still = bench.surface(moving), bench.surface(self.present)
         # To a hull from above or below, wherever it lets it: that is where the bolts are.
         on_hull = any(bench.parts[other].role is Role.HULL for other in self.present)
-        way_mm = way_out(surface, still, directions, shortest=not on_hull)
-        if way_mm is None:
-            way_mm = np.array([BEYOND_MM * directions[0]])
-            self._no_way(name, surface, directions)
-        self.moves.append(Move(names=bench.ordered(moving), way_m=way_mm / 1000))
+        path_mm = removal_path(surface, still, directions, shortest=not on_hull)
+        if path_mm is None:
+            path_mm = np.array([BEYOND_MM * directions[0]])
+            self._no_path(name, surface, directions)
+        self.moves.append(Move(names=bench.ordered(moving), path_m=path_mm / 1000))
         self.present |= moving
-        return dict.fromkeys(moving, way_mm[-1])
+        return dict.fromkeys(moving, path_mm[-1])
 
     def add(self, names: Sequence[str], cluster: set[str], carried: dict[str, FloatArray]) -> None:
         """Bring small pieces to a cluster along the axes that they are driven in by, in their order."""
         for name in names:
             needs = self.bench.loose.pop(name)
             if self.bench.parts[name].wraps:
-                self.moves.append(Move(names=(name,), way_m=np.zeros((1, 3))))
+                self.moves.append(Move(names=(name,), path_m=np.zeros((1, 3))))
                 self.present.add(name)
                 continue
             axis, surface = self.bench.axis_of(name), self.bench.surfaces[name]
-            way_mm = way_out(surface, self.bench.surface(self.present), [axis], then=_directions(self.bench, name))
-            if way_mm is None:
-                self._no_way(name, surface, [axis])
+            path_mm = removal_path(
+                surface, self.bench.surface(self.present), [axis], then=_directions(self.bench, name)
+            )
+            if path_mm is None:
+                self._no_path(name, surface, [axis])
             if is_screw(self.bench.parts[name]):
                 self._drive(name)
-            if way_mm is None or len(way_mm) == 1:
-                way_mm = (float(np.ptp(surface.vertices_mm @ axis)) + BEYOND_MM) * axis[np.newaxis]
+            if path_mm is None or len(path_mm) == 1:
+                path_mm = (float(np.ptp(surface.vertices_mm @ axis)) + BEYOND_MM) * axis[np.newaxis]
             # What sits in a piece that has been drawn out, or goes in through it, is shown with it, and then further.
             along = [carried[other] for other in sorted(needs) if other in carried]
             if along and (needs <= carried.keys() or along[0] @ axis > 0.5 * np.linalg.norm(along[0])):
-                way_mm = way_mm + along[0]
-            self.moves.append(Move(names=(name,), way_m=way_mm / 1000))
+                path_mm = path_mm + along[0]
+            self.moves.append(Move(names=(name,), path_m=path_mm / 1000))
             self.present.add(name)
         cluster.update(names)
 
@@ -231,18 +233,20 @@ class _Pieces:
         screw = screw_of(part)
         self.driven.append(Drive(screw=screw, hit=key_blockers(screw, pose, bodies)))
 
-    def _no_way(self, name: str, surface: Surface, directions: Sequence[FloatArray]) -> None:
+    def _no_path(self, name: str, surface: Surface, directions: Sequence[FloatArray]) -> None:
         """Say what is hit first along each direction."""
         first = set()
         for direction in directions:
             free = {
-                n: free_way_mm(surface, self.bench.surfaces[n], direction) for n in self.bench.ordered(self.present)
+                n: free_travel_mm(surface, self.bench.surfaces[n], direction) for n in self.bench.ordered(self.present)
             }
             first.add(min(free, key=lambda n: free[n]))
         hit = ", ".join(self.bench.ordered(first))
         self.blocked.append(
             Problem(
-                place=name, value=f"hits {hit} in every direction", expected="a way in of one or two straight moves"
+                place=name,
+                value=f"hits {hit} in every direction",
+                expected="a removal path of one or two straight moves",
             )
         )
 

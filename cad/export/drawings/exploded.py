@@ -85,7 +85,7 @@ def _paths(axes: mpl.axes.Axes, assembly: Assembly, meshes: Mapping[str, PartMes
     for move in step.moves:
         for name in move.names[:1]:
             start = _on_paper(assembly, meshes[name], np.zeros(3)).mean(axis=0)
-            tracks.append(np.vstack([start, start + ISOMETRIC.project(1000 * move.way_m)]))
+            tracks.append(np.vstack([start, start + ISOMETRIC.project(1000 * move.path_m)]))
     if tracks:
         axes.add_artist(pen(tracks, edgecolor="#b3261e", linewidth=0.7, linestyle=(0, (8, 3, 1, 3))))
 

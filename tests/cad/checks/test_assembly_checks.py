@@ -120,12 +120,12 @@ def test_every_check_of_the_presets_is_good(checked):
         "clearance over the joint range",
         "attachment holds",
         "screw access",
-        "way in",
+        "removal path",
     }
 
 
 def test_every_check_says_which_joint_values_are_left(too_near, monkeypatch):
-    """Tilts around rest stay free; ways to put it together are not looked for."""
+    """Tilts around rest stay free; paths to put it together are not looked for."""
     monkeypatch.setattr(admissible, "GRID_CELLS", 16)
     monkeypatch.setattr(checks, "assembly_steps", lambda assembly: [])
     checked = assembly_checks(too_near)

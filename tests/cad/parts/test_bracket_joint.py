@@ -124,7 +124,7 @@ def test_a_bracket_without_room_between_pedestal_and_cell_has_no_joint(joint):
 
 
 def test_the_halves_are_screwed_together_before_they_go_onto_the_hull(split):
-    """Inserts before, M1 in the front half; every piece has its way in and every screw its key."""
+    """Inserts before, M1 in the front half; every piece has its removal path and every screw its key."""
     bracket = replace(split, parts=tuple(part for part in split.parts if part.name.startswith(("hull", "fold_"))))
     steps = assembly_steps(bracket)
     assert [step.problems for step in steps] == [[]] * len(steps)

@@ -1,4 +1,4 @@
-"""Plates and cells of octagons and ellipses: volumes in closed form, clearance, the way in, and what the lips hold."""
+"""Plates and cells of octagons and ellipses: volumes in closed form, clearance, removal path, what the lips hold."""
 
 import pytest
 from build123d import Pos

@@ -16,7 +16,7 @@ from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.search import score as search_score
 from optics.search import search as search_module
-from optics.search.choice import LOOKS, choose
+from optics.search.choice import MOST_CHECKED, choose
 from optics.search.limits import CONSTRAINTS, binding, bounds_around, first_problem, rooms_mm, violated
 from optics.search.objectives import (
     OBJECTIVES,
@@ -345,7 +345,7 @@ def test_nothing_possible_is_a_sentence() -> None:
         search_designs(Rig.load("bench"), [], ["coverage", "area"])
 
 
-def test_chosen_members_pass_the_closer_look(found: Search) -> None:
+def test_chosen_members_pass_the_closer_check(found: Search) -> None:
     looked: list[float] = []
 
     def problems_of(designs: list[FloatArray]) -> list[str]:
@@ -358,5 +358,5 @@ def test_chosen_members_pass_the_closer_look(found: Search) -> None:
     assert all(found.designs[row, 0] > 90.0 for row in problems)
     assert len(looked) == len(set(rows) | set(problems)) or len(looked) >= len(rows)
     none, all_problems = choose(found, 5, lambda designs: ["no"] * len(designs))
-    assert none == [] and len(all_problems) >= min(LOOKS, len(found.front))
+    assert none == [] and len(all_problems) >= min(MOST_CHECKED, len(found.front))
     assert first_problem(Rig.load("aqua2"), found.designs[found.front[0]]) == ""

@@ -63,7 +63,7 @@ def test_a_joint_that_does_not_matter_is_not_divided():
 
 
 def test_a_wide_gap_costs_one_look():
-    assert smallest_gap(lambda q: 100.0, BOX, np.array([10.0, 10.0]), 3.0, 3.0).looks == 1
+    assert smallest_gap(lambda q: 100.0, BOX, np.array([10.0, 10.0]), 3.0, 3.0).poses == 1
 
 
 def test_halves_make_up_the_cell():

@@ -1,4 +1,4 @@
-"""Assembly steps put every part in its place once, on what is there already, along a way that is free.
+"""Assembly steps put every part in its place once, on what is there already, along a path that is free.
 
 What is wrong with an order or a part is named with its step: the orders in which the gimbal cannot be put together are
 tried, and a plate before screws.
