@@ -20,11 +20,15 @@ from rigs import Rig
 from tracking.perception import Crop, ExactCorners
 from tracking.perception.robot_view import RobotView
 
-VIEW_VERSION = 1
+VIEW_VERSION = 2
 """Raised when the same rig is seen to hide other cells."""
 
-STEP_DEG = 5.0
-"""Of the gaze between the joint values of the grid, at most: tilt turns it by twice its own angle."""
+STEP_DEG = 2.5
+"""Of the gaze between the joint values of the grid, at most: tilt turns it by twice its own angle.
+
+A pole or a hull's edge that is near moves by several of its own widths in 5 degrees, and what is interpolated between
+then hides the water beside it: of 61 images of a target beside the robot's own parts, 34 instead of 26 show it to the
+detector, as many as at 2 degrees, with as many false alarms (102 of 3,239 images)."""
 
 CROP_CELLS = (40, 30)
 """Columns and rows of the crop: half a degree of the aqua2's gaze each."""

@@ -80,7 +80,7 @@ class ClosedLoop:
         settings = dive.detector_settings()
         self.dive = dive
         self.whole_images = dive.video != "none" or dive.overlay
-        self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed))
+        self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed, checked=not dive.functional_check))
         self.camera = RenderedCamera(dive, rig, parts, self.mirrors)
         variant = dive.loop_variant()
         view = robot_view(rig, parts) if variant.ignores_robot else None

@@ -129,9 +129,9 @@ class DiveSpecification(Section):
 
     Places are counted from the robot's start (`dives.paths`). The camera's frame rate is the dive's; how long
     its exposures may be and how fast it is read out is the rig's (`[image_sensor]`). `control_latency_ms` counts from
-    the end of an image's last row to the command that it leads to. Without `functional_check` the loop looks from the
-    first image on, and reads the first second or two with a guess of where the servos stand. `seed` is that of noise,
-    servos and sway, `world_seed` that of what stands and drifts around.
+    the end of an image's last row to the command that it leads to. Without `functional_check` the dive begins as after
+    one: the loop looks from the first image on, and the servos stand in the middle of their ranges, where the driver
+    knows them to be. `seed` is that of noise, servos and sway, `world_seed` that of what stands and drifts around.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]

@@ -55,8 +55,8 @@ def checked_joints(rig: Rig, q: ArrayLike) -> FloatArray:
 class JointEstimate:
     """Joint values by dead reckoning: each joint runs to what was commanded last, at its servo's speed.
 
-    Knows no pulses, deadband or backlash. Before the first command, and until the first move has ended, it is a
-    guess: q = 0, or the limit next to it.
+    Knows no pulses, deadband or backlash. Where they stand at first is not known without `q`: before the first
+    command, and until the first move has ended, it is then a guess: q = 0, or the limit next to it.
 
     Parameters
     ----------
@@ -64,9 +64,11 @@ class JointEstimate:
         With mirrors.
     latency_s : float
         From a command to the motor's answer, if known: `expected_latency_s` by the rig file.
+    q : array, shape (2,), optional
+        Where the joints stand at first, radians, if that is known.
     """
 
-    def __init__(self, rig: Rig, *, latency_s: float = 0.0):
+    def __init__(self, rig: Rig, *, latency_s: float = 0.0, q: ArrayLike | None = None):
         self._rig = rig
         behaviours = [
             ServoBehaviour(
@@ -76,9 +78,10 @@ class JointEstimate:
             )
             for servo, joint in jointed_servos(rig)
         ]
+        start = (0.0, 0.0) if q is None else checked_joints(rig, q)
         self._servos = [
-            ServoPlant(behaviour, angle=min(max(0.0, behaviour.travel[0]), behaviour.travel[1]))
-            for behaviour in behaviours
+            ServoPlant(behaviour, angle=float(np.clip(angle, *behaviour.travel)))
+            for behaviour, angle in zip(behaviours, start, strict=True)
         ]
 
     def command(self, q: ArrayLike, time_s: float) -> None:

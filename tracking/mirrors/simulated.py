@@ -32,7 +32,9 @@ class SimulatedMirrors:
         self._estimate = estimate
 
     @classmethod
-    def from_rig(cls, rig: Rig, seed: int = 0, *, estimated_latency_s: float | None = None) -> Self:
+    def from_rig(
+        cls, rig: Rig, seed: int = 0, *, checked: bool = False, estimated_latency_s: float | None = None
+    ) -> Self:
         """Servos as the rig file has them.
 
         Where they stand at power-on, where the pulses fall on the loop's clock, and the pulses' jitter come from the
@@ -43,6 +45,9 @@ class SimulatedMirrors:
         rig : Rig
             With mirrors; `ValueError` otherwise.
         seed : int
+        checked : bool
+            Whether a functional check is over: the servos then stand where it ends, in the middle of their ranges, and
+            the driver knows it.
         estimated_latency_s : float, optional
             What the driver takes the servos' delay to be; by default what the rig file makes of it on average, as the
             driver of real servos does. A loop whose driver is ahead of its servos swings: while the mirror turns, it
@@ -57,9 +62,12 @@ class SimulatedMirrors:
             phase_s = clock * servo.pulse_period_ms / 1000
             behaviour = ServoBehaviour.of(servo, joint, pulse_phase_s=phase_s)
             angle = float(rng.uniform(*behaviour.travel))
+            if checked:
+                angle = sum(behaviour.travel) / 2
             plants.append(ServoPlant(behaviour, angle=angle, seed=int(rng.integers(2**32))))
         latency_s = expected_latency_s(rig) if estimated_latency_s is None else estimated_latency_s
-        return cls((plants[0], plants[1]), JointEstimate(rig, latency_s=latency_s))
+        q = [plant.angle for plant in plants] if checked else None
+        return cls((plants[0], plants[1]), JointEstimate(rig, latency_s=latency_s, q=q))
 
     def command(self, q: ArrayLike, time_s: float) -> None:
         """Ask for pan and tilt, radians, shape (2,); `ValueError` beyond the limits or before the last `true_q`."""

@@ -67,7 +67,11 @@ def dive(
         bool, typer.Option("--plan", help="Only say and draw where the target goes and what shows it; render nothing.")
     ] = False,
     check: Annotated[
-        bool, typer.Option("--check/--no-check", help="Move the servos for 3 s before looking, so that they are known.")
+        bool,
+        typer.Option(
+            "--check/--no-check",
+            help="Move the servos for 3 s before looking; without it, the dive begins where that ends.",
+        ),
     ] = True,
     require: Annotated[bool, typer.Option("--require", help="Exit with 1 when the dive fails.")] = False,
     bag: Annotated[bool, typer.Option("--bag", help="Write a ROS 2 bag (MCAP) as well.")] = False,

@@ -67,6 +67,14 @@ def test_where_the_servos_stand_at_power_on_is_anywhere_and_unknown():
     assert (SimulatedMirrors.from_rig(RIG, seed=0).report(0.0).q == 0.0).all()
 
 
+def test_after_a_functional_check_the_driver_knows_that_the_servos_stand_in_the_middle():
+    middle = np.radians([0.0, 45.0])
+    for seed in range(5):
+        mirrors = SimulatedMirrors.from_rig(RIG, seed=seed, checked=True)
+        np.testing.assert_allclose(mirrors.true_q(0.0), middle, atol=ROUNDING)
+        np.testing.assert_allclose(mirrors.report(0.0).q, middle, atol=ROUNDING)
+
+
 def drive(mirrors: SimulatedMirrors, frames: range) -> list[float]:
     """Two sines at 30 frames/s, the command 20 ms after the exposure's middle, exposures of 10 ms."""
     seen: list[float] = []
