@@ -69,6 +69,30 @@ def test_a_part_is_hidden_where_the_train_sees_it(bare, blocked):
     assert y.min() - margin <= rows.min() <= rows.max() <= y.max() + margin
 
 
+def pole() -> PartMesh:
+    """An upright pole of 2 cm beside the level gaze, as near to M2 as the robot's own parts are."""
+    centre = Layout.from_rig(RIG).body_from_gimbal.translation + np.array([0.25, 0.03, 0.0])
+    vertices = CUBE * [0.01, 0.01, 0.3] + centre
+    return PartMesh(name="pole", group=Group.FIXED, role=Role.MOUNT, vertices_m=vertices, faces=FACES)
+
+
+def test_between_the_poses_of_the_grid_the_water_beside_a_near_pole_is_kept():
+    """Against a view of that pose alone: all of the pole is hidden, and little more than the margin beside it."""
+    q1, q2 = 9.0, 3.0
+    near = {"joints__pan__min_deg": q1 - 6, "joints__pan__max_deg": q1 + 6}
+    near |= {"joints__tilt__min_deg": q2 - 4, "joints__tilt__max_deg": q2 + 4}
+    there = {"joints__pan__min_deg": q1 - 0.01, "joints__pan__max_deg": q1 + 0.01}
+    there |= {"joints__tilt__min_deg": q2 - 0.01, "joints__tilt__max_deg": q2 + 0.01}
+    q = np.radians([q1, q2])
+    hidden = traced_view(RIG.with_(**near), [pole()]).mask(q, 320, 240) > 0
+    exact = traced_view(RIG.with_(**there), [pole()]).mask(q, 320, 240) > 0
+    bare = traced_view(RIG.with_(**there), []).mask(q, 320, 240) > 0
+    of_pole = exact & ~bare
+    assert of_pole.sum() > 5000
+    assert (of_pole & ~hidden).sum() < 0.1 * of_pole.sum()
+    assert (hidden & ~exact).sum() < 0.1 * of_pole.sum()
+
+
 def test_the_cells_are_as_many_as_the_usable_field_of_view_says():
     """Two codes that count the same rays: whether a cell looks into the water, and how many do."""
     q = np.radians([[0.0, 0.0], [40.0, 20.0], [-77.5, 122.5]])
