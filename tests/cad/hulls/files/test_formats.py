@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
+import subprocess
 
 import lib3mf
 import numpy as np
 import pytest
 import trimesh
-from build123d import Compound, Face, Pos, Solid, export_step
+from build123d import Compound, Face, Pos, Solid, export_step, import_step
 
 from cad.hulls.files import step
 from cad.hulls.files.triangles import hull_files, read_hull_file, read_triangles
@@ -198,27 +200,46 @@ def step_file(tmp_path, monkeypatch):
     return file
 
 
-def test_a_step_file_is_tried_in_another_process_once(step_file, monkeypatch):
-    assert step._trial_status(step_file) == 0
-    tried = []
-    monkeypatch.setattr(step, "_trial_status", lambda file: tried.append(file) or 0)
-    step._try_first(step_file)
-    step._try_first(step_file)
-    assert tried == [step_file]
+def test_a_step_file_is_read_in_another_process_once(step_file, monkeypatch):
+    apart, asked = step._read_apart, []
+    monkeypatch.setattr(step, "_read_apart", lambda file: asked.append(file) or apart(file))
+    assert tuple(read_hull_file(step_file).size) == pytest.approx(SIZE)
+    step._read.cache_clear()
+    assert tuple(step.step_shape(step_file).bounding_box().size) == pytest.approx(SIZE, abs=1e-5)
+    assert asked == [step_file]
+
+
+def test_the_solid_of_a_step_file_is_the_one_that_was_written(step_file):
+    """It comes from the reader's process as a boundary representation: each number is the file's own."""
+    ours, own = step.step_shape(step_file), import_step(step_file)
+    assert ours.volume == own.volume
+    assert [tuple(vertex) for vertex in ours.vertices()] == [tuple(vertex) for vertex in own.vertices()]
 
 
 def test_a_step_file_that_ends_the_process_that_reads_it_is_refused(step_file, monkeypatch):
-    monkeypatch.setattr(step, "_trial_status", lambda file: -11)
+    killed = subprocess.CompletedProcess([], -11, stdout="", stderr="")
+    monkeypatch.setattr(subprocess, "run", lambda *arguments, **options: killed)
     with pytest.raises(ValueError, match=r"box\.step: expected a STEP file, got a damaged one, on which Open"):
         read_hull_file(step_file)
 
 
-def test_a_face_without_triangles_is_refused(step_file, monkeypatch):
-    """OpenCascade has none where the bounds of a face are damaged; build123d takes it that there are some."""
-
-    def no_triangulation(shape, tolerance):
-        raise AttributeError("'NoneType' object has no attribute 'NbNodes'")
-
-    monkeypatch.setattr(Solid, "tessellate", no_triangulation)
-    with pytest.raises(ValueError, match=r"box\.step: expected a STEP file, got one with a face that has no triangles"):
+@pytest.mark.parametrize(("lost", "which"), [("EDGE_LOOP", -1), ("LINE", -3)])
+def test_a_step_file_without_bounds_of_a_face_is_refused(step_file, lost, which):
+    """OpenCascade has no triangles for the face, or ends its process: not each time the same."""
+    text = step_file.read_text(encoding="utf-8")
+    number = re.findall(rf"#(\d+) = {lost}", text)[which]
+    step_file.write_text(text.replace(f"#{number} = ", f"#9{number} = "), encoding="utf-8")
+    with pytest.raises(
+        ValueError, match=r"box\.step: expected a STEP file, got (one with a face that has no triangles|a damaged one)"
+    ):
         read_hull_file(step_file)
+    assert not step.is_one_solid(step_file)
+
+
+def test_an_open_solid_is_read_as_triangles(step_file):
+    """Of a box without a lid the file says that it is a solid."""
+    text = step_file.read_text(encoding="utf-8")
+    number = re.findall(r"#(\d+) = ADVANCED_FACE", text)[-1]
+    step_file.write_text(text.replace(f"#{number} = ", f"#9{number} = "), encoding="utf-8")
+    assert len(read_hull_file(step_file).faces) == 10
+    assert not step.is_one_solid(step_file)
