@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,11 @@ class Role(StrEnum):
     MIRROR = "mirror"
     HARDWARE = "hardware"
     """Bought small parts: screws, inserts, washers, bushings."""
+
+
+def double_area_vectors(corners: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
+    """Normals as long as twice the areas of triangles whose corners have shape (m, 3, 3); shape (m, 3)."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 @dataclass(frozen=True, kw_only=True)

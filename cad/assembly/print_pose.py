@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from optics.kernels.arrays import FloatArray
-from optics.mesh import PartMesh
+from optics.mesh import PartMesh, double_area_vectors
 from rigs import Mount
 
 OVERHANG_DEG = 45.0
@@ -109,7 +109,7 @@ def fits_printer(mesh: PartMesh, mount: Mount) -> bool:
 def _directions(hull: ConvexHull) -> list[FloatArray]:
     """Normals of the largest facets of a convex hull, outwards, and the six axis directions."""
     corners = hull.points[hull.simplices]
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    areas = np.linalg.norm(double_area_vectors(corners), axis=1) / 2
     normals = hull.equations[:, :3]
     found: list[FloatArray] = []
     sizes: list[float] = []
@@ -169,7 +169,7 @@ def overhang_base_support(
     `down` is a unit vector; square and cubic millimetres.
     """
     corners = vertices_mm[faces]
-    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    doubled = double_area_vectors(corners)
     areas, flat = np.linalg.norm(doubled, axis=1) / 2, doubled @ down / 2
     # A face that leans out by 45 degrees exactly prints: the sine of the lean, with room for rounding.
     leaning = flat > (np.sin(np.radians(OVERHANG_DEG)) + 1e-6) * areas

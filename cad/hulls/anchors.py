@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from optics.feasibility.envelope import body_width_mm, hull_half_size
 from optics.feasibility.torpedo import torpedo_normal
 from optics.kernels.arrays import FloatArray
+from optics.mesh import double_area_vectors
 from rigs import BoxHull, FileHull, Hull, Problem, Rig, TorpedoHull
 from rigs.files import STEP_SUFFIXES
 
@@ -137,7 +138,7 @@ def nearest_on_surface(surface: trimesh.Trimesh, point_mm: ArrayLike) -> tuple[F
     distances = np.linalg.norm(closest - point, axis=1)
     gap = float(distances.min())
     corners = np.asarray(surface.vertices)[np.asarray(surface.faces)[distances <= gap + TIE_MM]]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = double_area_vectors(corners)
     lengths = np.linalg.norm(across, axis=1)
     normals = across[lengths > 0] / lengths[lengths > 0, np.newaxis]
     return np.asarray(closest[int(np.argmin(distances))]), normals, gap

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cad.hulls.triangle_samples import Faces
 from optics.kernels.arrays import FloatArray
 from optics.kernels.crossings import MISSED, CrossedSurface
+from optics.mesh import double_area_vectors
 
 PLACES_OF_A_PATCH = 24
 RAYS_OF_A_PLACE = 8
@@ -38,7 +39,7 @@ def _openness(vertices: FloatArray, faces: Faces, patch: NDArray[np.int64]) -> F
     """By how many more rays get out in front of each patch than behind it."""
     rng = np.random.default_rng(0)
     corners = vertices[faces]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = double_area_vectors(corners)
     area = np.linalg.norm(across, axis=1)
     # Exponential races of the triangles of a patch: larger ones win more often.
     race = np.where(area > 0, rng.exponential(size=len(faces)) / np.where(area > 0, area, 1), np.inf)

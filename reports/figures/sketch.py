@@ -19,7 +19,7 @@ from cad.export.sketch import ANCHOR, LIGHT, MIRROR, WRONG, Colour, Line, Sketch
 from cad.export.sketch import INK as INK_RGB
 from optics.kernels.arrays import FloatArray
 from optics.kernels.ray_scene import first_faces, mesh_scene
-from optics.mesh import joined_triangles
+from optics.mesh import double_area_vectors, joined_triangles
 from reports.figures.plotting import INK, STYLE
 
 PANEL_PX = (560, 400)
@@ -236,7 +236,7 @@ def _shaded(view: View, sketch: Sketch) -> tuple[Floats, FloatArray]:
     origins, directions = view.rays(columns, rows)
     distance, face = first_faces(mesh_scene(vertices / 1000, faces), origins / 1000, directions)
     corners = vertices[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = double_area_vectors(corners)
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     seen = _single(normals)[face]
     facing = np.einsum("ij,ij->i", seen, directions)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
+from optics.mesh import double_area_vectors
 from scenes.stage.group_mesh import GroupMesh
 
 FACINGS = 1.5
@@ -55,5 +56,5 @@ def places_on(mesh: GroupMesh, normals: FloatArray, apart_m: float) -> Places:
 def _areas(mesh: GroupMesh) -> FloatArray:
     """Area of the faces around each vertex, shape (n,)."""
     corners = mesh.vertices_m[mesh.faces]
-    double = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    double = np.linalg.norm(double_area_vectors(corners), axis=1)
     return np.asarray(np.bincount(mesh.faces.ravel(), np.repeat(double, 3), minlength=len(mesh.vertices_m)))

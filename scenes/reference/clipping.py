@@ -8,6 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
+from optics.mesh import double_area_vectors
 
 FINEST = 1 / 200
 """Share of the body's longest side: triangles on its skin are quartered until they are no longer than that."""
@@ -42,7 +43,7 @@ def _planes(body: manifold3d.Manifold) -> tuple[FloatArray, FloatArray]:
     """Outward normals of a convex body's faces, shape (n, 3), and the heights of their planes along them."""
     mesh = body.to_mesh64()
     corners = np.asarray(mesh.vert_properties)[:, :3][np.asarray(mesh.tri_verts)]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = double_area_vectors(corners)
     length = np.linalg.norm(across, axis=1)
     normals = across[length > 0] / length[length > 0, np.newaxis]
     return normals, np.einsum("ij,ij->i", normals, corners[length > 0, 0])

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from optics.mesh import Group, PartMesh, Role, joined_triangles, merge
+from optics.mesh import Group, PartMesh, Role, double_area_vectors, joined_triangles, merge
 from scenes.light.materials import Material, material_of
 from scenes.stage.frame import Label
 from scenes.stage.records import MirrorPlate
 from scenes.stage.targets import MeshShape
-from scenes.surfaces.surface import double_area_vectors
 from scenes.worlds import World
 from scenes.worlds.snow import MarineSnow, snow_surface
 
@@ -88,7 +87,7 @@ def plate_edge(plate: PartMesh) -> PartMesh:
 
 def _on_edge(plate: PartMesh) -> NDArray[np.bool_]:
     """Which faces of a plate are its edge's: those across its normal, the direction that most of its area faces."""
-    areas = double_area_vectors(plate.vertices_m, plate.faces)
+    areas = double_area_vectors(plate.vertices_m[plate.faces])
     across = np.linalg.eigh(areas.T @ areas).eigenvectors[:, -1]
     return np.asarray(np.abs(areas @ across) < np.linalg.norm(areas, axis=1) / 2)
 
@@ -195,14 +194,14 @@ def used_vertices(mesh: GroupMesh) -> NDArray[np.float64]:
 
 def face_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Unit normals, counter-clockwise; zero for a face without area."""
-    normals = double_area_vectors(vertices_m, faces)
+    normals = double_area_vectors(vertices_m[faces])
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.where(length > 0, length, 1))
 
 
 def vertex_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Normals at vertices, faces weighted by their area; zero for a vertex without faces."""
-    area = double_area_vectors(vertices_m, faces)
+    area = double_area_vectors(vertices_m[faces])
     total = np.stack(
         [np.bincount(faces.ravel(), np.repeat(column, 3), minlength=len(vertices_m)) for column in area.T], axis=1
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from optics.kernels.arrays import FloatArray
-from optics.mesh import joined_triangles
+from optics.mesh import double_area_vectors, joined_triangles
 from scenes.light.materials import Material
 
 
@@ -62,13 +62,7 @@ def joined(surfaces: Sequence[Surface]) -> Surface:
     )
 
 
-def double_area_vectors(vertices_m: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
-    """Normals of faces as long as twice their areas, shape (m, 3), m^2."""
-    corners = vertices_m[faces]
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-
-
 def enclosed_volume_m3(vertices_m: FloatArray, faces: NDArray[np.int32]) -> float:
     """Volume within a closed surface, by the divergence theorem; negative when its faces look inwards."""
     first = vertices_m[faces[:, 0]] - vertices_m.mean(axis=0)
-    return float(np.sum(first * double_area_vectors(vertices_m, faces)) / 6)
+    return float(np.sum(first * double_area_vectors(vertices_m[faces])) / 6)

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
+from optics.mesh import double_area_vectors
 from scenes.light.materials import Material
 from scenes.light.srgb import srgb_decode
-from scenes.surfaces.surface import Surface, double_area_vectors, surface
+from scenes.surfaces.surface import Surface, surface
 
 if TYPE_CHECKING:
     import trimesh
@@ -94,7 +95,7 @@ def _surface(mesh: trimesh.Trimesh, scale: float, y_up: bool) -> Surface:
         # A colour for each face needs corners of its own.
         vertices, colour = vertices[faces].reshape(-1, 3), np.repeat(colour, 3, axis=0)
         faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
-    flat = np.linalg.norm(double_area_vectors(vertices, faces), axis=1) == 0
+    flat = np.linalg.norm(double_area_vectors(vertices[faces]), axis=1) == 0
     return surface(vertices, faces[~flat], material, colour)
 
 

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
-from optics.mesh import Triangles
+from optics.mesh import Triangles, double_area_vectors
 from scenes.light.materials import Material
 from scenes.surfaces.noise import GradientNoise, smoothstep
 from scenes.surfaces.patches import patches
-from scenes.surfaces.surface import Surface, double_area_vectors, surface
+from scenes.surfaces.surface import Surface, surface
 
 RADIUS_M = 16.0
 EYE_M = 2.0
@@ -79,7 +79,7 @@ def terrain(rng: np.random.Generator, *, ceiling_m: float) -> Terrain:
     vertices = flat + height[:, np.newaxis] * [0.0, 0.0, 1.0]
     vertices = vertices + _crags(noise, vertices, rock)[:, np.newaxis] * _vertex_normals(vertices, faces)
     vertices[:, 2] = np.minimum(vertices[:, 2], ceiling_m)
-    areas = np.linalg.norm(double_area_vectors(vertices, faces), axis=1) / 6
+    areas = np.linalg.norm(double_area_vectors(vertices[faces]), axis=1) / 6
     return Terrain(
         bottom=_bottom(rng, noise, (vertices, faces), rock),
         places_m=vertices,
@@ -195,7 +195,7 @@ def _colours(
 
 def _vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
     """Mean of the normals around each vertex, weighted by area."""
-    normals = np.repeat(double_area_vectors(vertices, faces), 3, axis=0)
+    normals = np.repeat(double_area_vectors(vertices[faces]), 3, axis=0)
     sums = [np.bincount(faces.ravel(), weights=column, minlength=len(vertices)) for column in normals.T]
     total = np.stack(sums, axis=-1)
     return np.asarray(total / np.linalg.norm(total, axis=1, keepdims=True))

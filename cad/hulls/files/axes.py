@@ -9,6 +9,7 @@ from scipy.spatial import KDTree
 
 from cad.hulls.files.found import FoundHull
 from optics.kernels.arrays import FloatArray
+from optics.mesh import double_area_vectors
 
 AXES = tuple(f"{sign}{letter}" for letter in "xyz" for sign in "+-")
 SAMPLES = 4000
@@ -156,7 +157,7 @@ def _surface_points(found: FoundHull) -> FloatArray:
     """Points spread over the surface by its area, shape (n, 3)."""
     rng = np.random.default_rng(0)
     corners = found.vertices[found.faces]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = double_area_vectors(corners)
     areas = np.cumsum(np.linalg.norm(across, axis=1), dtype=np.float64)
     chosen = np.searchsorted(areas, rng.random(SAMPLES) * areas[-1]).clip(0, len(areas) - 1)
     u, v = rng.random((2, SAMPLES, 1))

@@ -17,6 +17,7 @@ from cad.hulls.triangle_samples import Faces
 from cad.hulls.wrapping.solid_field import OFFSET, Samples
 from optics.kernels.arrays import FloatArray
 from optics.kernels.crossings import MISSED, CrossedSurface
+from optics.mesh import double_area_vectors
 
 MOST_TRIANGLES = 60_000
 """That is tried for; up to twice as many are kept where fewer would cross each other."""
@@ -97,7 +98,7 @@ def check_that_it_stays_out_of_itself(surface: trimesh.Trimesh) -> None:
     vertices, faces = np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64)
     edges, through = _through_itself(vertices, faces, edges_of(faces), CrossedSurface.of(vertices, faces))
     corners = vertices[faces[through]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = double_area_vectors(corners)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     heights = np.einsum("ijk,ik->ij", vertices[edges] - corners[:, :1], normals)
     # What stands out by less is single precision, or two sides that touch.

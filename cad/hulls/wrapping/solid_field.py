@@ -15,6 +15,7 @@ from cad.hulls.facing import faced_outwards
 from cad.hulls.triangle_samples import Faces, lattice
 from cad.hulls.wrapping.winding import WindingGrid
 from optics.kernels.arrays import FloatArray
+from optics.mesh import double_area_vectors
 
 MOST_NODES = 6_000_000
 MOST_CELLS = 120_000
@@ -89,7 +90,7 @@ def cell_of(vertices: FloatArray, faces: Faces) -> float:
     """Step of the grid for a surface: by its longest side, coarser where that would be too many cells or nodes."""
     size = np.ptp(vertices, axis=0)
     corners = vertices[faces]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = double_area_vectors(corners)
     area = float(np.linalg.norm(across, axis=1).sum()) / 2
     cell = max(float(size.max()) / CELLS_ALONG, math.sqrt(area / MOST_CELLS))
     while np.prod(size / cell + 2 * MARGIN + 2) > MOST_NODES:
@@ -136,6 +137,6 @@ def _distances(samples: Samples, low: FloatArray, cell: float, shape: tuple[int,
 
 def _winding(samples: Samples, cell: float) -> WindingGrid:
     corners = samples.vertices[samples.faces]
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    areas = double_area_vectors(corners) / 2
     shares = np.bincount(samples.owners, minlength=len(samples.faces))
     return WindingGrid.of(samples.places, (areas / shares[:, np.newaxis])[samples.owners], 2 * cell)

@@ -6,9 +6,10 @@ import trimesh
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from optics.mesh import double_area_vectors
 from scenes.light.materials import Material, albedo_table
 from scenes.stage.targets import TARGETS, Ball, MeshShape, target_named
-from scenes.surfaces.surface import double_area_vectors, enclosed_volume_m3
+from scenes.surfaces.surface import enclosed_volume_m3
 
 MESHES = sorted(set(TARGETS) - {"red ball"})
 SIZES_M = {"buoy": (0.18, 0.18, 0.30), "diver": (2.1, 0.67, 0.62), "fish": (0.3, 0.043, 0.11)}
@@ -44,7 +45,7 @@ def test_targets_are_closed_with_normals_outward(shape):
     for each in np.unique(piece):
         assert enclosed_volume_m3(shape.surface.vertices_m, faces[piece == each]) > 0
     # A square of 0.01 mm: single precision at arm's length is 1e-7 m.
-    assert np.linalg.norm(double_area_vectors(shape.surface.vertices_m, faces), axis=1).min() > 1e-10
+    assert np.linalg.norm(double_area_vectors(shape.surface.vertices_m[faces]), axis=1).min() > 1e-10
 
 
 def test_colours_are_reflectances_of_several_materials(shape):

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
+from optics.mesh import double_area_vectors
 from scenes.light.materials import Material
-from scenes.surfaces.surface import double_area_vectors, enclosed_volume_m3
+from scenes.surfaces.surface import enclosed_volume_m3
 from scenes.worlds.checkerboard import THICKNESS_M, Checkerboard
 from scenes.worlds.tank import BOARD_COLUMNS, BOARD_ROWS, BOARD_SQUARE_M, TANK_SIZE_M, tank, tank_boards
 
@@ -24,14 +25,14 @@ def test_walls_and_floor_look_into_the_water(world):
     for position in range(5):
         faces = world.faces[world.instance == position]
         towards = np.array([0, 0, -DEPTH_M]) - world.vertices_m[faces].mean(axis=1)
-        assert (np.sum(double_area_vectors(world.vertices_m, faces) * towards, axis=1) > 0).all()
+        assert (np.sum(double_area_vectors(world.vertices_m[faces]) * towards, axis=1) > 0).all()
 
 
 def test_basin_is_open_above_and_reaches_the_surface(world):
     assert world.vertices_m[:, 2].max() == 0.0
     assert world.vertices_m[:, 2].min() == -(DEPTH_M + 1.5)
     assert np.ptp(world.vertices_m[:, 0]) == TANK_SIZE_M[0]
-    roof = double_area_vectors(world.vertices_m, world.faces)[:, 2] < -1e-9
+    roof = double_area_vectors(world.vertices_m[world.faces])[:, 2] < -1e-9
     assert {world.instance_names[each] for each in np.unique(world.instance[roof])} <= {
         "board ahead",
         "board to the left",
