@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import signal
 import subprocess
 import sys
 from functools import lru_cache
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 TOLERANCE_MM = 0.2
 """As for every hull that is rendered."""
 
-READ_VERSION = 1
+READ_VERSION = 2
 """Raised when something else is read of the same file."""
 
 PROBLEM = 1
@@ -74,12 +75,9 @@ def named_planes(file: Path) -> dict[str, tuple[NDArray[np.float64], NDArray[np.
 
 @lru_cache(maxsize=1)
 def _read(file: Path, changed_ns: int) -> Arrays:
-    """What the reader finds in a file; of the same content that is found out once, also that it is damaged."""
+    """What the reader finds in a file; of the same content that is found out once, but for what is wrong with it."""
     key = result_key("STEP", READ_VERSION, version("build123d"), file)
-    read = load_or_make("STEP", key, lambda: _read_apart(file), pack=lambda found: found, unpack=lambda kept: kept)
-    if "problem" in read:
-        raise ValueError(f"{read['problem']}; {EXPORT_AGAIN}")
-    return read
+    return load_or_make("STEP", key, lambda: _read_apart(file), pack=lambda found: found, unpack=lambda kept: kept)
 
 
 def _read_apart(file: Path) -> Arrays:
@@ -88,7 +86,7 @@ def _read_apart(file: Path) -> Arrays:
         arguments = [*ENDS_WITH_US, sys.executable, "-P", reader, str(file), folder, str(TOLERANCE_MM)]
         ended = subprocess.run(arguments, capture_output=True, text=True, check=False)
         if ended.returncode:
-            return {"problem": np.array(_problem(ended))}
+            raise ValueError(_problem(ended))
         solid = Path(folder, "solid.brep")
         with np.load(Path(folder, "triangles.npz")) as stored:
             kept = np.frombuffer(solid.read_bytes() if solid.exists() else b"", dtype=np.uint8)
@@ -97,8 +95,11 @@ def _read_apart(file: Path) -> Arrays:
 
 def _problem(ended: subprocess.CompletedProcess[str]) -> str:
     said = ended.stderr.strip().splitlines()[-1:] or [f"status {ended.returncode}"]
+    if ended.returncode == -signal.SIGKILL:
+        return "expected to read it, but the system ended the reader, as it does when memory is short; free some"
     if ended.returncode < 0:
-        return f"expected a STEP file, got a damaged one, on which OpenCascade fails (signal {-ended.returncode})"
+        found = f"a damaged one, on which OpenCascade fails (signal {-ended.returncode})"
+        return f"expected a STEP file, got {found}; {EXPORT_AGAIN}"
     if ended.returncode == PROBLEM and said[0].startswith("expected"):
-        return said[0]
-    return f"expected a STEP file, got what cannot be read as one ({said[0]})"
+        return f"{said[0]}; {EXPORT_AGAIN}"
+    return f"expected a STEP file, got what cannot be read as one ({said[0]}); {EXPORT_AGAIN}"

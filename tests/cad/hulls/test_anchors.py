@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import trimesh
 from build123d import Box, export_step
 
 from cad.hulls.anchors import anchor_problems, base_anchor, fold_anchor, hull_planes, nearest_on_surface
+from cad.hulls.step_file import step_planes, step_solid
 from rigs import FileHull, HullPlane, Mount, Rig
 
 AQUA2 = Rig.load("aqua2")
@@ -85,6 +88,21 @@ def test_a_step_files_named_face_is_a_plane(tmp_path):
     assert (np.array(anchor.point_mm) - [0, 0, 7]) @ normal == pytest.approx(abs(normal) @ half)
     with pytest.raises(ValueError, match=r"mount\.fold_plane = 'dek': .*did you mean 'deck'"):
         fold_anchor(with_mount(rig, fold_plane="dek"))
+
+
+def test_named_faces_stand_where_those_of_the_posed_solid_do(tmp_path):
+    """All six of a box that is moved and turned about each axis, as build123d has them."""
+    path = tmp_path / "hull.step"
+    export_step(Box(600, 200, 100), path)
+    names = iter("abcdef")
+    text = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(r"ADVANCED_FACE\(''", lambda _: f"ADVANCED_FACE('{next(names)}'", text), encoding="utf-8")
+    hull = FileHull(shape="file", file=path, position_mm=(10, -20, 30), yaw_deg=40, pitch_deg=-25, roll_deg=70)
+    faces = [(tuple(face.center()), tuple(face.normal_at())) for face in step_solid(hull).faces()]
+    planes = step_planes(hull)
+    assert sorted(planes) == list("abcdef")
+    for plane in planes.values():
+        assert min(np.abs(np.subtract(plane, face)).max() for face in faces) < 1e-9
 
 
 def test_a_point_off_the_surface_and_a_wrong_normal_are_problems_with_numbers():
