@@ -212,7 +212,7 @@ def _markdown(robots: Sequence[Robot], rows: Sequence[dict[str, Any]]) -> str:
     """Two tables: how it went, and where the hulls are from."""
     cells = [_cells(robot, row) for robot, row in zip(robots, rows, strict=True)]
     sources = [(robot.name, robot.hull.name, " ".join(robot.options), robot.source, robot.licence) for robot in robots]
-    return f"{_table(HEADER, cells)}\n{_table(('robot', 'file', 'told', 'source', 'licence'), sources)}"
+    return f"{_table(HEADER, cells)}\n{_table(('robot', 'file', 'options', 'source', 'licence'), sources)}"
 
 
 def _cells(robot: Robot, row: dict[str, Any]) -> Sequence[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,12 +12,14 @@ from dives.checks import dive_problems
 from dives.path_files import with_path_files
 from dives.specification import DiveSpecification
 from rigs.documents.changes import with_values
+from rigs.documents.presets import Presets
 from rigs.documents.problems import Problem, SpecificationError
-from rigs.documents.toml import TomlError, parsed
+from rigs.documents.toml import file_beside, parse_toml, read_toml
 from rigs.documents.validation import validated
 from tracking.loop.variants import VARIANTS
 
 PRESETS = Path(__file__).parent / "presets"
+DIVES = Presets("dive", PRESETS)
 
 HARMLESS = {"name": "dive", "rig": "aqua2", "depth_m": 10.0, "duration_s": 60.0, "robot": {"motion": "hover"}}
 """Stand-ins for required values that are wrong."""
@@ -48,10 +49,11 @@ class Dive(DiveSpecification):
 def loaded_with(name_or_path: str | Path, settings: Mapping[str, Any]) -> Dive:
     """As `Dive.load`, with other values of some keys (dotted, such as ``target.start.azimuth_deg``)."""
     path = find_dive(name_or_path)
-    text = _text_of(path, str(name_or_path))
+    source = str(name_or_path)
+    text = read_toml(path, source=source, error=DiveError)
     if settings:
-        text = tomlkit.dumps(with_values(_document(text, str(name_or_path)), settings))
-    return parse_dive(text, source=str(name_or_path), folder=path.parent)
+        text = tomlkit.dumps(with_values(parse_toml(text, source=source, error=DiveError), settings))
+    return parse_dive(text, source=source, folder=path.parent)
 
 
 def varied(
@@ -79,25 +81,17 @@ def varied(
 
 def preset_names() -> list[str]:
     """Names of the dives that come with the package, in alphabetical order."""
-    return sorted(path.stem for path in PRESETS.glob("*.toml"))
+    return DIVES.names()
 
 
 def find_dive(name_or_path: str | Path) -> Path:
     """File of a dive given by preset name or by path; raises `FileNotFoundError` when there is none."""
-    path = Path(name_or_path)
-    if path.is_file():
-        return path
-    name, names = str(name_or_path), preset_names()
-    if name not in names:
-        close = difflib.get_close_matches(name, names, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise FileNotFoundError(f"dive {name!r}: expected a preset ({', '.join(names)}) or a TOML file{hint}")
-    return PRESETS / f"{name}.toml"
+    return DIVES.find(name_or_path)
 
 
 def parse_dive(text: str, *, source: str, folder: Path) -> Dive:
     """Validate the text of a dive file; see `Dive.load`."""
-    document = _document(text, source)
+    document = parse_toml(text, source=source, error=DiveError)
     dive, problems = validated(Dive, document)
     wrong = {_section(problem) for problem in problems}
     # Beside what is wrong with single values, a user reads what else is wrong: with harmless values in their place.
@@ -123,28 +117,13 @@ def _section(problem: Problem) -> str:
 
 
 def _with_own_files(dive: Dive, folder: Path) -> Dive:
-    """The dive with files that lie beside it told by their whole path."""
-
-    def located(name: str) -> str:
-        file = folder / name
-        return str(file.resolve()) if Path(name).suffix and file.is_file() else name
-
-    target = dive.target.model_copy(update={"shape": located(dive.target.shape)})
-    decoys = tuple(decoy.model_copy(update={"shape": located(decoy.shape)}) for decoy in dive.decoys)
-    own = {"rig": located(dive.rig), "world": located(dive.world), "target": target, "decoys": decoys}
-    return with_path_files(dive.model_copy(update=own), lambda _, file: located(file))
-
-
-def _document(text: str, source: str) -> dict[str, Any]:
-    try:
-        return parsed(text)
-    except TomlError as error:
-        raise DiveError(source, [error.problem]) from None
-
-
-def _text_of(path: Path, source: str) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        place = f"byte {error.start}"
-        raise DiveError(source, [Problem(place=place, value=None, expected="text in UTF-8, as TOML is")]) from None
+    """The dive with files that lie beside it by their whole paths."""
+    target = dive.target.model_copy(update={"shape": file_beside(dive.target.shape, folder)})
+    decoys = tuple(decoy.model_copy(update={"shape": file_beside(decoy.shape, folder)}) for decoy in dive.decoys)
+    own = {
+        "rig": file_beside(dive.rig, folder),
+        "world": file_beside(dive.world, folder),
+        "target": target,
+        "decoys": decoys,
+    }
+    return with_path_files(dive.model_copy(update=own), lambda _, file: file_beside(file, folder))

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigs.atomic_files import write_text
-from rigs.documents.problems import Problem, RigError
-from rigs.documents.toml import TomlError, parsed
+from rigs.documents.presets import Presets
+from rigs.documents.problems import Problem
 
 if TYPE_CHECKING:
     import tomlkit
 
 PRESETS = Path(__file__).parent / "presets"
+RIGS = Presets("rig", PRESETS)
+
 STEP_SUFFIXES = (".step", ".stp")
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".sdf")
 FIXED_UNIT_SUFFIXES = (*STEP_SUFFIXES, *ROBOT_SUFFIXES)
@@ -28,50 +29,27 @@ FILE_KEYS = (("hull", "file"), ("water", "iop_file"), ("camera", "response_file"
 
 def preset_names() -> list[str]:
     """Names of the presets, in alphabetical order."""
-    return sorted(path.stem for path in PRESETS.glob("*.toml"))
+    return RIGS.names()
 
 
 def preset_path(name: str) -> Path:
     """File of a preset; raises `FileNotFoundError` when there is none of that name."""
-    names = preset_names()
-    if name not in names:
-        close = difflib.get_close_matches(name, names, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise FileNotFoundError(f"rig {name!r}: expected a preset ({', '.join(names)}) or a TOML file{hint}")
-    return PRESETS / f"{name}.toml"
+    return RIGS.path(name)
+
+
+def find_rig(name_or_path: str | Path) -> Path:
+    """File of a rig given by preset name or by path; raises `FileNotFoundError` when there is none."""
+    return RIGS.find(name_or_path)
 
 
 def preset_with_hull(shape: str) -> str:
     """Name of a preset whose hull has a given shape of our own; raises `ValueError` when there is none."""
-    documents = {name: load_document(PRESETS / f"{name}.toml") for name in reversed(preset_names())}
+    documents = {name: load_document(preset_path(name)) for name in reversed(preset_names())}
     shapes = {document["hull"]["shape"]: name for name, document in documents.items() if "hull" in document}
     shapes.pop("file", None)
     if shape not in shapes:
         raise ValueError(f"hull {shape!r}: expected {', '.join(sorted(shapes))} or the name of a file")
     return shapes[shape]
-
-
-def find_rig(name_or_path: str | Path) -> Path:
-    """File of a rig given by preset name or by path."""
-    path = Path(name_or_path)
-    return path if path.is_file() else preset_path(str(name_or_path))
-
-
-def read_toml(path: Path, *, source: str) -> str:
-    """Text of a TOML file; raises `RigError` when it is not UTF-8."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        place = f"byte {error.start}"
-        raise RigError(source, [Problem(place=place, value=None, expected="text in UTF-8, as TOML is")]) from None
-
-
-def parse_toml(text: str, *, source: str) -> dict[str, Any]:
-    """Parsed TOML; raises `RigError` with the line where it is none."""
-    try:
-        return parsed(text)
-    except TomlError as error:
-        raise RigError(source, [error.problem]) from None
 
 
 def with_absolute_files(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:

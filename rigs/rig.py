@@ -27,8 +27,9 @@ from rigs.camera import Camera
 from rigs.display import Facts, facts_table
 from rigs.documents.changes import ARGUMENT, bring_up_to_date, with_values
 from rigs.documents.problems import RigError
+from rigs.documents.toml import parse_toml, read_toml
 from rigs.documents.validation import validated
-from rigs.files import find_rig, load_document, missing_files, parse_toml, read_toml, with_absolute_files
+from rigs.files import find_rig, load_document, missing_files, with_absolute_files
 from rigs.gaze import Gaze
 from rigs.image_sensor import ImageSensorSpec
 from rigs.lamps import Lamp
@@ -171,7 +172,7 @@ class Rig(Section):
             When there is neither such a preset nor such a file.
         """
         path, source = find_rig(name_or_path), str(name_or_path)
-        return cls.parse(read_toml(path, source=source), source=source, folder=path.parent)
+        return cls.parse(read_toml(path, source=source, error=RigError), source=source, folder=path.parent)
 
     @classmethod
     def parse(cls, text: str, *, source: str, folder: Path) -> Rig:
@@ -182,7 +183,7 @@ class Rig(Section):
         RigError
             With every problem at once.
         """
-        document = parse_toml(text, source=source)
+        document = parse_toml(text, source=source, error=RigError)
         rig, problems = validated(cls, document)
         places = {problem.place for problem in problems}
         problems += [problem for problem in missing_files(document, folder) if problem.place not in places]

@@ -9,6 +9,10 @@ from .light.spectrum import CHANNEL_PEAKS_NM as CHANNEL_PEAKS_NM
 from .light.waves import Wind as Wind
 from .reference.compare import compare as compare
 from .renderer import FastRenderer as FastRenderer
+from .requests.render import render as render
+from .requests.request import Output as Output
+from .requests.request import RenderRequest as RenderRequest
+from .requests.request import RenderResult as RenderResult
 from .stage.frame import Frame as Frame
 from .stage.frame import Label as Label
 from .stage.scene import Scene as Scene

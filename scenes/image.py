@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.backend import mi
+from optics.srgb import srgb_encode
 from rigs.atomic_files import write_bytes
-from scenes.light.srgb import srgb_encode
 from scenes.stage.frame import Frame
 from scenes.stage.scene import Scene
 

@@ -20,9 +20,9 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.mirror_outline import mirror_outline
+from optics.srgb import srgb_decode
 from rigs import Rig
 from rigs.gaze import FlatMirror
-from scenes.light.srgb import srgb_decode
 from studio.results import Parts, Shell, View
 
 FRAMES = {Group.FIXED: "/fixed", Group.PAN: "/pan", Group.TILT: "/m2"}

@@ -18,7 +18,8 @@ import tomlkit
 from rigs import Rig, RigError
 from rigs.atomic_files import write_text
 from rigs.documents.changes import bring_up_to_date
-from rigs.files import FILE_KEYS, PRESETS, find_rig, read_toml
+from rigs.documents.toml import read_toml
+from rigs.files import FILE_KEYS, PRESETS, find_rig
 
 GESTURE_S = 1.0
 """Changes of the same values that follow each other faster are one step of undo: a slider being dragged."""
@@ -141,7 +142,7 @@ class Session:
 
     def read_back(self) -> Rig:
         """Take over what a command wrote into the autosaved file, as one step."""
-        return self.replace(read_toml(self.autosave, source=str(self.autosave)))
+        return self.replace(read_toml(self.autosave, source=str(self.autosave), error=RigError))
 
     def close(self) -> None:
         """Take the kept file away when it says nothing that the rig file does not say."""
@@ -183,7 +184,7 @@ class Session:
         if not self.autosave.is_file():
             return False
         try:
-            text = read_toml(self.autosave, source=str(self.autosave))
+            text = read_toml(self.autosave, source=str(self.autosave), error=RigError)
             if text == self._text:
                 return False
             self._step(text, ())
@@ -199,7 +200,7 @@ def autosave_name(file: Path) -> str:
 
 def text_for(file: Path, folder: Path) -> str:
     """Text of a rig file, as it has to be in another folder."""
-    return moved(read_toml(file, source=str(file)), file.parent, folder)
+    return moved(read_toml(file, source=str(file), error=RigError), file.parent, folder)
 
 
 def moved(text: str, before: Path, now: Path) -> str:

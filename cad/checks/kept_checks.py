@@ -30,7 +30,7 @@ NOT_CHECKED: Mapping[str, IncEx | bool] = {
 
 
 class _NotGoodError(Exception):
-    """Checks that are not kept: what is wrong is looked at anew."""
+    """Checks that are not kept: what is wrong is checked again."""
 
     def __init__(self, checks: MountChecks) -> None:
         super().__init__()

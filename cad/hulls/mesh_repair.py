@@ -20,7 +20,7 @@ from rigs.mounting import KeptBodies
 
 Faces = NDArray[np.int64]
 GRID = 2**20
-"""Corners that fall into one of so many steps along the longest side are one: 1.6 um of 1.6 m."""
+"""Steps along the longest side, 1.6 um of 1.6 m: corners that fall into the same step are one."""
 CRACK = 1e-4
 """Open edges this near to each other, as a share of the mesh's diagonal, are a crack to be joined, not a hole."""
 SMALL_HOLE = 0.1

@@ -124,7 +124,7 @@ def place(
     Parameters
     ----------
     rig : Rig
-        With mirrors: its camera, port, joints, servos and mount are kept, `PLACED_KEYS` are decided anew.
+        With mirrors: its camera, port, joints, servos and mount are kept, `PLACED_KEYS` are chosen again.
     hull : Trimesh
         Closed surface of its hull, body frame, millimetres (`cad.hulls.hull.file_hull_solid`).
     pinned : collection of str

@@ -17,7 +17,7 @@ from dives.datasets.specification import DatasetSpecification
 from dives.specification import DiveThing
 from rigs import JerlovType, Rig
 from rigs.documents.problems import Problem, SpecificationError
-from rigs.documents.toml import TomlError, parsed
+from rigs.documents.toml import file_beside, parse_toml, parsed, read_toml
 from rigs.documents.validation import validated
 from rigs.files import find_rig
 from rigs.water import Water
@@ -63,12 +63,7 @@ class Dataset:
         FileNotFoundError
             When there is no such file.
         """
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except UnicodeDecodeError as error:
-            place = f"byte {error.start}"
-            problem = Problem(place=place, value=None, expected="text in UTF-8, as TOML is")
-            raise DatasetError(str(path), [problem]) from None
+        text = read_toml(Path(path), source=str(path), error=DatasetError)
         return parse_dataset(text, source=str(path), folder=Path(path).parent)
 
     @cached_property
@@ -87,10 +82,7 @@ class Dataset:
 
 def parse_dataset(text: str, *, source: str, folder: Path) -> Dataset:
     """Validate the text of a data set's file; see `Dataset.load`."""
-    try:
-        document = parsed(text)
-    except TomlError as error:
-        raise DatasetError(source, [error.problem]) from None
+    document = parse_toml(text, source=source, error=DatasetError)
     spec, problems = validated(DatasetSpecification, document)
     if spec is None:
         raise DatasetError(source, problems)
@@ -125,14 +117,10 @@ def water_files(spec: DatasetSpecification) -> list[str]:
 
 
 def _located(spec: DatasetSpecification, folder: Path) -> DatasetSpecification:
-    """The same with files that lie beside it told by their whole paths."""
-
-    def whole(name: str) -> str:
-        file = folder / name
-        return str(file.resolve()) if Path(name).suffix and file.is_file() else name
+    """The same with files that lie beside it by their whole paths."""
 
     def all_whole(names: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(whole(name) for name in names)
+        return tuple(file_beside(name, folder) for name in names)
 
     scene, target = spec.scene, spec.target
     own = {
@@ -144,7 +132,7 @@ def _located(spec: DatasetSpecification, folder: Path) -> DatasetSpecification:
         update={
             "scene": scene.model_copy(update=own),
             "target": target.model_copy(update={"shape": all_whole(target.shape)}),
-            "decoys": tuple(each.model_copy(update={"shape": whole(each.shape)}) for each in spec.decoys),
+            "decoys": tuple(each.model_copy(update={"shape": file_beside(each.shape, folder)}) for each in spec.decoys),
         }
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -13,6 +12,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
 from optics.kernels.arrays import FloatArray
+from optics.kernels.tables import TextTable, finite_number
 from rigs.documents.problems import Problem
 
 TIME, PLACE = "time_s", ("x_m", "y_m", "z_m")
@@ -23,7 +23,7 @@ FEWEST_ROWS = 2
 UNIT_WITHIN = 0.01
 """A quaternion's length may differ from one by so much: loggers write few digits."""
 
-MOST_TOLD = 20
+MOST_PROBLEMS = 20
 """Of a file's problems; a column in another unit is wrong in every line."""
 
 FASTEST_OVER_MEAN = 3.0
@@ -103,22 +103,23 @@ def timed_path(file: str | Path) -> TimedPath:
 @lru_cache(maxsize=64)
 def _read(path: Path, changed_ns: int) -> TimedPath:
     try:
-        rows = list(csv.reader(path.read_text(encoding="utf-8-sig").splitlines()))
-    except UnicodeDecodeError as error:
-        raise TimedPathError([Problem(place=f"byte {error.start}", value=None, expected="text in UTF-8")]) from None
-    header = [name.strip() for name in rows[0]] if rows else []
-    wanted, problems = _wanted(header)
+        table = TextTable.read(path)
+    except ValueError as error:
+        raise TimedPathError([Problem(place="", value=None, expected=f"a table of text; {error}")]) from None
+    wanted, problems = _wanted(table.names)
     if problems:
         raise TimedPathError(problems)
-    lines = [(number, row) for number, row in enumerate(rows[1:], start=2) if any(cell.strip() for cell in row)]
-    columns = [header.index(name) for name in wanted]
-    numbers = np.array([[_number(row, column) for column in columns] for _, row in lines]).reshape(-1, len(wanted))
-    problems = list(_problems(lines, wanted, columns, numbers))
+    columns = [table.names.index(name) for name in wanted]
+    numbers = np.array([[_number(row, column) for column in columns] for _, row in table.lines])
+    numbers = numbers.reshape(-1, len(wanted))
+    problems = list(_problems(table.lines, wanted, columns, numbers))
     if problems:
-        told = problems[:MOST_TOLD]
-        if len(problems) > MOST_TOLD:
-            told.append(Problem(place="", value=None, expected=f"{len(problems) - MOST_TOLD} more lines to be right"))
-        raise TimedPathError(told)
+        first = problems[:MOST_PROBLEMS]
+        if len(problems) > MOST_PROBLEMS:
+            first.append(
+                Problem(place="", value=None, expected=f"{len(problems) - MOST_PROBLEMS} more lines to be right")
+            )
+        raise TimedPathError(first)
     return TimedPath(times_s=numbers[:, 0], points_m=numbers[:, 1:4], attitude=_attitude(numbers[:, 4:]))
 
 
@@ -151,7 +152,7 @@ def _problems(
     for (line, row), found in zip(lines, numbers, strict=True):
         for name, column, number in zip(names, columns, found.tolist(), strict=True):
             if not np.isfinite(number):
-                cell = row[column].strip() if column < len(row) else ""
+                cell = row[column] if column < len(row) else ""
                 yield Problem(place=f"line {line}, {name}", value=cell, expected="a finite number")
         if found[0] <= latest:
             yield Problem(place=f"line {line}, {TIME}", value=float(found[0]), expected=f"a time after {latest:g} s")
@@ -166,10 +167,7 @@ def _problems(
 
 
 def _number(row: Sequence[str], column: int) -> float:
-    try:
-        return float(row[column])
-    except (ValueError, IndexError):
-        return float("nan")
+    return finite_number(row[column]) if column < len(row) else float("nan")
 
 
 def _attitude(numbers: FloatArray) -> Rotation | None:

@@ -44,7 +44,7 @@ def rig_file_page(schema: Schema) -> str:
 
 
 def _sections(path: str, value: Schema, definitions: dict[str, Schema]) -> list[str]:
-    """A section and those below it; a section of several shapes is told shape by shape."""
+    """A section and those below it; a section of several shapes is documented shape by shape."""
     if value.get("type") == "array" and (names := _references(value["items"])):
         path = f"[{path}]"
     elif not (names := _references(value)):

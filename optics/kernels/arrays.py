@@ -68,7 +68,7 @@ def aligned(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
 
 
 def aligned_room(count: int, dtype: DTypeLike) -> NDArray[Any]:
-    """Memory for so many numbers, as `aligned` has it, with nothing in it yet."""
+    """Memory for `count` numbers, as `aligned` has it, with nothing in it yet."""
     memory = np.empty(count * np.dtype(dtype).itemsize + CACHE_LINE_BYTES, dtype=np.uint8)
     start = -memory.ctypes.data % CACHE_LINE_BYTES
     return memory[start : start + memory.size - CACHE_LINE_BYTES].view(dtype)

@@ -55,7 +55,7 @@ class Shard:
 
 
 class Manifest:
-    """The file that says what is done of a shard, written anew with each piece that ends.
+    """The file that says what is done of a shard, written again with each piece that ends.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from typing import get_args
 import numpy as np
 import tomlkit
 
-from cad.hulls.files.taken import TakenHull, take_hull, told_problems
+from cad.hulls.files.taken import TakenHull, option_problems, take_hull
 from cad.hulls.files.triangles import read_hull_file
 from cad.hulls.hull import closed_surface, file_hull_solid
 from cad.hulls.hull_mesh import body_from_file
@@ -79,7 +79,7 @@ def new_rig_on_hull(
         When there is such a rig already, no such folder, hull or preset.
     """
     check_new_file(file)
-    _check_told(hull, unit=unit, forward=forward, up=up, keep=keep, cameras=(camera_mm, camera_from))
+    _check_options(hull, unit=unit, forward=forward, up=up, keep=keep, cameras=(camera_mm, camera_from))
     document = template(name, preset)
     taken = take(hull, unit=unit, forward=forward, up=up, log=log)
     section = taken.section().model_copy(update={"keep": keep})
@@ -87,10 +87,10 @@ def new_rig_on_hull(
     if camera_from is not None:
         camera_mm = _camera_of(taken, camera_from)
     if camera_mm is not None:
-        told = tomlkit.item(list(camera_mm))
+        position = tomlkit.item(list(camera_mm))
         # Whatever mark the template has here: this place is the user's.
-        told.comment("as told" if camera_from is None else f"of {camera_from} in {hull.name}")
-        document["camera"]["position_mm"] = told
+        position.comment("as given" if camera_from is None else f"of {camera_from} in {hull.name}")
+        document["camera"]["position_mm"] = position
     log("hull: making a solid of it ...")
     solid = closed_surface(file_hull_solid(section))
     document["hull"]["window"] = "cut"
@@ -102,7 +102,7 @@ def new_rig_on_hull(
     return taken, placement
 
 
-def _check_told(
+def _check_options(
     hull: Path,
     *,
     unit: str | None,
@@ -112,7 +112,7 @@ def _check_told(
     cameras: tuple[tuple[float, float, float] | None, str | None],
 ) -> None:
     """Refuse what cannot be meant, all of it at once and before the file is opened."""
-    problems = told_problems(hull, unit=unit, forward=forward, up=up)
+    problems = option_problems(hull, unit=unit, forward=forward, up=up)
     if keep not in get_args(KeptBodies):
         problems.append(f"--keep {keep}: expected {', '.join(get_args(KeptBodies))}")
     if None not in cameras:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 import tomllib
+from pathlib import Path
 from typing import Any
 
-from rigs.documents.problems import Problem
+from rigs.documents.problems import Problem, SpecificationError
 
 MOST_CHARACTERS = 2_000_000
 MOST_DEEP = 32
@@ -38,6 +39,29 @@ class TomlError(ValueError):
     def __init__(self, problem: Problem):
         self.problem = problem
         super().__init__(str(problem))
+
+
+def read_toml(path: Path, *, source: str, error: type[SpecificationError]) -> str:
+    """Text of a TOML file; raises the error given when it is not UTF-8."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as found:
+        place = f"byte {found.start}"
+        raise error(source, [Problem(place=place, value=None, expected="text in UTF-8, as TOML is")]) from None
+
+
+def parse_toml(text: str, *, source: str, error: type[SpecificationError]) -> dict[str, Any]:
+    """Parsed TOML; raises the error given with the line where it is none."""
+    try:
+        return parsed(text)
+    except TomlError as found:
+        raise error(source, [found.problem]) from None
+
+
+def file_beside(name: str, folder: Path) -> str:
+    """Whole path of a file in a folder by its name with an ending, or the name as it is where there is no such file."""
+    file = folder / name
+    return str(file.resolve()) if Path(name).suffix and file.is_file() else name
 
 
 def parsed(text: str) -> dict[str, Any]:

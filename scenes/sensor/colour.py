@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scenes.light.srgb import srgb_encode
+from optics.srgb import srgb_encode
 from scenes.sensor.bayer import demosaic
 from scenes.sensor.model import ImageSensor
 from scenes.sensor.readout import RawImage

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.srgb import srgb_encode
 from optics.status import Region
-from scenes.light.srgb import srgb_encode
 
 FloatImage = NDArray[np.float32]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
 from optics.mesh import double_area_vectors
+from optics.srgb import srgb_decode
 from scenes.light.materials import Material
-from scenes.light.srgb import srgb_decode
 from scenes.surfaces.surface import Surface, surface
 
 if TYPE_CHECKING:

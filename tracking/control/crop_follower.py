@@ -1,4 +1,4 @@
-"""The paper's pursuit: filter and law in the crop's pixels."""
+"""The paper's follower: filter and law in the crop's pixels."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from tracking.records import Blob
 
 @dataclass(frozen=True, kw_only=True)
 class Observation:
-    """What one image has for a pursuit.
+    """What one image gives a follower.
 
     Attributes
     ----------

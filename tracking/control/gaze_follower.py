@@ -1,4 +1,4 @@
-"""The default's pursuit: filter and pointing among directions of the body."""
+"""The default follower: filter and pointing among directions of the body."""
 
 from __future__ import annotations
 

@@ -184,5 +184,5 @@ class TrackEvidence:
 
 
 def _averaged(mean: float | None, value: float, times: float) -> float:
-    """Exponential average after one more value, so many times of its memory after the one before."""
+    """Exponential average after one more value, `times` of the memory after the one before."""
     return value if mean is None else mean - math.expm1(-times) * (value - mean)

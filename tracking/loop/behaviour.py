@@ -12,7 +12,7 @@ target for a tenth of a second would stop a search for four.
 
 While scanning, a target that was seen but not yet often enough is a candidate: it is already followed, and an image
 without it takes one of its images away again. While predicting, an image that does not show the place where the
-target is expected, because the mirror is still on its way there, says nothing; so many do not count.
+target is expected, because the mirror is still on its way there, says nothing; those images do not count.
 """
 
 from __future__ import annotations

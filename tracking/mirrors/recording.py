@@ -1,8 +1,7 @@
-"""Joint values on record: what a driver was told and said, written down, and a driver that says it again."""
+"""Joint values on record: a driver's commands and reports, written down, and a driver that gives the reports again."""
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ import pyarrow.parquet
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
-from optics.kernels.tables import finite_number, read_text
+from optics.kernels.tables import TextTable, finite_number
 from rigs.atomic_files import atomic_file
 from tracking.protocols import MirrorDriver, MirrorReport
 
@@ -166,9 +165,8 @@ def _read_columns(path: Path) -> Mapping[str, Sequence[Any]]:
             names = [name for name in file.schema_arrow.names if name in wanted]
             columns: dict[str, Sequence[Any]] = file.read(names).to_pydict()
             return columns
-    lines = csv.reader(read_text(path).splitlines())
-    header, *rows = [[field.strip() for field in row] for row in lines if row] or [[]]
-    return {name: [row[n] if n < len(row) else "" for row in rows] for n, name in enumerate(header)}
+    table = TextTable.read(path)
+    return {name: [row[n] if n < len(row) else "" for _, row in table.lines] for n, name in enumerate(table.names)}
 
 
 def _numbers(columns: Mapping[str, Sequence[Any]], name: str, rows: Sequence[int], problems: list[str]) -> list[float]:

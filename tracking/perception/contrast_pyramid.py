@@ -20,6 +20,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.srgb import srgb_decode
+
 FloatImage = NDArray[np.float32]
 Mask = NDArray[np.uint8]
 
@@ -193,7 +195,5 @@ def median_of(values: FloatImage) -> float:
 
 @cache
 def _log_light() -> FloatImage:
-    """Logarithm of the light of an sRGB value from 0 to 255, of full scale (IEC 61966-2-1)."""
-    value = np.arange(256) / 255
-    light = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    return np.log(np.maximum(light, DARKEST)).astype(np.float32)[np.newaxis]
+    """Logarithm of the light of an sRGB value from 0 to 255, of full scale."""
+    return np.log(np.maximum(srgb_decode(np.arange(256) / 255), DARKEST)).astype(np.float32)[np.newaxis]

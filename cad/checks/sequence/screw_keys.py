@@ -21,7 +21,7 @@ STANDOFF_MM = 0.05
 MET_MM3 = 0.5
 """What key and part may share: the corners of meshes."""
 SWING_DEG = 60
-"""A hexagon is taken anew after this."""
+"""A hexagonal key is put on again after this turn."""
 SWING_STEP_DEG = 15
 KEY_SIDES = 12
 

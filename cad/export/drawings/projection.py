@@ -18,7 +18,7 @@ FAR_MM = 1e4
 CHORD_MM = 1.0
 """A curve is drawn as chords of about this length ..."""
 CHORDS = (6, 48)
-"""... but at least and at most so many."""
+"""... but at least and at most this many."""
 FULL_TURN = 0.98 * 2 * np.pi
 SAME_MM = 1e-3
 

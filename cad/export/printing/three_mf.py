@@ -1,7 +1,7 @@
 """3MF: meshes with names, colours and units, the same bytes for the same meshes.
 
 Written by lib3mf, the 3MF consortium's own library. It dates the entries of its archive and draws the identifiers at
-random: the identifiers are set from the names, and the archive is packed anew with one fixed date.
+random: the identifiers are set from the names, and the archive is packed again with one fixed date.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which axes of a hull's file are forward and up: as told, as its format says, or by its shape, with the reason."""
+"""Which axes of a hull's file are forward and up: as given, as its format says, or by its shape, with the reason."""
 
 from __future__ import annotations
 
@@ -76,13 +76,13 @@ def choose_axes(found: FoundHull, *, forward: str | None = None, up: str | None 
     sides the one whose mirror image is more like the shape is the width; with no difference z is up.
     """
     points = _surface_points(found)
-    upward, up_because = (up, "as told") if up is not None else _said_up(found, forward)
+    upward, up_because = (up, "as given") if up is not None else _said_up(found, forward)
     length, length_because = _length(found, forward, upward)
     if upward is None:
         upward, shape_because = _up_by_shape(points, length)
         up_because = f"{up_because}{shape_because}"
     if forward is not None:
-        ahead, ahead_because = forward, "as told"
+        ahead, ahead_because = forward, "as given"
     else:
         ahead, nose_because = _nose(points, length)
         ahead_because = f"{length_because}; {nose_because}"
@@ -106,7 +106,7 @@ def _said_up(found: FoundHull, forward: str | None) -> tuple[str | None, str]:
 def _length(found: FoundHull, forward: str | None, up: str | None) -> tuple[str, str]:
     """Letter of the axis along the vehicle."""
     if forward is not None:
-        return forward[1], "as told"
+        return forward[1], "as given"
     if found.forward is not None and (up is None or up[1] != found.forward[1]):
         return found.forward[1], "by the convention of the format (REP 103)"
     lengths = {letter: side for letter, side in zip("xyz", found.size, strict=True) if up is None or letter != up[1]}

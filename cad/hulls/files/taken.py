@@ -109,7 +109,7 @@ def take_hull(
         does not go together; the message names the file and what to say.
     """
     try:
-        problems = told_problems(found.file, unit=unit, forward=forward, up=up)
+        problems = option_problems(found.file, unit=unit, forward=forward, up=up)
         if problems:
             raise ValueError("; ".join(problems))
         if np.sort(found.size)[1] <= 0:
@@ -124,7 +124,7 @@ def take_hull(
     return taken
 
 
-def told_problems(file: Path, *, unit: str | None, forward: str | None, up: str | None) -> list[str]:
+def option_problems(file: Path, *, unit: str | None, forward: str | None, up: str | None) -> list[str]:
     """What is wrong with what is said about a hull's file, each in a sentence; the file is not opened."""
     wrong = []
     if unit is not None and unit not in MILLIMETRES:
@@ -182,7 +182,7 @@ def _check_size(taken: TakenHull) -> None:
 
 def _choose_unit(found: FoundHull, unit: str | None) -> tuple[Unit | None, str]:
     if unit is not None:
-        return cast("Unit", unit), f"{unit}, as told"
+        return cast("Unit", unit), f"{unit}, as given"
     if found.unit_mm is not None:
         known = {millimetres: name for name, millimetres in MILLIMETRES.items()}
         return None, f"{known.get(found.unit_mm, f'{found.unit_mm:g} mm')}, as the format has it or the file says"

@@ -39,7 +39,7 @@ def check_size(size_mm: FloatArray, unit: Unit | None) -> None:
 
 
 def plausible_units(longest: float) -> list[Unit]:
-    """Units in which a longest side of so many of them is that of a vehicle."""
+    """Units in which this longest side is that of a vehicle."""
     low, high = PLAUSIBLE_MM
     return [name for name, factor in MILLIMETRES.items() if low <= longest * factor <= high]
 

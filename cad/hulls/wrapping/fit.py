@@ -26,7 +26,7 @@ FIRST_TOLERANCE, LARGEST_TOLERANCE, COARSER = 0.02, 0.4, 1.5
 GAP = 0.02
 """Where corners are drawn to: so much of a cell off the surface."""
 REACH = 1.7
-"""Corners further off than so many offsets span an opening and stay where they are."""
+"""Corners further off than this many offsets span an opening and stay where they are."""
 HALVINGS = 5
 STEPS_BACK = 12
 ROUNDING = 1e-6

@@ -21,7 +21,7 @@ MOST_NODES = 6_000_000
 MOST_CELLS = 120_000
 """Of those that the surface goes through, about."""
 CELLS_ALONG = 300
-"""The finest grid has so many along the longest side."""
+"""Cells of the finest grid along the longest side."""
 SPACING = 0.5
 """Of the samples that stand for the surface, in cells: none of its places is further than 0.36 cells from one."""
 OFFSET = 1.25

@@ -1,4 +1,4 @@
-"""Parts of a mount beside the mirrors of a rig with other numbers: moved and stretched along, not designed anew."""
+"""Parts of a mount beside the mirrors of a rig with other numbers: moved and stretched along, not designed again."""
 
 from __future__ import annotations
 

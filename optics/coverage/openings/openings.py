@@ -2,7 +2,7 @@
 
 A limit of a joint, a side of a mirror, or a distance between camera and mirrors is changed in growing steps, and the
 patches' directions alone are traced again with the mirrors of the changed rig. What stands around these is moved and
-stretched along (`optics.coverage.openings.moved_parts`), not designed anew. A fold mirror on a hinge may swing away.
+stretched along (`optics.coverage.openings.moved_parts`), not designed again. A fold mirror on a hinge may swing away.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh
 from optics.occlusion import Occluder
+from optics.srgb import srgb_encode
 from reports.pages import content
 from reports.pages.explorer import ExplorerResults, JointGridView, WhoSees, explorer_page
 from reports.pages.mount import bill_of_materials_tables
@@ -32,7 +33,6 @@ from scenes.baking.lit_scene import prepare
 from scenes.image import display_image
 from scenes.light.materials import albedo_table, material_of
 from scenes.light.spectrum import camera_bands
-from scenes.light.srgb import srgb_encode
 from scenes.renderer import FastRenderer
 from scenes.stage.scene import make_scene
 from scenes.stage.state import State

@@ -16,7 +16,7 @@ from rigs import FileHull, Rig
 
 
 def grooved(file: Path, depth_mm: float) -> Path:
-    """aqua2's body with grooves across its top, 10 mm wide, as deep as told."""
+    """aqua2's body with grooves across its top, 10 mm wide, of a given depth."""
     body = manifold3d.Manifold.cube((650.0, 261.0, 130.0), True)
     groove = manifold3d.Manifold.cube((10.0, 400.0, 2 * depth_mm), True)
     for x in np.arange(-300.0, 320.0, 20.0):

@@ -80,7 +80,7 @@ def test_everything_that_is_wrong_is_told_by_line(tmp_path):
         (f"{HEAD},qx,yaw_deg\n0,0,0,0,0,0\n", "line 1", "one of"),
         (f"{HEAD},x_m\n0,0,0,0,0\n", "line 1", "x_m once"),
         (f"{HEAD}\n0,0,0,0\n", "", "2 rows or more"),
-        ("", "line 1", "time_s, x_m, y_m, z_m"),
+        ("", "", "expected a line of column names, got nothing"),
     ],
 )
 def test_files_without_a_path(text, place, expected, tmp_path):

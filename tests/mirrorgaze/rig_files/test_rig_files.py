@@ -93,7 +93,7 @@ def test_new_takes_axes_and_unit_as_told(here):
     told = ("--unit", "inch", "--forward", "-y", "--up", "+x")
     result = mirrorgaze("new", "reef", "--hull", "mine.obj", *told)
     assert result.exit_code == 0, result.stderr
-    assert "forward is -y: as told" in result.stdout
+    assert "forward is -y: as given" in result.stdout
     assert "length x width x height 102 x 406 x 51 mm" in result.stdout
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenes.light.srgb import srgb_encode
+from optics.srgb import srgb_encode
 from scenes.sensor import RawImage, capture, develop, expose, frame_key, grey_card_gains
 from scenes.sensor.colour import balancing_gains
 

@@ -1,4 +1,4 @@
-"""The default's pursuit in images whose rows are not open at once."""
+"""The default follower in images whose rows are not open at once."""
 
 import math
 from dataclasses import replace

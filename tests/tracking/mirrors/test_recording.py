@@ -97,7 +97,7 @@ def test_a_table_of_ones_own_may_have_other_columns(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"q\.csv: expected columns time_s, q1_deg and q2_deg, got "),
+        ("", r"q\.csv: expected a line of column names, got nothing"),
         ("time_s,q1_deg\n0,1\n", "expected columns time_s, q1_deg and q2_deg, got time_s, q1_deg"),
         ("time_s,q1_deg,q2_deg\n", "expected at least one row of joints, got none"),
         ("time_s,q1_deg,q2_deg\n0,nan,1\n1,2,x\n", r"(?s)2 problems.*row 1, q1_deg.*'nan'.*row 2, q2_deg.*'x'"),

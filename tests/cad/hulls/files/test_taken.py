@@ -88,7 +88,7 @@ def test_what_the_user_says_counts_first(tmp_path):
     backward = found(turned(torpedo(), "-x", "+z"), tmp_path / "a.urdf", up="+z", forward="+x", has_frame=True)
     assert choose_axes(backward).forward_because.endswith("(REP 103); the fuller end is -x")
     axes = choose_axes(robot, forward="-y")
-    assert axes == HullAxes(forward="-y", up="+z", forward_because="as told", up_because=choose_axes(robot).up_because)
+    assert axes == HullAxes(forward="-y", up="+z", forward_because="as given", up_because=choose_axes(robot).up_because)
     assert choose_axes(robot, up="+x").forward[1] != "x"
     with pytest.raises(ValueError, match=r"a\.urdf: --forward \+x and --up -x: expected two different axes"):
         take_hull(robot, forward="+x", up="-x")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 OURS = ("rigs", "optics", "cad", "scenes", "tracking", "dives", "reports", "benchmarks")
-FILES = sorted((Path(__file__).parents[1] / "benchmarks").rglob("*.py"))
+FILES = sorted((Path(__file__).parents[2] / "benchmarks").rglob("*.py"))
 
 
 def is_there(module, name):

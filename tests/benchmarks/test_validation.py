@@ -11,7 +11,7 @@ from benchmarks.__main__ import CHECKS, NAMES
 from benchmarks.validation import page, rows, running
 from benchmarks.validation.rows import Result, Row
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def test_the_page_is_made_from_its_rows():
