@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pyarrow.parquet as pq
 
-from dives.datasets.files import FAILURES, MANIFEST, RECORDS, TABLE, file_name
+from dives.datasets.files import FAILURES, MANIFEST, RECORDS, TABLE, file_name, file_of
 from dives.datasets.formats.readback import read_back
 from rigs.atomic_files import digest_of
 
@@ -121,8 +121,8 @@ def _sample_problems(folder: Path, index: int, digest: str) -> tuple[list[str], 
     record = json.loads(content)
     problems = []
     for kind, facts in record["files"].items():
-        file = folder / file_name(kind, index)
-        problem = _problem(file, facts) or (_unreadable(file, record) if file.suffix == ".png" else None)
+        file = folder / file_of(record, kind)
+        problem = _problem(file, facts) or (_unreadable(file, record) if file.suffix != ".exr" else None)
         if problem is not None:
             problems.append(f"{problem}: remove {path.name} in {path.parent} and make the set again")
     return problems, 1 + len(record["files"])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_name, records
+from dives.datasets.files import file_of, records
 from dives.datasets.formats.coco import boxes_of
 from dives.datasets.rendering import FURTHER
 from optics.status import Region
@@ -49,7 +49,7 @@ def _tile(dataset: Dataset, folder: Path, record: dict[str, Any]) -> NDArray[np.
     """Image with boxes, and beside it the paths, with what the boxes are about in red."""
     scale = WIDTH_PX / record["width_px"]
     size = (WIDTH_PX, round(record["height_px"] * scale))
-    shown = [_read(folder, kind, record["index"]) for kind in ("images", "paths", "semantic")]
+    shown = [_read(folder / file_of(record, kind)) for kind in ("images", "paths", "semantic")]
     image = cv2.resize(shown[0], size, interpolation=cv2.INTER_AREA)[..., ::-1].copy()
     boxes = boxes_of(dataset, record)
     for box in boxes:
@@ -61,5 +61,5 @@ def _tile(dataset: Dataset, folder: Path, record: dict[str, Any]) -> NDArray[np.
     return np.hstack([image, cv2.resize(paths, size, interpolation=cv2.INTER_NEAREST)])
 
 
-def _read(folder: Path, kind: str, index: int) -> NDArray[np.uint8]:
-    return np.asarray(cv2.imread(str(folder / file_name(kind, index)), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+def _read(file: Path) -> NDArray[np.uint8]:
+    return np.asarray(cv2.imread(str(file), cv2.IMREAD_UNCHANGED), dtype=np.uint8)

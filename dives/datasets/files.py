@@ -19,8 +19,8 @@ FAILURES = "failed"
 SAMPLES_A_FOLDER = 1000
 """File systems and file managers are slow with more."""
 
-SUFFIXES = {"layers": ".exr", RECORDS: ".json", FAILURES: ".json", "labels": ".txt"}
-"""Of the folders whose files are no PNG images."""
+SUFFIXES = {RECORDS: ".json", FAILURES: ".json", "labels": ".txt"}
+"""Of the folders whose files no record names."""
 
 SPECIFICATION = "dataset.toml"
 IDENTITY = "identity.json"
@@ -29,14 +29,23 @@ TABLE = "samples.parquet"
 
 
 def file_name(kind: str, index: int) -> str:
-    """File of a sample in the set's folder, such as ``depth/0012/00012345.png``."""
-    return f"{kind}/{index // SAMPLES_A_FOLDER:05d}/{index:08d}{SUFFIXES.get(kind, '.png')}"
+    """Record, failure or labels of a sample in the set's folder, such as ``samples/00012/00012345.json``."""
+    return _name(kind, index, SUFFIXES[kind])
+
+
+def file_of(record: dict[str, Any], kind: str) -> str:
+    """Image or layer of a sample in the set's folder by its record, such as ``depth/00012/00012345.png``."""
+    return _name(kind, record["index"], record["files"][kind]["suffix"])
+
+
+def _name(kind: str, index: int, suffix: str) -> str:
+    return f"{kind}/{index // SAMPLES_A_FOLDER:05d}/{index:08d}{suffix}"
 
 
 def write_sample(folder: Path, index: int, sample: Rendered) -> None:
     """Write the files of a sample, each whole or not at all, and its record last."""
     for kind, content in sample.files.items():
-        _write(folder / file_name(kind, index), content)
+        _write(folder / file_of(sample.record, kind), content)
     _write(folder / file_name(RECORDS, index), record_bytes(sample.record))
 
 

@@ -83,13 +83,18 @@ def rendered(scene: DatasetScene, sample: Sample) -> Rendered:
         next_state=sample.next_state if flow else None,
         next_frame=scene.exact_renderer.render_states([sample.next_state])[0] if flow else None,
     )
-    files = {name: _png(layer) for name, layer in ({"images": image} | _layers(truth)).items()}
+    quality = scene.dataset.spec.image.jpeg_quality
+    files = {"images": _png(image) if quality is None else _jpeg(image, quality)}
+    files |= {name: _png(layer) for name, layer in _layers(truth).items()}
     if truth.forward is not None:
         files["flow"] = _png(_flow(truth.forward))
     if scene.dataset.spec.image.exr:
         files["layers"] = _exr(replace(truth, frame=replace(truth.frame, radiance=frame.radiance)))
     record = _record(scene, sample, truth, exposure)
-    record["files"] = {name: digest_and_size(content) for name, content in files.items()}
+    suffixes = {"images": ".png" if quality is None else ".jpg", "layers": ".exr"}
+    record["files"] = {
+        name: {"suffix": suffixes.get(name, ".png")} | digest_and_size(content) for name, content in files.items()
+    }
     return Rendered(files=files, record=record)
 
 
@@ -135,8 +140,18 @@ def _flow(motion: Motion) -> NDArray[np.uint16]:
 
 
 def _png(image: NDArray[Any]) -> bytes:
-    channels_last_first = np.ascontiguousarray(image[..., ::-1]) if image.ndim == 3 else image
-    return cv2.imencode(".png", channels_last_first)[1].tobytes()
+    return cv2.imencode(".png", _blue_first(image) if image.ndim == 3 else image)[1].tobytes()
+
+
+def _jpeg(image: NDArray[np.uint8], quality: int) -> bytes:
+    """JPEG without subsampled colour: a target of few pixels is known by its colour."""
+    flags = [cv2.IMWRITE_JPEG_QUALITY, quality, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444]
+    return cv2.imencode(".jpg", _blue_first(image), flags)[1].tobytes()
+
+
+def _blue_first(image: NDArray[Any]) -> NDArray[Any]:
+    """The order in which OpenCV has colours."""
+    return np.ascontiguousarray(image[..., ::-1])
 
 
 def _exr(truth: GroundTruth) -> bytes:

@@ -161,7 +161,9 @@ class ImageAxes(Section):
 
     `sensor` is the rig's image sensor with its noise, exposed automatically; without it the image is what a diver's
     white card shows. `exposure_ev` over- or underexposes the sensor, in powers of two. Another size looks at the same
-    field of view. `exr` adds every layer in single precision (`docs/reference/ground_truth.md`).
+    field of view. With `jpeg_quality` it is kept as JPEG,
+    without as PNG, which loses nothing; layers are never JPEG. `exr` adds every layer in single precision
+    (`docs/reference/ground_truth.md`).
     """
 
     sensor: bool = True
@@ -169,6 +171,7 @@ class ImageAxes(Section):
     samples_per_pixel: Annotated[Whole, Field(ge=1, le=64)] = 1
     width_px: Pixels | None = None
     height_px: Pixels | None = None
+    jpeg_quality: Annotated[Whole, Field(ge=1, le=100)] | None = None
     exr: bool = False
 
 

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import RECORDS, TABLE, file_name
+from dives.datasets.files import RECORDS, TABLE, file_name, file_of
 from dives.datasets.grid import SCENE_KEYS, distributions
 from optics.status import Region
 from rigs.atomic_files import atomic_file
@@ -91,7 +91,7 @@ def row_of(record: dict[str, Any]) -> dict[str, Any]:
     u, v = record["target_px"] or (None, None)
     return {
         **{key: record[key] for key in ("index", "split", "clip", "frame", "rig", "time_s", "width_px", "height_px")},
-        "image": file_name("images", record["index"]),
+        "image": file_of(record, "images"),
         "scene": scene.pop("number"),
         **scene,
         **record["drawn"],

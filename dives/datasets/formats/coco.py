@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_name, records
+from dives.datasets.files import file_of, records
 from dives.datasets.rendering import FURTHER
 from optics.status import Region
 from rigs.atomic_files import atomic_file
@@ -70,7 +70,7 @@ def _text(dataset: Dataset, folder: Path, chosen: Sequence[int]) -> Iterator[str
         "images": [
             {
                 "id": record["index"],
-                "file_name": file_name("images", record["index"]),
+                "file_name": file_of(record, "images"),
                 "width": record["width_px"],
                 "height": record["height_px"],
                 "license": 1,
@@ -91,7 +91,7 @@ def _annotations(dataset: Dataset, folder: Path, record: dict[str, Any]) -> Iter
     boxes = boxes_of(dataset, record)
     if not boxes:
         return
-    semantic, instances, paths = (_layer(folder, kind, record["index"]) for kind in ("semantic", "instances", "paths"))
+    semantic, instances, paths = (_layer(folder, record, kind) for kind in ("semantic", "instances", "paths"))
     for box in boxes:
         path = int(Region[box["region"].upper()]) + FURTHER * box["further_reflection"]
         mask = (semantic == box["category_id"]) & (instances == box["instance"] + 1) & (paths == path)
@@ -119,9 +119,11 @@ def compressed(runs: Sequence[int]) -> str:
     return "".join(text)
 
 
-def _layer(folder: Path, kind: str, index: int) -> NDArray[Any]:
-    file = folder / file_name(kind, index)
+def _layer(folder: Path, record: dict[str, Any], kind: str) -> NDArray[Any]:
+    file = folder / file_of(record, kind)
     image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
     if image is None:
-        raise ValueError(f"{file}: expected an image; remove the record of sample {index}, and make the set again")
+        raise ValueError(
+            f"{file}: expected an image; remove the record of sample {record['index']}, and make the set again"
+        )
     return np.asarray(image)

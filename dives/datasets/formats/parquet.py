@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_name, records
+from dives.datasets.files import file_of, records
 from dives.datasets.formats.coco import boxes_of, indices_of_splits
 from dives.datasets.formats.webdataset import KEYS
 from dives.datasets.rendering import FLOW, LAYERS
@@ -61,7 +61,7 @@ def _row(dataset: Dataset, folder: Path, record: dict[str, Any]) -> dict[str, An
     boxes = boxes_of(dataset, record)
     return {
         **row_of(record),
-        **{KEYS[kind]: _image(folder / file_name(kind, record["index"])) for kind in _kinds(dataset)},
+        **{KEYS[kind]: _image(folder / file_of(record, kind)) for kind in _kinds(dataset)},
         "objects": {
             "bbox": [each["bbox"] for each in boxes],
             "category": [dataset.spec.boxes.index(each["label"]) for each in boxes],

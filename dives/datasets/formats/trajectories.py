@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_name, records
+from dives.datasets.files import file_of, records
 from optics.kernels.arrays import FloatArray
 from rigs.atomic_files import csv_text, write_text
 
@@ -91,7 +91,7 @@ def _tum_line(time_s: float, pose: FloatArray) -> str:
 def _euroc_texts(dataset: Dataset, found: list[dict[str, Any]]) -> dict[str, str]:
     times_ns = [round((record["time_s"] - found[0]["time_s"]) * 1e9) for record in found]
     # From cam0/data, where readers look, to the set's folder.
-    images = [f"../../../../../{file_name('images', record['index'])}" for record in found]
+    images = [f"../../../../../{file_of(record, 'images')}" for record in found]
     rows: list[Sequence[Any]] = [EUROC_HEAD]
     for time_ns, record in zip(times_ns, found, strict=True):
         body = RigidTransform.from_matrix(record["world_from_body"])

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import RECORDS, file_name, records
+from dives.datasets.files import RECORDS, file_name, file_of, records
 from rigs.atomic_files import atomic_file
 
 SAMPLES_A_SHARD = 1000
@@ -24,9 +24,10 @@ KEYS |= {"paths": "path", "flow": "flow", "layers": "layers"}
 
 def write_webdataset(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[str]:
     """Write the shards of each split; returns their names."""
-    members: dict[str, list[tuple[int, list[str]]]] = {split: [] for split in dataset.spec.splits}
+    members: dict[str, list[tuple[int, dict[str, str]]]] = {split: [] for split in dataset.spec.splits}
     for record in records(folder, indices):
-        members[record["split"]].append((record["index"], list(record["files"])))
+        names_of = {kind: file_of(record, kind) for kind in record["files"]}
+        members[record["split"]].append((record["index"], names_of))
     names = []
     (folder / "webdataset").mkdir(exist_ok=True)
     for split, samples in members.items():
@@ -36,8 +37,8 @@ def write_webdataset(dataset: Dataset, folder: Path, indices: Sequence[int]) -> 
                 atomic_file(folder / names[-1]) as partial,
                 tarfile.open(partial, "w", format=tarfile.USTAR_FORMAT) as tar,
             ):
-                for index, kinds in samples[start : start + SAMPLES_A_SHARD]:
-                    for name, file in _files(folder, index, kinds):
+                for index, names_of in samples[start : start + SAMPLES_A_SHARD]:
+                    for name, file in _files(folder, index, names_of):
                         content = file.read_bytes()
                         entry = tarfile.TarInfo(name)
                         entry.size = len(content)
@@ -45,9 +46,9 @@ def write_webdataset(dataset: Dataset, folder: Path, indices: Sequence[int]) -> 
     return names
 
 
-def _files(folder: Path, index: int, kinds: Sequence[str]) -> Iterator[tuple[str, Path]]:
+def _files(folder: Path, index: int, names_of: dict[str, str]) -> Iterator[tuple[str, Path]]:
     """Members of a sample, one after the other: its key is what is before the first dot."""
-    for kind in kinds:
-        file = folder / file_name(kind, index)
+    for kind, name in names_of.items():
+        file = folder / name
         yield f"{index:08d}.{KEYS[kind]}{file.suffix}", file
     yield f"{index:08d}.json", folder / file_name(RECORDS, index)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_name, records
+from dives.datasets.files import file_name, file_of, records
 from dives.datasets.formats.coco import boxes_of
 from rigs.atomic_files import write_text
 
@@ -21,7 +21,7 @@ def write_yolo(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[s
         path = folder / file_name(LABELS, record["index"])
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, label_text(dataset, record))
-        lists[record["split"]].append(f"./{file_name('images', record['index'])}\n")
+        lists[record["split"]].append(f"./{file_of(record, 'images')}\n")
     for split, lines in lists.items():
         write_text(folder / f"{split}.txt", "".join(lines))
     write_text(folder / "data.yaml", _yaml(dataset))

@@ -12,7 +12,7 @@ import yaml
 
 from dives.datasets.dataset import parse_dataset
 from dives.datasets.drawing import clip_of
-from dives.datasets.files import file_name
+from dives.datasets.files import file_name, file_of
 from dives.datasets.rendering import DEPTH_UNIT_M, FLOW_UNIT_PX, FLOW_ZERO
 from dives.datasets.run import make_dataset
 from dives.datasets.scenes import scene_of
@@ -83,9 +83,9 @@ def test_flow_leads_to_where_the_points_of_the_target_are_a_frame_later(clips):
     train = OpticalTrain.from_rig(rig)
     scale = rig.camera.width_px / 160
     first, second = records(folder)[:2]
-    flow = cv2.imread(str(folder / file_name("flow", 0)), cv2.IMREAD_UNCHANGED)[..., ::-1].astype(float)
-    depth = cv2.imread(str(folder / file_name("depth", 0)), cv2.IMREAD_UNCHANGED) * DEPTH_UNIT_M
-    semantic = cv2.imread(str(folder / file_name("semantic", 0)), cv2.IMREAD_UNCHANGED)
+    flow = cv2.imread(str(folder / file_of(first, "flow")), cv2.IMREAD_UNCHANGED)[..., ::-1].astype(float)
+    depth = cv2.imread(str(folder / file_of(first, "depth")), cv2.IMREAD_UNCHANGED) * DEPTH_UNIT_M
+    semantic = cv2.imread(str(folder / file_of(first, "semantic")), cv2.IMREAD_UNCHANGED)
     v, u = np.nonzero((semantic == Label.TARGET) & (flow[..., 2] == 1 + Seen.YES))
     assert len(u) > 100
     rays = train.trace((np.stack([u, v], axis=-1) + 0.5) * scale - 0.5)
@@ -122,7 +122,7 @@ def test_images_of_euroc_are_those_of_the_set(clips):
     place = folder / "euroc/clip-000001/mav0/cam0"
     lines = (place / "data.csv").read_text().splitlines()[1:]
     images = [(place / "data" / line.split(",")[1]).resolve() for line in lines]
-    assert images == [folder.resolve() / file_name("images", index) for index in (3, 4, 5)]
+    assert images == [folder.resolve() / f"images/00000/{index:08d}.png" for index in (3, 4, 5)]
     assert all(cv2.imread(str(place / "data" / line.split(",")[1])) is not None for line in lines)
     sensor = yaml.safe_load((place / "sensor.yaml").read_text())
     assert sensor["resolution"] == [160, 120]

@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from dives.datasets import files, pieces
+from dives.datasets.check import check_dataset
 from dives.datasets.dataset import parse_dataset
 from dives.datasets.drawing import sample_of
 from dives.datasets.pieces import make_piece_of_text
@@ -27,7 +28,7 @@ pytestmark = pytest.mark.usefixtures("rough_light")
 
 
 def layer(folder, kind, index):
-    return cv2.imread(str(folder / files.file_name(kind, index)), cv2.IMREAD_UNCHANGED)
+    return cv2.imread(str(folder / files.file_of(record(folder, index), kind)), cv2.IMREAD_UNCHANGED)
 
 
 def record(folder, index):
@@ -204,3 +205,24 @@ def test_the_table_has_a_row_for_each_sample(small_set, made):
         assert (made / row["image"]).is_file()
         assert (row["target.u_px"] is None) == (said["target_px"] is None)
     assert {row["target.colour"] for row in rows} == {"red", "orange"}
+
+
+@pytest.mark.filterwarnings("ignore")  # of the formats' own libraries
+def test_images_may_be_jpeg_and_layers_are_not(small_folder, made, tmp_path):
+    """At quality 95 the root mean square error of water with noise is about a grey level; layers stay to the bit."""
+    text = SMALL_SET + "\n[image]\njpeg_quality = 95\n"
+    folder = tmp_path / "jpeg"
+    done = make_dataset(parse_dataset(text, source="small", folder=small_folder), folder)
+    assert done.is_whole
+    assert check_dataset(folder).problems == ()
+    assert not list(folder.glob("images/*/*.png"))
+    for index in range(6):
+        jpeg = cv2.imread(str(folder / f"images/00000/{index:08d}.jpg"))
+        png = layer(made, "images", index)
+        assert np.sqrt(np.mean((jpeg.astype(float) - png) ** 2)) < 3
+        for kind in ("depth", "normals", "semantic", "instances", "paths"):
+            assert (folder / kind / f"00000/{index:08d}.png").read_bytes() == (
+                made / kind / f"00000/{index:08d}.png"
+            ).read_bytes()
+    listed = json.loads((folder / "annotations/instances_train.json").read_text())["images"]
+    assert all((folder / image["file_name"]).is_file() and image["file_name"].endswith(".jpg") for image in listed)
