@@ -27,6 +27,10 @@ OF_THE_SET = frozenset({"samples", "formats", "boxes", "description", "licence"}
 """Keys that say nothing about a single sample."""
 
 
+RECORD_VERSION = 2
+"""Raised when records hold something else: a folder that was begun before is then refused, not mixed."""
+
+
 class DatasetError(SpecificationError):
     """A data set that cannot be made."""
 
@@ -77,7 +81,9 @@ class Dataset:
         document = {key: value for key, value in parsed(self.text).items() if key not in OF_THE_SET}
         rigs = {name: rig_hash(rig) for name, rig in self.rigs.items()}
         waters = {name: Path(name).read_text(encoding="utf-8") for name in water_files(self.spec)}
-        return hashlib.sha256(json.dumps([document, rigs, list(waters.values())], default=str).encode()).hexdigest()
+        return hashlib.sha256(
+            json.dumps([RECORD_VERSION, document, rigs, list(waters.values())], default=str).encode()
+        ).hexdigest()
 
 
 def parse_dataset(text: str, *, source: str, folder: Path) -> Dataset:

@@ -105,7 +105,8 @@ def _read(path: Path, changed_ns: int) -> TimedPath:
     try:
         table = TextTable.read(path)
     except ValueError as error:
-        raise TimedPathError([Problem(place="", value=None, expected=f"a table of text; {error}")]) from None
+        place, _, expected = str(error).removeprefix(f"{path}: ").rpartition("expected ")
+        raise TimedPathError([Problem(place=place.rstrip(": "), value=None, expected=expected)]) from None
     wanted, problems = _wanted(table.names)
     if problems:
         raise TimedPathError(problems)
@@ -130,16 +131,16 @@ def _wanted(header: Sequence[str]) -> tuple[list[str], list[Problem]]:
     problems = []
     if has_quaternion and has_angles:
         expected = f"one of {', '.join(QUATERNION)} and {', '.join(ANGLES)}"
-        problems.append(Problem(place="line 1", value=None, expected=expected))
+        problems.append(Problem(place="column names", value=None, expected=expected))
     elif has_quaternion or has_angles:
         wanted += QUATERNION if has_quaternion else ANGLES
     lacking = [name for name in wanted if name not in header]
     if lacking:
-        expected = f"a line of column names with {', '.join(lacking)}"
-        problems.append(Problem(place="line 1", value=",".join(header), expected=expected))
+        expected = f"{', '.join(lacking)} among them"
+        problems.append(Problem(place="column names", value=",".join(header), expected=expected))
     twice = sorted({name for name in wanted if header.count(name) > 1})
     if twice:
-        problems.append(Problem(place="line 1", value=None, expected=f"{', '.join(twice)} once"))
+        problems.append(Problem(place="column names", value=None, expected=f"{', '.join(twice)} once"))
     return wanted, problems
 
 

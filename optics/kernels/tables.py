@@ -38,9 +38,10 @@ class TextTable:
     def read(cls, path: Path) -> TextTable:
         """Read a file; a `ValueError` for one that is not text or has no line."""
         lines = [
-            (number, _fields(path, number, line))
+            (number, fields)
             for number, line in enumerate(read_text(path).splitlines(), 1)
-            if line.strip() and not line.startswith("#")
+            # Spreadsheets end a table with lines of commas alone.
+            if not line.startswith("#") and any(fields := _fields(path, number, line))
         ]
         if not lines:
             raise ValueError(f"{path}: expected a line of column names, got nothing")
@@ -75,7 +76,7 @@ class TextTable:
 
 def _fields(path: Path, number: int, line: str) -> list[str]:
     try:
-        return [field.strip() for field in next(csv.reader([line]))]
+        return [field.strip() for field in next(csv.reader([line]), [])]
     except csv.Error as error:
         raise ValueError(f"{path}: line {number}: expected fields separated by commas, got {error}") from None
 

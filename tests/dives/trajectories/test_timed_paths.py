@@ -64,6 +64,18 @@ def test_columns_stand_in_any_order_and_others_are_left_alone(tmp_path):
     assert found.points_m.tolist() == [[1, 2, 3], [1, 2, 3]]
 
 
+def test_files_of_loggers_and_spreadsheets_are_read(tmp_path):
+    """Comments before the names, a byte order mark, spaces after commas, and lines of commas alone at the end."""
+    found = path(tmp_path, "\ufeff# a robot's log\ntime_s, x_m, y_m, z_m\n0, 1, 2, 3\n1, 1, 2, 3\n,,,\n , , ,\n")
+    assert found.points_m.tolist() == [[1, 2, 3], [1, 2, 3]]
+
+
+def test_what_is_no_text_is_refused(tmp_path):
+    (tmp_path / "path.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(TimedPathError, match="expected text in UTF-8"):
+        timed_path(tmp_path / "path.csv")
+
+
 def test_everything_that_is_wrong_is_told_by_line(tmp_path):
     found = problems(tmp_path, f"{HEAD},qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,here,0,,0,0,0,1\n1,0,0,0,0,0,0,2\n")
     assert found.keys() == {"line 3, x_m", "line 3, z_m", "line 4, time_s", "line 4, qx, qy, qz, qw"}
@@ -75,12 +87,12 @@ def test_everything_that_is_wrong_is_told_by_line(tmp_path):
 @pytest.mark.parametrize(
     ("text", "place", "expected"),
     [
-        ("time,x,y,z\n0,0,0,0\n1,0,0,0\n", "line 1", "time_s, x_m, y_m, z_m"),
-        (f"{HEAD},yaw_deg\n0,0,0,0,0\n", "line 1", "pitch_deg, roll_deg"),
-        (f"{HEAD},qx,yaw_deg\n0,0,0,0,0,0\n", "line 1", "one of"),
-        (f"{HEAD},x_m\n0,0,0,0,0\n", "line 1", "x_m once"),
+        ("time,x,y,z\n0,0,0,0\n1,0,0,0\n", "column names", "time_s, x_m, y_m, z_m"),
+        (f"{HEAD},yaw_deg\n0,0,0,0,0\n", "column names", "pitch_deg, roll_deg"),
+        (f"{HEAD},qx,yaw_deg\n0,0,0,0,0,0\n", "column names", "one of"),
+        (f"{HEAD},x_m\n0,0,0,0,0\n", "column names", "x_m once"),
         (f"{HEAD}\n0,0,0,0\n", "", "2 rows or more"),
-        ("", "", "expected a line of column names, got nothing"),
+        ("", "", "a line of column names, got nothing"),
     ],
 )
 def test_files_without_a_path(text, place, expected, tmp_path):
