@@ -44,10 +44,11 @@ def is_finished(folder: Path, identity: str) -> bool:
         return False
 
 
-def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: str) -> None:
+def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: str, *, light: dict[str, str]) -> None:
     """Put the segments together; the log comes last, and then the journal goes.
 
-    The rig is put beside them with every number in it: the folder can be handed on, and says how the dive was made.
+    The rig is put beside them with every number in it: the folder can be handed on, and says how the dive was made;
+    `light` (`scenes.baking.light_quality.light_marks`) goes to the metrics.
     """
     table = pa.concat_tables([pq.read_table(path) for path in journal.paths(ROWS)])
     written = [RIG_FILE, DIVE_FILE, METRICS_FILE]
@@ -66,7 +67,7 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
     recorded = copied_path_files(dive, folder).model_copy(update={"rig": RIG_FILE})
     write_text(folder / DIVE_FILE, recorded.as_toml())
     searched = search_time_metrics(rig, dive.loop_variant(), Frames.of(table))
-    write_text(folder / METRICS_FILE, json_text(dive_metrics(table) | searched))
+    write_text(folder / METRICS_FILE, json_text(dive_metrics(table) | searched | light))
     written += path_files(recorded).values()
     if dive.video == "frames":
         written += [str(image.relative_to(folder)) for image in sorted((folder / FRAMES).glob("*.png"))]

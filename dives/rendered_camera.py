@@ -25,6 +25,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.light.sun import Sun
 from scenes.light.waves import Wind
@@ -105,6 +106,8 @@ class RenderedCamera:
         Hull and mount (`cad.assembly.meshes.rig_meshes`); may be empty.
     mirrors : TimedMirrors
         Where the joints are while an image is exposed.
+    quality : LightQuality, optional
+        Full by default.
 
     Attributes
     ----------
@@ -113,9 +116,16 @@ class RenderedCamera:
     renderer : FastRenderer
     """
 
-    def __init__(self, dive: Dive, rig: Rig, parts: Sequence[PartMesh], mirrors: TimedMirrors):
+    def __init__(
+        self,
+        dive: Dive,
+        rig: Rig,
+        parts: Sequence[PartMesh],
+        mirrors: TimedMirrors,
+        quality: LightQuality | None = None,
+    ):
         self.dive, self.rig, self.mirrors = dive, rig, mirrors
-        self.renderer = FastRenderer(prepare(dive_scene(dive, rig), rig, parts))
+        self.renderer = FastRenderer(prepare(dive_scene(dive, rig), rig, parts, quality=quality))
         self.exposure: Exposure | None = None
         self._sensor = ImageSensor.from_rig(rig)
         card = self.renderer.scene.light.white_radiance(dive.depth_m)

@@ -33,6 +33,7 @@ from dives.timed_mirrors import TimedMirrors
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality, light_identity, light_marks
 from tracking.log import Row, joint_columns, loop_columns
 from tracking.loop.loop import TrackingLoop
 from tracking.mirrors.simulated import SimulatedMirrors
@@ -66,6 +67,8 @@ class ClosedLoop:
         The dive's (`Dive.load_rig`).
     parts : sequence of PartMesh
         Hull and mount; may be empty.
+    quality : LightQuality, optional
+        Of the light in the images, full by default.
 
     Attributes
     ----------
@@ -76,12 +79,12 @@ class ClosedLoop:
         Time spent in each part so far.
     """
 
-    def __init__(self, dive: Dive, rig: Rig, parts: Sequence[PartMesh]):
+    def __init__(self, dive: Dive, rig: Rig, parts: Sequence[PartMesh], quality: LightQuality | None = None):
         settings = dive.detector_settings()
         self.dive = dive
         self.whole_images = dive.video != "none" or dive.overlay
         self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed, checked=not dive.functional_check))
-        self.camera = RenderedCamera(dive, rig, parts, self.mirrors)
+        self.camera = RenderedCamera(dive, rig, parts, self.mirrors, quality)
         variant = dive.loop_variant()
         view = robot_view(rig, parts) if variant.ignores_robot else None
         self.loop = TrackingLoop(rig, variant, detector=settings, robot_view=view)
@@ -142,6 +145,7 @@ def run_dive(
     folder: str | Path,
     *,
     rig: Rig | None = None,
+    quality: LightQuality | None = None,
     log: Log = lambda sentence: None,
     progress: Progress = lambda done, total: None,
 ) -> Path:
@@ -155,6 +159,8 @@ def run_dive(
         there.
     rig : Rig, optional
         Instead of the one that the dive names.
+    quality : LightQuality, optional
+        Of the light in the images, full by default.
     log : callable, optional
         Gets sentences about what is going on.
     progress : callable, optional
@@ -175,15 +181,15 @@ def run_dive(
     folder = Path(folder)
     rig = dive.load_rig() if rig is None else dive.at_frame_rate(rig)
     dive = sized(dive, rig)
-    identity = identity_of(dive, rig)
+    identity = identity_of(dive, rig, quality)
     if is_finished(folder, identity):
         log(f"{folder}: this dive is finished already")
         return folder
     with closing(Journal(folder, identity)) as journal:
         try:
             if journal.frames < dive.frames:
-                _record(dive, rig, folder, journal, log=log, progress=progress)
-            finish_dive(dive, rig, folder, journal, identity)
+                _record(dive, rig, quality, folder, journal, log=log, progress=progress)
+            finish_dive(dive, rig, folder, journal, identity, light=light_marks(quality))
         except (OSError, ValueError, MemoryError, av.FFmpegError) as error:
             kept = min(journal.frames, dive.frames)
             raise DiveStoppedError(
@@ -201,21 +207,30 @@ NOT_SEEN: Mapping[str, IncEx | bool] = {
 """What of a rig file changes no frame."""
 
 
-def identity_of(dive: Dive, rig: Rig) -> str:
+def identity_of(dive: Dive, rig: Rig, quality: LightQuality | None = None) -> str:
     """Digest of everything a dive's bytes come from, but for the code."""
     # What is asked of a dive changes no frame.
     asked = dive.model_dump(mode="json", exclude={"limits"})
-    numbers = [asked, rig.model_dump(mode="json", exclude=NOT_SEEN), digests(dive)]
+    numbers = [asked, rig.model_dump(mode="json", exclude=NOT_SEEN), digests(dive), *light_identity(quality)]
     content = json.dumps(numbers, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()
 
 
-def _record(dive: Dive, rig: Rig, folder: Path, journal: Journal, *, log: Log, progress: Progress) -> None:
+def _record(
+    dive: Dive,
+    rig: Rig,
+    quality: LightQuality | None,
+    folder: Path,
+    journal: Journal,
+    *,
+    log: Log,
+    progress: Progress,
+) -> None:
     """Make the segments that are not there yet."""
     first = journal.frames
     if first:
         log(f"{folder}: going on from frame {first} of {dive.frames}")
-    closed = ClosedLoop(dive, rig, rig_meshes(rig))
+    closed = ClosedLoop(dive, rig, rig_meshes(rig), quality)
     state = journal.snapshot()
     if state is not None:
         closed.restore(state)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -50,6 +50,7 @@ PanOption = Annotated[float, typer.Option("--q1-deg", help="Pan joint angle, in 
 TiltOption = Annotated[
     float, typer.Option("--q2-deg", help="Tilt joint angle, in degrees; the gaze turns twice as far.")
 ]
+LightOption = Annotated[Literal["draft", "full"], typer.Option(help="Light between surfaces; a draft is found sooner.")]
 SeedOption = Annotated[int, typer.Option("--seed", metavar="N", help="Random seed.", min=0)]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON.")]
 OpenOption = Annotated[bool, typer.Option("--open", help="Open the page in a browser when it is written.")]

@@ -103,7 +103,7 @@ def _renderer(request: ViewRequest) -> FastRenderer:
         light = "draft" if lit is None else "full"
         if lit is None and key == _KEPT.key and _KEPT.renderer is not None:
             return _KEPT.renderer
-        lit = lit or prepare(scene, rig, parts, quality=LightQuality.draft())
+        lit = lit or prepare(scene, rig, parts, quality=LightQuality.draft(), full_if_kept=True)
         # One set of scenes at a time: kernels are recorded beside what scenes there are.
         _KEPT.renderer = None
         _KEPT.key, _KEPT.light, _KEPT.renderer = key, light, _sized(lit, request.width_px)

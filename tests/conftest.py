@@ -62,7 +62,7 @@ def no_slicer():
 
 @pytest.fixture(scope="module")
 def rough_light():
-    """Coarse light for commands and dives, which light scenes in full, in tests of what does not depend on it.
+    """Coarse light for commands, which know full and draft light alone, in tests of what does not depend on it.
 
     A robot's takes two seconds instead of fifteen. In the cache it has a key of its own.
     """

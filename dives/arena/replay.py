@@ -12,10 +12,11 @@ from dives.recorder import png
 from dives.runner import ClosedLoop
 from dives.target_size import sized
 from rigs.atomic_files import write_bytes
+from scenes.baking.light_quality import LightQuality
 from tracking.overlay import overlay
 
 
-def write_frames(seed: int, variant: str, images: Mapping[int, str]) -> None:
+def write_frames(seed: int, variant: str, images: Mapping[int, str], *, quality: LightQuality | None = None) -> None:
     """Write what the loop saw in some frames of a seed's dive, as overlays.
 
     What a pixel shows does not depend on which others are drawn, so that this is the same dive.
@@ -27,10 +28,12 @@ def write_frames(seed: int, variant: str, images: Mapping[int, str]) -> None:
         The loop.
     images : mapping of int to str
         Path of the PNG by the frame's number.
+    quality : LightQuality, optional
+        The dive's: full by default.
     """
     dive = with_loop(arena_dive(seed), variant)
     rig = dive.at_frame_rate(arena_rig(dive.rig))
-    closed = ClosedLoop(sized(dive, rig), rig, rig_meshes(rig))
+    closed = ClosedLoop(sized(dive, rig), rig, rig_meshes(rig), quality)
     for frame in range(max(images) + 1):
         closed.whole_images = frame in images
         record = closed.next()

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from dives.runner import run_dive
 from optics.workers.run import Failure, all_ended, counted, run_many
 from optics.workers.shards import Manifest, Shard
 from rigs.atomic_files import write_text
+from scenes.baking.light_quality import LightQuality, light_identity
 from tracking.log import read_log
 from tracking.loop.variants import VARIANTS
 
@@ -58,6 +60,7 @@ def run_arena(
     scheduler: str | None = None,
     shard: Shard | None = None,
     log: Callable[[str], None],
+    quality: LightQuality | None = None,
     work: Callable[[int, str, str], None] | None = None,
 ) -> list[ArenaOutcome]:
     """Dive every seed with every loop, without video; those that fail do not keep the others.
@@ -77,6 +80,8 @@ def run_arena(
         Dive this part alone, and write a manifest of it; what became of it is returned.
     log : callable
         Takes a line for each dive that ends.
+    quality : LightQuality, optional
+        Of the light in the images, full by default.
     work : callable, optional
         Dives and judges; `dive_and_judge` when none is given. Of a module's top level: other processes import it.
 
@@ -96,13 +101,14 @@ def run_arena(
         # Absolute, since workers of other machines are in another folder.
         _name(*key): (*key, str(path.absolute()))
         for key, path in folders.items()
-        if not _is_judged(drawn[key[0]], path)
+        if not _is_judged(drawn[key[0]], path, quality)
     }
     told = [counted(log, len(folders) - len(waiting), len(folders), "dives")]
     if shard is not None:
         done = {_name(*key): _name(*key) not in waiting for key in keys}
         told.append(Manifest(folder, shard, total=len(every), done=done).ended)
-    failures = all_ended(run_many(work or dive_and_judge, waiting, workers=workers, scheduler=scheduler), *told)
+    work = work or partial(dive_and_judge, quality=quality)
+    failures = all_ended(run_many(work, waiting, workers=workers, scheduler=scheduler), *told)
     return [
         ArenaOutcome(
             seed=seed,
@@ -121,25 +127,26 @@ def with_loop(drawn: ArenaDive, variant: str) -> Dive:
     return varied(drawn.dive, variant=variant)
 
 
-def dive_and_judge(seed: int, variant: str, folder: str) -> None:
+def dive_and_judge(seed: int, variant: str, folder: str, *, quality: LightQuality | None = None) -> None:
     """Dive a seed with a loop into a folder, and write its numbers."""
     dive = with_loop(arena_dive(seed), variant)
     rig = dive.at_frame_rate(arena_rig(dive.rig))
-    path = run_dive(dive, folder, rig=rig)
-    found = {"drawn": drawn_digest(dive), "numbers": judged(dive, rig, rig_meshes(rig), read_log(path))}
+    path = run_dive(dive, folder, rig=rig, quality=quality)
+    found = {"drawn": drawn_digest(dive, quality), "numbers": judged(dive, rig, rig_meshes(rig), read_log(path))}
     write_text(path / NUMBERS_FILE, json_text(found))
 
 
-def drawn_digest(dive: Dive) -> str:
+def drawn_digest(dive: Dive, quality: LightQuality | None = None) -> str:
     """What says whether a folder's dive is the one that is drawn today, whatever the loop."""
-    return hashlib.sha256(dive.model_dump_json(exclude={"variant"}).encode()).hexdigest()
+    content = "".join([dive.model_dump_json(exclude={"variant"}), *map(json.dumps, light_identity(quality))])
+    return hashlib.sha256(content.encode()).hexdigest()
 
 
-def _is_judged(drawn: ArenaDive, folder: Path) -> bool:
+def _is_judged(drawn: ArenaDive, folder: Path, quality: LightQuality | None) -> bool:
     file = folder / NUMBERS_FILE
     if not file.is_file():
         return False
-    if json.loads(file.read_text(encoding="utf-8"))["drawn"] != drawn_digest(drawn.dive):
+    if json.loads(file.read_text(encoding="utf-8"))["drawn"] != drawn_digest(drawn.dive, quality):
         raise ValueError(f"{folder}: expected the dive that is drawn for this seed, got another; take a new folder")
     return True
 

@@ -19,6 +19,7 @@ from dives.datasets.rendering import LAYERS
 from optics.kernels.arrays import FloatArray
 from optics.status import Region
 from rigs.atomic_files import write_text
+from scenes.baking.light_quality import light_marks
 
 CARD = "README.md"
 
@@ -64,6 +65,7 @@ def write_card(dataset: Dataset, folder: Path, failed: dict[int, str]) -> str:
         "## How it was made",
         _markdown([["rig", "SHA-256"], *([rig.name, f"`{rig_hash(rig)}`"] for rig in dataset.rigs.values())]),
         f"Seed {spec.seed}: the same file, rigs and version give the same samples. {ORIGIN_WORDS}",
+        *(f"The light between surfaces is {light}, not full." for light in light_marks(dataset.quality).values()),
         "## Licence",
         spec.licence or "None is stated: ask whoever made it.",
     ]

@@ -21,6 +21,7 @@ from rigs.documents.toml import file_beside, parse_toml, parsed, read_toml
 from rigs.documents.validation import validated
 from rigs.files import find_rig
 from rigs.water import Water
+from scenes.baking.light_quality import LightQuality, light_identity
 from scenes.stage.targets import Ball
 
 OF_THE_SET = frozenset({"samples", "formats", "boxes", "description", "licence"})
@@ -49,15 +50,18 @@ class Dataset:
         The file.
     folder : Path
         From which it names files.
+    quality : LightQuality, optional
+        Of the light in its images, full by default.
     """
 
     spec: DatasetSpecification
     rigs: dict[str, Rig]
     text: str
     folder: Path
+    quality: LightQuality | None = None
 
     @classmethod
-    def load(cls, path: str | Path) -> Dataset:
+    def load(cls, path: str | Path, *, quality: LightQuality | None = None) -> Dataset:
         """Read a data set's file; files that it names are taken from its folder.
 
         Raises
@@ -68,7 +72,7 @@ class Dataset:
             When there is no such file.
         """
         text = read_toml(Path(path), source=str(path), error=DatasetError)
-        return parse_dataset(text, source=str(path), folder=Path(path).parent)
+        return parse_dataset(text, source=str(path), folder=Path(path).parent, quality=quality)
 
     @cached_property
     def grid(self) -> Grid:
@@ -81,12 +85,11 @@ class Dataset:
         document = {key: value for key, value in parsed(self.text).items() if key not in OF_THE_SET}
         rigs = {name: rig_hash(rig) for name, rig in self.rigs.items()}
         waters = {name: Path(name).read_text(encoding="utf-8") for name in water_files(self.spec)}
-        return hashlib.sha256(
-            json.dumps([RECORD_VERSION, document, rigs, list(waters.values())], default=str).encode()
-        ).hexdigest()
+        numbers = [RECORD_VERSION, document, rigs, list(waters.values()), *light_identity(self.quality)]
+        return hashlib.sha256(json.dumps(numbers, default=str).encode()).hexdigest()
 
 
-def parse_dataset(text: str, *, source: str, folder: Path) -> Dataset:
+def parse_dataset(text: str, *, source: str, folder: Path, quality: LightQuality | None = None) -> Dataset:
     """Validate the text of a data set's file; see `Dataset.load`."""
     document = parse_toml(text, source=source, error=DatasetError)
     spec, problems = validated(DatasetSpecification, document)
@@ -100,7 +103,7 @@ def parse_dataset(text: str, *, source: str, folder: Path) -> Dataset:
     problems += _problems(spec, rigs)
     if problems:
         raise DatasetError(source, problems)
-    return Dataset(spec=spec, rigs=rigs, text=text, folder=folder)
+    return Dataset(spec=spec, rigs=rigs, text=text, folder=folder, quality=quality)
 
 
 def water_of(rig: Rig, water: str | None) -> Water:

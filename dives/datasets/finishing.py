@@ -27,6 +27,7 @@ from dives.datasets.formats.yolo import write_yolo
 from dives.datasets.rendering import FLOW, LAYERS
 from dives.datasets.table import write_table
 from rigs.atomic_files import digest_of, write_text
+from scenes.baking.light_quality import light_marks
 
 FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {
     "coco": write_coco,
@@ -88,6 +89,7 @@ def _write_manifest(dataset: Dataset, folder: Path, failed: dict[int, str], file
         "failed": {str(index): sentence for index, sentence in failed.items()},
         "layers": LAYERS | (FLOW if dataset.spec.clip.flow else {}),
         "record": file_name("samples", 0),
+        **light_marks(dataset.quality),
         "files": {
             name: {"sha256": digest_of(folder / name), "bytes": (folder / name).stat().st_size} for name in files
         },

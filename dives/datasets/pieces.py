@@ -19,6 +19,7 @@ from dives.datasets.files import is_done, write_failure, write_sample
 from dives.datasets.rendering import rendered
 from dives.datasets.scenes import DatasetScene, scene_of
 from optics.workers.shards import Shard
+from scenes.baking.light_quality import LightQuality
 
 SAMPLES_A_PIECE = 50
 """A quarter of a minute of work: what a process that dies costs at most."""
@@ -116,14 +117,22 @@ def _make_sample(scene: DatasetScene, index: int, folder: Path) -> None:
         write_sample(folder, index, rendered(scene, sample))
 
 
-def make_piece_of_text(text: str, source_folder: str, folder: str, scene: int, indices: Sequence[int]) -> None:
+def make_piece_of_text(
+    text: str,
+    source_folder: str,
+    folder: str,
+    scene: int,
+    indices: Sequence[int],
+    *,
+    quality: LightQuality | None = None,
+) -> None:
     """Same as `make_piece`, of plain values, for another process."""
-    make_piece(_parsed(text, source_folder), Piece(scene, tuple(indices)), Path(folder))
+    make_piece(_parsed(text, source_folder, quality), Piece(scene, tuple(indices)), Path(folder))
 
 
 @lru_cache(maxsize=1)
-def _parsed(text: str, source_folder: str) -> Dataset:
-    return parse_dataset(text, source="dataset", folder=Path(source_folder))
+def _parsed(text: str, source_folder: str, quality: LightQuality | None) -> Dataset:
+    return parse_dataset(text, source="dataset", folder=Path(source_folder), quality=quality)
 
 
 _LAST: list[DatasetScene] = []

@@ -6,6 +6,7 @@ import json
 import traceback
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -168,8 +169,9 @@ def _made_by_workers(
 
     def all_made(opened: Workers, chosen: Iterable[Piece]) -> dict[str, Failure]:
         arguments = (dataset.text, str(dataset.folder.absolute()), str(folder.absolute()))
+        make = partial(make_piece_of_text, quality=dataset.quality)
         jobs = {piece.name: (*arguments, piece.scene, piece.indices) for piece in chosen}
-        return all_ended(opened.run(make_piece_of_text, jobs), counted, told)
+        return all_ended(opened.run(make, jobs), counted, told)
 
     if not waiting:
         return {}

@@ -93,7 +93,7 @@ class DatasetScene:
 
     @cached_property
     def _lit(self) -> Any:
-        return prepare(self.stage, self.rig, self.parts)
+        return prepare(self.stage, self.rig, self.parts, quality=self.dataset.quality)
 
     def _renderer(self, samples: int) -> FastRenderer:
         image = self.dataset.spec.image

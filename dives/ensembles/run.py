@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from dives.target_size import sized
 from optics.workers.run import Failure, all_ended, counted, run_many
 from optics.workers.shards import Manifest, Shard
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality, light_marks
 from tracking.log import read_log
 
 Work = Callable[[str, str], None]
@@ -61,6 +63,7 @@ def run_ensemble(
     shard: Shard | None = None,
     log: Callable[[str], None],
     video: bool = True,
+    quality: LightQuality | None = None,
     work: Work | None = None,
 ) -> list[Outcome]:
     """Dive every member that is not finished; members that fail do not keep the others.
@@ -82,6 +85,8 @@ def run_ensemble(
         Takes a line for each dive that ends.
     video : bool
         Whether the dives write their videos; without, only what the loop looks at is rendered.
+    quality : LightQuality, optional
+        Of the light in the images, full by default.
     work : callable, optional
         Dives; `dive_into` when none is given. Of a module's top level: other processes import it.
 
@@ -100,28 +105,30 @@ def run_ensemble(
     dives = with_rigs(planned(dive, members), members, folder / RIGS)
     dives = {name: varied(each, video=video) for name, each in dives.items()}
     folders = {member.name: folder / member.name for member in members}
+    left = unfinished(dives, folders, quality)
     # Workers of other machines are in another folder.
-    waiting = {name: (dives[name].as_toml(), str(path.absolute())) for name, path in unfinished(dives, folders).items()}
+    waiting = {name: (dives[name].as_toml(), str(path.absolute())) for name, path in left.items()}
     told = [counted(log, len(members) - len(waiting), len(members), "dives")]
     if shard is not None:
         told.append(Manifest(folder, shard, total=total, done={name: name not in waiting for name in folders}).ended)
-    failures = all_ended(run_many(work or dive_into, waiting, workers=workers, scheduler=scheduler), *told)
+    work = work or partial(dive_into, quality=quality)
+    failures = all_ended(run_many(work, waiting, workers=workers, scheduler=scheduler), *told)
     return [
         Outcome(
             member=member,
             folder=folders[member.name],
-            metrics=None if member.name in failures else _judged(dives[member.name], folders[member.name]),
+            metrics=None if member.name in failures else _judged(dives[member.name], folders[member.name], quality),
             failure=failures.get(member.name),
         )
         for member in members
     ]
 
 
-def _judged(dive: Dive, folder: Path) -> dict[str, Any]:
+def _judged(dive: Dive, folder: Path, quality: LightQuality | None) -> dict[str, Any]:
     """Metrics of a finished dive, after what it is judged to be."""
     metrics = dive_metrics(read_log(folder))
     verdict = dive_verdict(metrics, dive.limits, dive.load_rig())
-    return {"passed": verdict.passed, "verdict": verdict.line, **metrics}
+    return {"passed": verdict.passed, "verdict": verdict.line, **metrics, **light_marks(quality)}
 
 
 def planned(dive: str | Path, members: Sequence[Member]) -> dict[str, Dive]:
@@ -176,7 +183,9 @@ def with_rigs(dives: dict[str, Dive], members: Sequence[Member], folder: Path) -
     return changed
 
 
-def unfinished(dives: dict[str, Dive], folders: dict[str, Path]) -> dict[str, Path]:
+def unfinished(
+    dives: dict[str, Dive], folders: dict[str, Path], quality: LightQuality | None = None
+) -> dict[str, Path]:
     """Folders of the dives that are still to be made or finished, by name.
 
     Raises
@@ -189,7 +198,7 @@ def unfinished(dives: dict[str, Dive], folders: dict[str, Path]) -> dict[str, Pa
     for name, dive in dives.items():
         try:
             rig = dive.load_rig()
-            if not is_finished(folders[name], identity_of(sized(dive, rig), rig)):
+            if not is_finished(folders[name], identity_of(sized(dive, rig), rig, quality)):
                 left[name] = folders[name]
         except ValueError as error:
             problems.append(str(error))
@@ -198,6 +207,6 @@ def unfinished(dives: dict[str, Dive], folders: dict[str, Path]) -> dict[str, Pa
     return left
 
 
-def dive_into(text: str, folder: str) -> None:
+def dive_into(text: str, folder: str, *, quality: LightQuality | None = None) -> None:
     """Dive what a text says, into a folder."""
-    run_dive(parse_dive(text, source=folder, folder=Path(folder).parent), folder)
+    run_dive(parse_dive(text, source=folder, folder=Path(folder).parent), folder, quality=quality)

@@ -20,6 +20,7 @@ from dives.environment.task import REWARD_UNIT_RAD, Action, GazeTask
 from dives.ground_truth_columns import GroundTruthColumns
 from optics.mesh import PartMesh
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality
 
 try:
     import gymnasium
@@ -38,9 +39,9 @@ Observation = dict[str, NDArray[Any]]
 class _Episodes:
     """Episodes side by side, and what is seen in them."""
 
-    def __init__(self, task: GazeTask, parts: Sequence[PartMesh] | None):
+    def __init__(self, task: GazeTask, parts: Sequence[PartMesh] | None, quality: LightQuality | None):
         self.task = task
-        self._camera = MirrorCamera(task, rig_meshes(task.rig) if parts is None else parts)
+        self._camera = MirrorCamera(task, rig_meshes(task.rig) if parts is None else parts, quality)
         target = task.dive.target.load_shape()
         self._truth = GroundTruthColumns(task.rig, target, task.dive.detector_settings())
 
@@ -92,6 +93,8 @@ class GazeEnv(gymnasium.Env[Observation, NDArray[Any]]):
         As `GazeTask` has them.
     parts : sequence of PartMesh, optional
         Hull and mount; made from the rig unless given.
+    quality : LightQuality, optional
+        Of the light in the frames, full by default.
     render_mode : {"rgb_array"}, optional
         With it `render` returns the last frame.
 
@@ -113,6 +116,7 @@ class GazeEnv(gymnasium.Env[Observation, NDArray[Any]]):
         episode_s: float = 10.0,
         start_error_deg: float = 8.0,
         parts: Sequence[PartMesh] | None = None,
+        quality: LightQuality | None = None,
         render_mode: str | None = None,
     ):
         self.task = GazeTask.of(
@@ -124,7 +128,7 @@ class GazeEnv(gymnasium.Env[Observation, NDArray[Any]]):
         self.metadata = {**self.metadata, "render_fps": self.task.dive.frame_rate_hz}
         self.observation_space = cast("spaces.Space[Any]", observation_space(self.task))
         self.action_space = action_space(self.task)
-        self._episodes = _Episodes(self.task, parts)
+        self._episodes = _Episodes(self.task, parts, quality)
         self._episode: Episode | None = None
         self._frame: NDArray[np.uint8] | None = None
 
@@ -163,7 +167,7 @@ class GazeVectorEnv(VectorEnv):
     Parameters
     ----------
     num_envs : int
-    dive, rig, action, frame_px, episode_s, start_error_deg, parts
+    dive, rig, action, frame_px, episode_s, start_error_deg, parts, quality
         As `GazeEnv` has them.
     """
 
@@ -180,6 +184,7 @@ class GazeVectorEnv(VectorEnv):
         episode_s: float = 10.0,
         start_error_deg: float = 8.0,
         parts: Sequence[PartMesh] | None = None,
+        quality: LightQuality | None = None,
     ):
         if num_envs < 1:
             raise ValueError(f"expected one environment or more, got {num_envs}")
@@ -191,7 +196,7 @@ class GazeVectorEnv(VectorEnv):
         self.single_action_space = action_space(self.task)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._episodes = _Episodes(self.task, parts)
+        self._episodes = _Episodes(self.task, parts, quality)
         self._rngs = [np_random(None)[0] for _ in range(num_envs)]
         self._running: list[Episode] = []
 

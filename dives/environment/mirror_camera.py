@@ -17,6 +17,7 @@ from dives.rendered_camera import dive_scene
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from optics.mirror_outline import mirror_outline
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.image import display_colours
 from scenes.renderer import FastRenderer
@@ -32,9 +33,11 @@ class MirrorCamera:
     task : GazeTask
     parts : sequence of PartMesh
         Hull and mount; may be empty.
+    quality : LightQuality, optional
+        Full by default.
     """
 
-    def __init__(self, task: GazeTask, parts: Sequence[PartMesh]):
+    def __init__(self, task: GazeTask, parts: Sequence[PartMesh], quality: LightQuality | None = None):
         self._task = task
         self._corners = ExactCorners(task.rig)
         self._outline = mirror_outline(task.rig.require_gaze().gaze_mirror)
@@ -42,9 +45,8 @@ class MirrorCamera:
         share = min(1.0, task.frame_px / self._mirror_px())
         width, height = (max(1, round(share * size)) for size in (camera.width_px, camera.height_px))
         self._shrunk = np.array([width / camera.width_px, height / camera.height_px])
-        self._renderer = FastRenderer(
-            prepare(dive_scene(task.dive, task.rig), task.rig, parts), width_px=width, height_px=height
-        )
+        lit = prepare(dive_scene(task.dive, task.rig), task.rig, parts, quality=quality)
+        self._renderer = FastRenderer(lit, width_px=width, height_px=height)
 
     def frames(self, states: Sequence[State], q: FloatArray) -> NDArray[np.uint8]:
         """Crops of the gaze mirror, uint8 sRGB, shape (n, frame_px, frame_px, 3).

@@ -32,6 +32,7 @@ from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
 from rigs.atomic_files import atomic_files
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import CameraSettings, ImageSensor
@@ -183,7 +184,8 @@ def detect_again(
         Gets the images done and to do.
     """
     dive, rig = recording.dive, recording.rig
-    renderer = FastRenderer(prepare(dive_scene(dive, rig), rig))
+    # Labels alone are asked of it: they are the same in any light.
+    renderer = FastRenderer(prepare(dive_scene(dive, rig), rig, quality=LightQuality.coarse()))
     target = renderer.scene.target
     assert target is not None  # a dive's scene has one
     truth = GroundTruthColumns(rig, target.shape, settings)

@@ -47,6 +47,7 @@ from reports.studies.mount_export import checked_mount, export_checked_mount
 from reports.studies.requirements import achieved_by
 from reports.studies.sizing import sizing_results
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality, light_identity
 from scenes.baking.lit_scene import prepare
 from scenes.exterior import write_exterior_views
 from scenes.renderer import FastRenderer
@@ -100,6 +101,7 @@ def design(
     dive: Dive | None = None,
     grid: MapGrid | None = None,
     only: Collection[str] = STAGES,
+    quality: LightQuality | None = None,
 ) -> Path:
     """Make the design report of a rig.
 
@@ -117,6 +119,8 @@ def design(
         Of the coverage maps.
     only : collection of str
         Stages to make, of `STAGES`. The page shows what was made, then or before, and says what was not.
+    quality : LightQuality, optional
+        Of the light in views and dive, full by default.
 
     Returns
     -------
@@ -137,7 +141,8 @@ def design(
     rig.require_gaze()
     dive = validation_dive(rig) if dive is None else dive
     grid = MapGrid() if grid is None else grid
-    stages = Stages.open(folder, rig, log, settings=f"{dive.model_dump_json()} {grid}")
+    settings = " ".join(map(str, [dive.model_dump_json(), grid, *light_identity(quality)]))
+    stages = Stages.open(folder, rig, log, settings=settings)
     if not stages.done:
         # A dive that another rig or program began would not end as this one's.
         shutil.rmtree(folder / DIVE, ignore_errors=True)
@@ -150,8 +155,8 @@ def design(
         "outside": (Exterior, lambda: _outside(rig, folder)),
         "mount": (MountResults, lambda: _mount(mount or _checked_mount(rig, log), folder, log)),
         "tolerance": (ToleranceResults, lambda: _tolerance(rig, folder)),
-        "views": (Views, lambda: _views(rig, folder)),
-        "dive": (DiveResults, lambda: _dive(rig, dive, folder, log)),
+        "views": (Views, lambda: _views(rig, folder, quality)),
+        "dive": (DiveResults, lambda: _dive(rig, dive, folder, log, quality)),
     }
     results = DesignResults(**{name: stages.recall(name, kind) for name, (kind, _) in makers.items()})
     for name, (kind, make) in makers.items():
@@ -230,10 +235,10 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _views(rig: Rig, folder: Path) -> tuple[Views, list[Path]]:
+def _views(rig: Rig, folder: Path, quality: LightQuality | None) -> tuple[Views, list[Path]]:
     target = folder / "views"
     target.mkdir(parents=True, exist_ok=True)
-    renderer = FastRenderer(prepare(make_scene(rig), rig), samples=VIEW_SAMPLES)
+    renderer = FastRenderer(prepare(make_scene(rig), rig, quality=quality), samples=VIEW_SAMPLES)
     layout = Layout.from_rig(rig)
     views, files = [], []
     for name, (azimuth, elevation) in GAZES_DEG.items():
@@ -292,8 +297,8 @@ def _coverage(rig: Rig, folder: Path, grid: MapGrid) -> tuple[OpenedSummary, lis
     return OpenedSummary(**vars(summary), openings=tuple(openings)), files
 
 
-def _dive(rig: Rig, dive: Dive, folder: Path, log: Log) -> tuple[DiveResults, list[Path]]:
+def _dive(rig: Rig, dive: Dive, folder: Path, log: Log, quality: LightQuality | None) -> tuple[DiveResults, list[Path]]:
     target = folder / DIVE
-    run_dive(dive, target, rig=rig, log=log, progress=counter(log, "frames of the dive"))
+    run_dive(dive, target, rig=rig, quality=quality, log=log, progress=counter(log, "frames of the dive"))
     results = dive_results(target)
     return results, sorted(path for path in target.rglob("*") if path.is_file())

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +70,17 @@ class LightQuality:
         """Noisy light in seconds, for looks at a scene and tests of what does not depend on it."""
         return cls(fewest_directions=4, most_directions=4, iterations=2, grid_points=6, sample_directions=4)
 
+    @classmethod
+    def named(cls, name: Literal["full", "draft"]) -> LightQuality:
+        """Full or draft, as commands ask for it."""
+        return cls.draft() if name == "draft" else cls.full()
+
+    @property
+    def name(self) -> str:
+        """Such as ``draft``; of another than these three it is ``own``."""
+        known = {"full": self.full(), "draft": self.draft(), "coarse": self.coarse()}
+        return next((name for name, quality in known.items() if quality == self), "own")
+
     def directions(self, places: int) -> int:
         """In how many each of some places looks out for what is kept."""
         return self._shared(self.rays, places)
@@ -79,3 +91,13 @@ class LightQuality:
 
     def _shared(self, rays: int, places: int) -> int:
         return min(max(rays // places, self.fewest_directions), self.most_directions)
+
+
+def light_marks(quality: LightQuality | None) -> dict[str, str]:
+    """What says of results in which light they were rendered: ``light``, and nothing where it is full (the default)."""
+    return {} if quality in (None, LightQuality.full()) else {"light": quality.name}
+
+
+def light_identity(quality: LightQuality | None) -> list[dict[str, Any]]:
+    """What belongs of it into a digest of what images come from: its numbers, and nothing where it is full."""
+    return [] if quality in (None, LightQuality.full()) else [asdict(quality)]

@@ -78,7 +78,12 @@ class LitScene:
 
 
 def prepare(
-    scene: Scene, rig: Rig, parts: Sequence[PartMesh] | None = None, *, quality: LightQuality | None = None
+    scene: Scene,
+    rig: Rig,
+    parts: Sequence[PartMesh] | None = None,
+    *,
+    quality: LightQuality | None = None,
+    full_if_kept: bool = False,
 ) -> LitScene:
     """Light a scene: from the cache, or in seconds to minutes.
 
@@ -92,8 +97,11 @@ def prepare(
         mirrors.
     quality : LightQuality, optional
         Full by default.
+    full_if_kept : bool
+        Take full light instead where the cache has it: for a look, which need not be the same tomorrow.
     """
     quality = quality or LightQuality.full()
+    found = _full_if_kept if full_if_kept else _as_asked
     if parts is None:
         parts = rig_meshes(rig) if rig.gaze is not None else []
     meshes, names = rig_meshes_by_group(parts)
@@ -103,10 +111,10 @@ def prepare(
     in_water = on_world = irradiance = source = None
     if meshes:
         parted = meshes
-        meshes, in_water, on_world = _best_kept(lambda q: _robot(parts, scene, records, parted, q), quality)
+        meshes, in_water, on_world = found(lambda q: _robot(parts, scene, records, parted, q), quality)
     if len(scene.world.faces):
         world = world_mesh(scene.world, len(names))
-        meshes[WORLD], source, irradiance = _best_kept(lambda q: lit_world(world, scene.light, q), quality)
+        meshes[WORLD], source, irradiance = found(lambda q: lit_world(world, scene.light, q), quality)
     geometry = replace(
         geometry_of(meshes | _unlit(scene, len(things) - 1), scene.light.towards_sun),
         irradiance=irradiance,
@@ -141,11 +149,13 @@ def is_long_to_light(scene: Scene) -> bool:
     return len(world.faces) > 0 and not is_world_lit(world_mesh(world, 0), scene.light, LightQuality.full())
 
 
-def _best_kept(lit: Callable[[LightQuality], Lit], quality: LightQuality) -> Lit:
-    """What is lit, of a draft in full light where the cache has that."""
-    if quality == LightQuality.draft():
-        with suppress(NotKeptError), kept_light_alone():
-            return lit(LightQuality.full())
+def _as_asked(lit: Callable[[LightQuality], Lit], quality: LightQuality) -> Lit:
+    return lit(quality)
+
+
+def _full_if_kept(lit: Callable[[LightQuality], Lit], quality: LightQuality) -> Lit:
+    with suppress(NotKeptError), kept_light_alone():
+        return lit(LightQuality.full())
     return lit(quality)
 
 

@@ -80,16 +80,20 @@ def render(
 
     CLOCK.begin("light")
     if request.light == "draft" or request.renderer == "reference":
-        return written(prepare(scene, rig, parts, quality=LightQuality.draft()), request, output)
+        return written(_draft(scene, rig, parts), request, output)
     lit = prepare_from_cache(scene, rig, parts)
     if lit is None:
         if on_draft is not None and is_long_to_light(scene):
             CLOCK.begin("draft")
-            draft = prepare(scene, rig, parts, quality=LightQuality.draft())
+            draft = _draft(scene, rig, parts)
             on_draft(written(draft, replace(request, light="draft"), replace(output, truth=None)))
             CLOCK.begin("light")
         lit = prepare(scene, rig, parts)
     return written(lit, request, output)
+
+
+def _draft(scene: Scene, rig: Rig, parts: Sequence[PartMesh]) -> LitScene:
+    return prepare(scene, rig, parts, quality=LightQuality.draft(), full_if_kept=True)
 
 
 def _written(

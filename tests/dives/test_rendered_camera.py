@@ -12,13 +12,14 @@ from dives.paths import body_pose, target_pose
 from dives.rendered_camera import MOST_SWEEPS, RenderedCamera, dive_scene
 from dives.timed_mirrors import STEP_S, TimedMirrors
 from dives.trajectories.motions import Hover
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.renderer import FastRenderer
 from scenes.sensor import ImageSensor, capture, frame_key, start_settings, sweep_times
 from scenes.stage.frame import Label
 from tracking.protocols import MirrorReport
 
-pytestmark = pytest.mark.usefixtures("rough_light")
+COARSE = LightQuality.coarse()
 
 SPEED = 1.0
 """Of the mirrors below, rad/s."""
@@ -62,7 +63,7 @@ def parts(rig):
 
 
 def camera(dive, rig, parts, mirrors=None):
-    return RenderedCamera(dive, rig, parts, TimedMirrors(mirrors or EvenMirrors()))
+    return RenderedCamera(dive, rig, parts, TimedMirrors(mirrors or EvenMirrors()), COARSE)
 
 
 def test_commands_act_when_they_arrive():
@@ -120,7 +121,7 @@ def test_image_of_a_standing_scene_is_the_sensors_of_the_rendered_frame(small_di
     # The middle row is rendered at the middle of its exposure.
     times = sweep_times(sensor, exposure_s=settings.exposure_s, start_s=exposure.start_s, sweeps=1)
     assert times.mean() == pytest.approx(0.0, abs=1e-12)
-    frame = FastRenderer(prepare(scene, rig, parts)).render(
+    frame = FastRenderer(prepare(scene, rig, parts, quality=COARSE)).render(
         world_from_body=body_pose(still, 0.0), world_from_target=target_pose(still, 0.0), time_s=float(times.mean())
     )
     image = capture(np.maximum(frame.radiance, 0), sensor, settings, frame_key(still.seed, 0)).image

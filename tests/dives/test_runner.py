@@ -12,6 +12,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pyarrow as pa
@@ -19,11 +20,13 @@ import pytest
 
 from dives import files, journal, recorder, rendered_camera, runner
 from dives.dive import Dive, varied
-from dives.runner import DiveStoppedError, run_dive
+from dives.runner import DiveStoppedError
 from dives.target_size import sized
+from scenes.baking.light_quality import LightQuality
 from tracking.log import read_log, write_table
 
-pytestmark = pytest.mark.usefixtures("rough_light")
+COARSE = LightQuality.coarse()
+run_dive = partial(runner.run_dive, quality=COARSE)
 
 FRAMES = 8
 WRITTEN = {"dive.toml", "log.parquet", "metrics.json", "overlay.mp4", "rig.toml", "video.mkv"}
@@ -37,7 +40,6 @@ from dives.target_size import sized
 from dives.runner import run_dive
 from dives.dive import parse_dive
 
-LightQuality.full = LightQuality.coarse  # as `rough_light`
 journal.SEGMENT_FRAMES = 3
 folder = Path(sys.argv[1])
 dive = parse_dive((folder / "small_dive.toml").read_text(), source="small", folder=folder)
@@ -48,7 +50,7 @@ def progress(done, total):
             time.sleep(0.01)
         os.kill(os.getpid(), signal.SIGKILL)
 
-run_dive(dive, sys.argv[2], progress=progress)
+run_dive(dive, sys.argv[2], quality=LightQuality.coarse(), progress=progress)
 """
 
 
@@ -70,7 +72,7 @@ def _one_renderer_for_all():
 
     def once(name):
         make = getattr(rendered_camera, name)
-        return lambda *given: made[name] if name in made else made.setdefault(name, make(*given))
+        return lambda *given, **named: made[name] if name in made else made.setdefault(name, make(*given, **named))
 
     with pytest.MonkeyPatch.context() as patch:
         for name in ("prepare", "FastRenderer"):
@@ -220,7 +222,7 @@ def test_a_flipped_bit_of_the_log_is_a_sentence(whole, tmp_path):
 
 def identity_of(dive: Dive) -> str:
     rig = dive.load_rig()
-    return runner.identity_of(sized(dive, rig), rig)
+    return runner.identity_of(sized(dive, rig), rig, COARSE)
 
 
 def damaged(content: bytes, how: str, at: int | None = None) -> bytes:

@@ -7,6 +7,7 @@ import pytest
 from dives.dive import Dive, DiveError, parse_dive, preset_names, varied
 from dives.specification import overridden
 from rigs.documents.problems import Problem
+from scenes.baking.light_quality import LightQuality
 from tracking.perception import RED_BALL
 
 GOOD = """
@@ -219,6 +220,15 @@ def test_a_path_file_is_found_beside_the_dive_and_is_part_of_it(tmp_path):
     before = identity_of(dive, dive.load_rig())
     (tmp_path / "target.csv").write_text("time_s,x_m,y_m,z_m\n0,2,0,0\n5,2,2,0\n", encoding="utf-8")
     assert identity_of(dive, dive.load_rig()) != before
+
+
+def test_the_light_is_part_of_a_dive_unless_it_is_full(small_dive):
+    """So that what was dived before it could be chosen stays finished."""
+    from dives.runner import identity_of
+
+    rig = small_dive.load_rig()
+    full, draft = (identity_of(small_dive, rig, light) for light in (LightQuality.full(), LightQuality.draft()))
+    assert identity_of(small_dive, rig) == full != draft
 
 
 @pytest.mark.parametrize(

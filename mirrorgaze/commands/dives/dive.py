@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mirrorgaze.errors import FAILED
-from mirrorgaze.options import DiveArgument, JsonOption
+from mirrorgaze.options import DiveArgument, JsonOption, LightOption
 from mirrorgaze.output import print_json, print_progress, print_step, print_table
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ def dive(
             help="Move the servos for 3 s before looking; without it, the dive begins where that ends.",
         ),
     ] = True,
+    light: LightOption = "full",
     require: Annotated[bool, typer.Option("--require", help="Exit with 1 when the dive fails.")] = False,
     bag: Annotated[bool, typer.Option("--bag", help="Write a ROS 2 bag (MCAP) as well.")] = False,
     json: JsonOption = False,
@@ -101,6 +102,7 @@ def dive(
     from dives.dive import loaded_with, varied
     from dives.metrics.verdict import dive_verdict
     from mirrorgaze.loading import load_usable_rig
+    from scenes.baking.light_quality import LightQuality
 
     loaded = loaded_with(dive_file, _settings(changed or []))
     chosen = varied(loaded, variant=variant, frames=frames, video=not no_video, functional_check=check)
@@ -114,7 +116,13 @@ def dive(
         _plan(chosen, folder, json=json)
         return
     print_step("dive ...")
-    run_dive(chosen, folder, log=print_step, progress=partial(print_progress, chosen.name))
+    run_dive(
+        chosen,
+        folder,
+        quality=LightQuality.named(light),
+        log=print_step,
+        progress=partial(print_progress, chosen.name),
+    )
     print_step("figures ...")
     from reports.figures.dive import write_dive_figures
     from tracking.log import read_log
@@ -132,7 +140,7 @@ def dive(
         print_json({"passed": verdict.passed, "verdict": verdict.line, **metrics, "folder": str(folder)})
         raise typer.Exit(FAILED if failed else 0)
     files = sorted(path.name for path in folder.iterdir() if path.is_file()) + ["bag/"] * bag
-    typer.echo(f"{folder}: {', '.join(files)}")
+    typer.echo(f"{folder}: {', '.join(files)}" + (" (draft, in rough light)" if light == "draft" else ""))
     print_table(_rows(metrics, HEADLINES))
     typer.echo(verdict.line)
     if failed:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from mirrorgaze.errors import FAILED
 from mirrorgaze.interrupts import stopping_says
-from mirrorgaze.options import JsonOption, SchedulerOption, ShardOption, WorkersOption
+from mirrorgaze.options import JsonOption, LightOption, SchedulerOption, ShardOption, WorkersOption
 from mirrorgaze.output import print_json, print_note, print_progress, print_step
 
 
@@ -25,6 +25,7 @@ def dataset(
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     shard: ShardOption = None,
+    light: LightOption = "full",
     verify: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Verify a finished data set instead: counts, digests, files.")
     ] = None,
@@ -52,7 +53,7 @@ def dataset(
         _verify(verify, json=json)
     else:
         assert spec is not None  # one of the three was given
-        _make(spec, output, workers or os.cpu_count() or 1, scheduler, shard, json=json)
+        _make(spec, output, workers or os.cpu_count() or 1, scheduler, shard, light, json=json)
 
 
 def _print_schema() -> None:
@@ -84,14 +85,22 @@ def _verify(folder: Path, *, json: bool) -> None:
 
 
 def _make(
-    spec: Path, output: Path | None, workers: int, scheduler: str | None, shard: str | None, *, json: bool
+    spec: Path,
+    output: Path | None,
+    workers: int,
+    scheduler: str | None,
+    shard: str | None,
+    light: Literal["draft", "full"],
+    *,
+    json: bool,
 ) -> None:
     from dives.datasets.dataset import Dataset
     from dives.datasets.run import make_dataset
     from optics.workers.shards import Shard
+    from scenes.baking.light_quality import LightQuality
 
     part = Shard.parsed(shard) if shard else None
-    loaded = Dataset.load(spec)
+    loaded = Dataset.load(spec, quality=LightQuality.named(light))
     folder = output or Path("out") / loaded.spec.name
     with stopping_says(f"{folder}: stopped; the same command continues from there"):
         made = make_dataset(
@@ -103,10 +112,11 @@ def _make(
             progress=lambda done, total: print_progress("samples", done, total),
             log=print_step,
         )
+    draft = " (draft, in rough light)" if light == "draft" else ""
     if json:
         print_json(made.as_dict())
     elif made.files:
-        typer.echo(f"{folder}: {made.samples - len(made.failed)} samples, {', '.join(made.files)}")
+        typer.echo(f"{folder}: {made.samples - len(made.failed)} samples, {', '.join(made.files)}{draft}")
     else:
         rest = "the same command without --shard finishes the set" if part else "the same command tries the rest again"
         typer.echo(f"{folder}: {made.done} of {made.samples} samples; {rest}")

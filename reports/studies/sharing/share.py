@@ -29,6 +29,7 @@ from reports.progress import Log, counter, today
 from reports.studies.design import MapGrid
 from rigs import Rig
 from rigs.atomic_files import write_text
+from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.image import display_image
 from scenes.light.materials import albedo_table, material_of
@@ -56,12 +57,15 @@ class Fineness:
         Of the sphere's cells; 16 makes 3072 of 3.7 degrees.
     coverage : MapGrid
         Of the key numbers, as the design report has them.
+    light : LightQuality
+        Of the light in the images.
     """
 
     views: int = 9
     poses: tuple[int, int] = (32, 64)
     nside: int = 16
     coverage: MapGrid = field(default_factory=MapGrid)
+    light: LightQuality = field(default_factory=LightQuality.full)
 
 
 def share(rig: Rig, path: Path, *, log: Log, fineness: Fineness | None = None) -> Path:
@@ -91,7 +95,7 @@ def share(rig: Rig, path: Path, *, log: Log, fineness: Fineness | None = None) -
     log("coverage ...")
     head = _head(rig, parts, fineness)
     who_sees = _who_sees(rig, parts, fineness)
-    views = _views(rig, fineness.views, log)
+    views = _views(rig, fineness, log)
     results = ExplorerResults(
         parts=parts,
         colours=[_colour(part) for part in parts],
@@ -133,11 +137,11 @@ def _who_sees(rig: Rig, parts: list[PartMesh], fineness: Fineness) -> WhoSees:
     return WhoSees(q_deg=np.degrees(poses), directions=cell_directions(fineness.nside), seen=np.array(seen))
 
 
-def _views(rig: Rig, along: int, log: Log) -> list[JointGridView]:
+def _views(rig: Rig, fineness: Fineness, log: Log) -> list[JointGridView]:
     log("light ...")
     scene = make_scene(rig)
-    renderer = FastRenderer(prepare(scene, rig), samples=VIEW_SAMPLES)
-    q1, q2 = _joints(rig, along)
+    renderer = FastRenderer(prepare(scene, rig, quality=fineness.light), samples=VIEW_SAMPLES)
+    q1, q2 = _joints(rig, fineness.views)
 
     def state(a: float, b: float) -> State:
         target = None if scene.target is None else scene.target.world_from_target
@@ -151,7 +155,7 @@ def _views(rig: Rig, along: int, log: Log) -> list[JointGridView]:
             small = cv2.resize(image[..., ::-1], (VIEW_WIDTH_PX, height), interpolation=cv2.INTER_AREA)
             jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, VIEW_QUALITY])[1].tobytes()
             views.append(JointGridView(q1_deg=float(np.degrees(a)), q2_deg=float(np.degrees(b)), jpeg=jpeg))
-            count(len(views), along**2)
+            count(len(views), fineness.views**2)
     return views
 
 

@@ -13,6 +13,7 @@ from dives.arena.distribution import ArenaDive, arena_dive
 from dives.arena.run import NUMBERS_FILE, drawn_digest, run_arena
 from dives.runner import ClosedLoop
 from dives.target_size import sized
+from scenes.baking.light_quality import LightQuality
 from tracking.overlay import overlay
 
 
@@ -60,15 +61,14 @@ def test_bad_input_is_told_before_anything_is_dived(variants, workers, said, tmp
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.usefixtures("rough_light")
 def test_images_are_those_of_the_dive(small_dive, tmp_path, monkeypatch):
     """Frame 5, drawn whole after five that were not, is frame 5 of a dive that is drawn whole throughout."""
     quiet = small_dive.model_copy(update={"video": "none", "overlay": False})
     monkeypatch.setattr(replay, "arena_dive", lambda seed: ArenaDive(seed=seed, dive=quiet, factors={}))
     monkeypatch.setattr(replay, "arena_rig", lambda name: quiet.load_rig())
-    replay.write_frames(0, "default", {5: str(tmp_path / "key_frames" / "five.png")})
+    replay.write_frames(0, "default", {5: str(tmp_path / "key_frames" / "five.png")}, quality=LightQuality.coarse())
     rig = quiet.load_rig()
-    closed = ClosedLoop(sized(quiet, rig), rig, rig_meshes(rig))
+    closed = ClosedLoop(sized(quiet, rig), rig, rig_meshes(rig), LightQuality.coarse())
     closed.whole_images = True
     for _ in range(6):
         record = closed.next()

@@ -17,8 +17,6 @@ from tracking.calibration.estimate import calibrate
 from tracking.calibration.observations import TargetObservations
 from tracking.perception.exact_corners import crop_outline_m
 
-pytestmark = pytest.mark.usefixtures("rough_light")
-
 DEPTH_M = 3.0
 
 BACK_M = 1.2
@@ -104,10 +102,11 @@ def built_wrong(nominal: Rig) -> Rig:
 
 
 def renderer_of(rig: Rig, scene):
+    from scenes.baking.light_quality import LightQuality
     from scenes.baking.lit_scene import prepare
     from scenes.renderer import FastRenderer
 
-    return FastRenderer(prepare(scene, rig, []), samples=4)
+    return FastRenderer(prepare(scene, rig, [], quality=LightQuality.coarse()), samples=4)
 
 
 def as_image(radiance: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ import pytest
 
 from dives.datasets.dataset import Dataset, parse_dataset
 from dives.datasets.run import make_dataset
+from scenes.baking.light_quality import LightQuality
 
 SMALL_SET = """
 name = "small"
@@ -40,18 +41,14 @@ present = 0.5
 @pytest.fixture(scope="package")
 def small_set(small_folder) -> Dataset:
     """Six samples of 160 x 120 in two scenes."""
-    return parse_dataset(SMALL_SET, source="small", folder=small_folder)
+    return parse_dataset(SMALL_SET, source="small", folder=small_folder, quality=LightQuality.coarse())
 
 
 @pytest.fixture(scope="package")
 def made(small_set, tmp_path_factory):
     """Folder of the small set, whole."""
-    from scenes.baking.light_quality import LightQuality
-
     folder = tmp_path_factory.mktemp("set") / "small"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(LightQuality, "full", LightQuality.coarse)
-        make_dataset(small_set, folder)
+    make_dataset(small_set, folder)
     return folder
 
 

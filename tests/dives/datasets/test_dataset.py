@@ -1,8 +1,11 @@
 """A data set's file: every problem at once, in its words."""
 
+from dataclasses import replace
+
 import pytest
 
 from dives.datasets.dataset import DatasetError, parse_dataset
+from scenes.baking.light_quality import LightQuality
 from tests.dives.datasets.conftest import SMALL_SET
 
 BAD_VALUES = """
@@ -66,8 +69,18 @@ def test_every_problem_is_told_at_once(text, places, tmp_path):
 def test_what_is_of_the_whole_set_changes_no_sample(small_set, small_folder):
     more = SMALL_SET.replace("samples = 6", "samples = 9").replace("CC-BY-4.0", "CC0")
     other = SMALL_SET.replace("seed = 7", "seed = 8")
-    identities = [parse_dataset(text, source="small", folder=small_folder).identity for text in (more, other)]
+    identities = [
+        parse_dataset(text, source="small", folder=small_folder, quality=small_set.quality).identity
+        for text in (more, other)
+    ]
     assert identities[0] == small_set.identity != identities[1]
+
+
+def test_the_light_is_part_of_a_set_unless_it_is_full(small_set):
+    """So that a set that was begun before it could be chosen can go on."""
+    kinds = (None, LightQuality.full(), LightQuality.draft())
+    default, full, draft = (replace(small_set, quality=quality).identity for quality in kinds)
+    assert default == full != draft
 
 
 def test_water_may_be_a_file_of_absorption_and_scattering(small_folder, tmp_path):

@@ -21,10 +21,11 @@ from dives.datasets.scenes import scene_of
 from optics.status import Region
 from optics.train import OpticalTrain
 from optics.workers.shards import Shard
+from scenes.baking.light_quality import LightQuality
 from scenes.stage.frame import Label
 from tests.dives.datasets.conftest import SMALL_SET, files_of
 
-pytestmark = pytest.mark.usefixtures("rough_light")
+COARSE = LightQuality.coarse()
 
 
 def layer(folder, kind, index):
@@ -42,7 +43,7 @@ def test_a_set_made_in_parts_is_the_same_to_the_byte(small_set, small_folder, ma
     assert (half.done, half.samples, half.files) == (3, 6, ())
     (parts / files.file_name("samples", pieces.pieces(small_set)[1].indices[0])).unlink()
     piece = pieces.pieces(small_set)[0]
-    make_piece_of_text(SMALL_SET, str(small_folder), str(parts), piece.scene, piece.indices[:2])
+    make_piece_of_text(SMALL_SET, str(small_folder), str(parts), piece.scene, piece.indices[:2], quality=COARSE)
     whole = make_dataset(small_set, parts)
     assert whole.is_whole and whole.failed == whole.broken == {}
     said = json.loads((parts / "shard-2-of-2.json").read_text())
@@ -54,7 +55,9 @@ def test_a_set_made_in_parts_is_the_same_to_the_byte(small_set, small_folder, ma
 def test_more_samples_leave_those_that_are_there(small_folder, made, tmp_path):
     more = tmp_path / "more"
     shutil.copytree(made, more)
-    seven = parse_dataset(SMALL_SET.replace("samples = 6", "samples = 7"), source="small", folder=small_folder)
+    seven = parse_dataset(
+        SMALL_SET.replace("samples = 6", "samples = 7"), source="small", folder=small_folder, quality=COARSE
+    )
     made_now = []
     make_dataset(seven, more, progress=lambda done, of: made_now.append((done, of)))
     assert made_now == [(6, 7), (7, 7)]
@@ -101,7 +104,9 @@ def test_a_full_disk_leaves_whole_samples_alone(small_set, tmp_path, monkeypatch
 
 
 def test_another_set_and_other_files_are_left_alone(small_set, small_folder, made, tmp_path):
-    other = parse_dataset(SMALL_SET.replace("seed = 7", "seed = 8"), source="small", folder=small_folder)
+    other = parse_dataset(
+        SMALL_SET.replace("seed = 7", "seed = 8"), source="small", folder=small_folder, quality=COARSE
+    )
     before = files_of(made)
     with pytest.raises(ValueError, match="another one is in it"):
         make_dataset(other, made)
@@ -212,7 +217,7 @@ def test_images_may_be_jpeg_and_layers_are_not(small_folder, made, tmp_path):
     """At quality 95 the root mean square error of water with noise is about a grey level; layers stay to the bit."""
     text = SMALL_SET + "\n[image]\njpeg_quality = 95\n"
     folder = tmp_path / "jpeg"
-    done = make_dataset(parse_dataset(text, source="small", folder=small_folder), folder)
+    done = make_dataset(parse_dataset(text, source="small", folder=small_folder, quality=COARSE), folder)
     assert done.is_whole
     assert check_dataset(folder).problems == ()
     assert not list(folder.glob("images/*/*.png"))

@@ -20,15 +20,14 @@ from dives.environment.gaze_env import GazeEnv, GazeVectorEnv
 from dives.environment.task import REWARD_UNIT_RAD, GazeTask
 from dives.ground_truth_columns import GroundTruthColumns
 from dives.trajectories.motions import Straight
-
-pytestmark = pytest.mark.usefixtures("rough_light")
+from scenes.baking.light_quality import LightQuality
 
 FRAME_PX = 24
 
 
 @pytest.fixture(scope="module")
 def settings(small_dive):
-    return {"dive": small_dive, "parts": (), "frame_px": FRAME_PX, "episode_s": 0.2}
+    return {"dive": small_dive, "parts": (), "frame_px": FRAME_PX, "episode_s": 0.2, "quality": LightQuality.coarse()}
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +130,8 @@ def test_angles_are_commanded_as_they_are(settings):
 
 
 def test_a_law_holds_the_target_and_chance_does_not(small_dive):
-    envs = GazeVectorEnv(2, varied(small_dive), parts=(), frame_px=32, episode_s=0.26)
+    quality = LightQuality.coarse()
+    envs = GazeVectorEnv(2, varied(small_dive), parts=(), frame_px=32, episode_s=0.26, quality=quality)
     results = {
         name: run_policy(envs, lambda name=name: policy_named(name, envs.task, []), episodes=3)
         for name in ("paper", "random")

@@ -15,13 +15,12 @@ from dives import Dive, run_dive
 from dives.evaluation import redetection
 from dives.evaluation.redetection import Recording, changed_settings, compared, redetect
 from rigs.files import preset_path
+from scenes.baking.light_quality import LightQuality
 from tracking.cameras import VideoCamera
 from tracking.log import read_log
 from tracking.loop.variants import VARIANTS
 from tracking.perception import RED_BALL, WIDE_HUE
 from tracking.video import VideoWriter
-
-pytestmark = pytest.mark.usefixtures("rough_light")
 
 FRAMES = 30
 
@@ -71,7 +70,7 @@ def recorded(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         unchecked = replace(default.without_check(), likely_first=False)
         patch.setitem(VARIANTS, "unchecked", unchecked)
-        yield run_dive(Dive.load(folder / "short.toml"), folder / "out")
+        yield run_dive(Dive.load(folder / "short.toml"), folder / "out", quality=LightQuality.coarse())
 
 
 def again(recorded, folder, settings):

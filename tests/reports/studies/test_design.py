@@ -29,6 +29,7 @@ from reports.studies import design as study
 from reports.studies import mount_export
 from reports.studies.design import STAGES, MapGrid, design
 from rigs import Rig, RigError
+from scenes.baking.light_quality import LightQuality
 from scenes.exterior import VIEWPOINTS
 
 RIG = Rig.load("aqua2")
@@ -64,11 +65,11 @@ def made_design(folder, log):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "blind_openings", lambda *_, **__: [OPENING])
         patch.setenv("SOURCE_DATE_EPOCH", str(DAY))
-        return design(RIG, folder, log=log, dive=DIVE, grid=GRID)
+        return design(RIG, folder, log=log, dive=DIVE, grid=GRID, quality=LightQuality.coarse())
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory, rough_light):
+def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("design") / "aqua2"
     lines = []
     with pytest.MonkeyPatch.context() as patch:

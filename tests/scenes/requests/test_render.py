@@ -26,6 +26,7 @@ from scenes.stage.scene import make_scene, on_gaze
 from scenes.stage.state import State
 from tests.exr_files import bitmap_of, layers_of
 
+# A request asks for full or draft light, as the command line does, and both take too long here.
 pytestmark = pytest.mark.usefixtures("rough_light")
 
 SIZE = {"width_px": 64, "height_px": 48}

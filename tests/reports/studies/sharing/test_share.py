@@ -22,17 +22,19 @@ from reports.studies.design import MapGrid
 from reports.studies.sharing import share as module
 from reports.studies.sharing.share import Fineness, share
 from rigs import Rig
+from scenes.baking.light_quality import LightQuality
 
 RIG = Rig.load("aqua2").with_(joints__pan__offset_deg=3.0, joints__tilt__sign=-1, joints__tilt__min_deg=-60.0)
 """With an offset and a reversed joint: a closed form that leaves one out is wrong."""
-FINENESS = Fineness(views=2, poses=(4, 6), nside=8, coverage=MapGrid(poses=5, columns=16, rows=12))
+MAPS = MapGrid(poses=5, columns=16, rows=12)
+FINENESS = Fineness(views=2, poses=(4, 6), nside=8, coverage=MAPS, light=LightQuality.coarse())
 ROUNDING = 1e-9
 MOST_MB = 25.0
 LOCAL = ("data:", "file:")
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory, rough_light):
+def file(tmp_path_factory):
     path = tmp_path_factory.mktemp("share") / "explorer.html"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "prints", partial(module.prints, slicing=False))
