@@ -11,12 +11,13 @@ the gimbal stands on its head, and its pan and tilt are the negatives of what th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from optics.kernels.arrays import FloatArray
-from rigs import Camera, FoldMirror, GazeMirror, Joint, Rig
+from rigs import Camera, FoldMirror, GazeMirror, Joint, Joints, Rig
 
 BODY_FROM_OPTICAL = Rotation.from_matrix(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]))
 """A camera that looks along the body's x: camera z is body x, camera x is body -y, camera y is body -z (REP-103)."""
@@ -55,19 +56,9 @@ class Layout:
 
     @classmethod
     def from_rig(cls, rig: Rig) -> Layout:
-        """Lay out a rig; raises `ValueError` for one without mirrors."""
+        """Lay out a rig, once; raises `ValueError` for one without mirrors."""
         gaze = rig.require_gaze()
-        body_from_camera = camera_pose(rig.camera)
-        camera_from_m1 = fold_mirror_pose(gaze.fold_mirror)
-        on_its_head = gaze.fold_mirror.direction == "up"
-        return cls(
-            body_from_camera=body_from_camera,
-            body_from_m1=body_from_camera * camera_from_m1,
-            body_from_gimbal=body_from_camera * gimbal_pose(gaze.fold_mirror, gaze.gaze_mirror),
-            pan=_reversed(gaze.joints.pan) if on_its_head else gaze.joints.pan,
-            tilt=_reversed(gaze.joints.tilt) if on_its_head else gaze.joints.tilt,
-            fold_direction=FOLD_DIRECTIONS[gaze.fold_mirror.direction],
-        )
+        return _laid_out(rig.camera, gaze.fold_mirror, gaze.gaze_mirror, gaze.joints)
 
     @property
     def camera_from_m1(self) -> RigidTransform:
@@ -137,6 +128,20 @@ class Layout:
     def camera_from_m2(self, q1: float, q2: float) -> RigidTransform:
         """Pose of the gaze mirror in the camera frame; joint values in radians."""
         return self.body_from_camera.inv() * self.body_from_m2(q1, q2)
+
+
+@lru_cache(maxsize=64)
+def _laid_out(camera: Camera, fold_mirror: FoldMirror, gaze_mirror: GazeMirror, joints: Joints) -> Layout:
+    body_from_camera = camera_pose(camera)
+    on_its_head = fold_mirror.direction == "up"
+    return Layout(
+        body_from_camera=body_from_camera,
+        body_from_m1=body_from_camera * fold_mirror_pose(fold_mirror),
+        body_from_gimbal=body_from_camera * gimbal_pose(fold_mirror, gaze_mirror),
+        pan=_reversed(joints.pan) if on_its_head else joints.pan,
+        tilt=_reversed(joints.tilt) if on_its_head else joints.tilt,
+        fold_direction=FOLD_DIRECTIONS[fold_mirror.direction],
+    )
 
 
 def joint_pairs(q1: FloatArray, q2: FloatArray) -> FloatArray:

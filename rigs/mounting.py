@@ -265,6 +265,10 @@ class FileHull(Section):
     keep: KeptBodies = "all"
     planes: dict[str, HullPlane] = Field(default_factory=dict)
 
+    def __hash__(self) -> int:
+        # A dict has none of its own, and results are kept by the rig that they are of.
+        return hash((self.file, frozenset(self.planes.items())))
+
     @model_validator(mode="after")
     def _unit_is_said_once(self) -> Self:
         suffix = self.file.suffix.lower()

@@ -21,6 +21,10 @@ def turned(**angles):
     return AQUA2.camera.model_copy(update=angles)
 
 
+def test_a_rig_is_laid_out_once():
+    assert Layout.from_rig(Rig.load("aqua2").with_(mount__wall_mm=5.0)) is LAYOUT
+
+
 def test_an_untilted_camera_looks_forward_with_its_image_up():
     """REP-103: camera z, x, y are body x, -y, -z."""
     axes = camera_pose(turned()).rotation.as_matrix()

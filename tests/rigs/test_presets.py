@@ -9,11 +9,23 @@ import pytest
 import tomlkit
 
 from rigs import Rig, preset_names, preset_path
+from rigs.mounting import HullPlane
 
 
 @pytest.mark.parametrize("name", preset_names())
 def test_a_preset_loads_under_its_own_name(name):
     assert Rig.load(name).name == name
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_results_can_be_kept_by_a_rig(name):
+    """Rigs that are equal have the same hash; the planes of a hull from a file have no order."""
+    rig = Rig.load(name)
+    if rig.file_hull is not None:
+        deck, keel = (HullPlane(point_mm=(0.0, 0.0, z), normal=(0.0, 0.0, z)) for z in (1.0, -1.0))
+        one, other = {"deck": deck, "keel": keel}, {"keel": keel, "deck": deck}
+        assert hash(rig.with_gaze(hull={"planes": one})) == hash(rig.with_gaze(hull={"planes": other}))
+    assert hash(rig) == hash(Rig.load(name))
 
 
 @pytest.mark.parametrize("name", preset_names())
