@@ -6,6 +6,7 @@ import re
 import shutil
 from collections import Counter
 from datetime import UTC, datetime
+from functools import partial
 from html import unescape
 from urllib.parse import unquote
 
@@ -61,11 +62,14 @@ OPENING = Opening(
 """What to change takes seconds on any grid; tests/optics/coverage and the coverage report's tests look at it."""
 
 
+report = partial(design, RIG, dive=DIVE, grid=GRID, quality=LightQuality.coarse())
+
+
 def made_design(folder, log):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "blind_openings", lambda *_, **__: [OPENING])
         patch.setenv("SOURCE_DATE_EPOCH", str(DAY))
-        return design(RIG, folder, log=log, dive=DIVE, grid=GRID, quality=LightQuality.coarse())
+        return report(folder, log=log)
 
 
 @pytest.fixture(scope="module")
@@ -232,7 +236,7 @@ def test_the_page_shows_what_was_made_and_says_what_was_not(made, tmp_path):
     lines = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "blind_openings", lambda *_, **__: [OPENING])
-        page = design(RIG, folder, log=lines.append, dive=DIVE, grid=GRID, only=["coverage"])
+        page = report(folder, log=lines.append, only=["coverage"])
     assert "gaze_mirror.width_mm: 80 → 120 mm" in page.read_text(encoding="utf-8")
     assert lines == ["coverage ...", f"{page} shows coverage"]
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
@@ -249,7 +253,7 @@ def test_a_stage_that_was_made_before_stays_on_the_page(made, tmp_path):
     copy = tmp_path / "aqua2"
     shutil.copytree(made[0], copy)
     lines = []
-    design(RIG, copy, log=lines.append, dive=DIVE, grid=GRID, only=["views"])
+    report(copy, log=lines.append, only=["views"])
     assert lines == ["views: done before"]
     for name in ("report.html", "report.pdf", "summary.json"):
         assert (copy / name).read_bytes() == (made[0] / name).read_bytes(), name
@@ -268,7 +272,7 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(made, tmp_path, monkeypatc
         result = TypeAdapter(MountResults).validate_python(data)
         return result, [target / file for file in result.files]
 
-    def copied_dive(rig, dive, target, log):
+    def copied_dive(rig, dive, target, log, quality):
         shutil.copytree(made[0] / study.DIVE, target / study.DIVE)
         data = json.loads((made[0] / "summary.json").read_text(encoding="utf-8"))["dive"]
         return TypeAdapter(DiveResults).validate_python(data), []
