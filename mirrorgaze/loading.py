@@ -25,11 +25,23 @@ def load_usable_rig(name_or_path: str) -> Rig:
 def own_rig_file(name_or_path: str) -> Path:
     """The user's rig file, to be written with --apply; `ValueError` for a preset."""
     file = find_rig(name_or_path)
-    if file.resolve().parent == PRESETS.resolve():
+    if _is_preset(file):
         raise ValueError(
             f"--apply: {name_or_path!r} is a preset; copy it first: mirrorgaze new my-rig --from {file.stem}"
         )
     return file
+
+
+def how_to_apply(name_or_path: str) -> str:
+    """How sizes that were printed come into a rig file."""
+    file = find_rig(name_or_path)
+    if _is_preset(file):
+        return f"to use them: mirrorgaze new my-rig --from {file.stem}, then the same with my-rig.toml and --apply"
+    return f"the same with --apply writes them into {name_or_path}"
+
+
+def _is_preset(file: Path) -> bool:
+    return file.resolve().parent == PRESETS.resolve()
 
 
 def print_hull_notes(rig: Rig) -> list[str]:

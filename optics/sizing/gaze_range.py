@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +50,12 @@ class GazeRange:
         """The whole range of a rig's joints."""
         first, second = (joint.limits for joint in (layout.pan, layout.tilt))
         return cls(first=first, second=second, in_joints=True)
+
+    @classmethod
+    def of_degrees(cls, azimuth_deg: Interval, elevation_deg: Interval) -> GazeRange:
+        """Directions, from and to in degrees."""
+        first, second = ((math.radians(low), math.radians(high)) for low, high in (azimuth_deg, elevation_deg))
+        return cls(first=first, second=second, in_joints=False)
 
     @property
     def names(self) -> tuple[str, str]:

@@ -5,6 +5,7 @@ Its limits are pixel coordinates of edges, not of centres: the whole image reach
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,6 +140,45 @@ def field_of_view_window(camera: Camera, port: Port, horizontal: float, vertical
             )
         )
     return _around(*middle, *half_sides)
+
+
+def parsed_window(text: str, train: OpticalTrain) -> Window:
+    """Window by its words: a fraction (0.2), pixels (320x240), degrees in the water (20x15deg), or edges in pixels.
+
+    Parameters
+    ----------
+    text : str
+    train : OpticalTrain
+        Whose camera and port it is of.
+
+    Raises
+    ------
+    ValueError
+        For other words, and for a window that is not inside the image.
+    """
+    camera = train.camera
+    try:
+        if "," in text:
+            left, top, right, bottom = (float(part) for part in text.split(","))
+        elif "x" in text:
+            width, height = (float(part) for part in text.removesuffix("deg").split("x"))
+        else:
+            fraction = float(text)
+    except ValueError:
+        raise ValueError(
+            f"window {text}: expected a fraction (0.2), pixels (320x240), degrees in the water (20x15deg), or "
+            "edges (left,top,right,bottom in pixels)"
+        ) from None
+    if "," in text:
+        window = Window(left_px=left, top_px=top, right_px=right, bottom_px=bottom)
+    elif text.endswith("deg"):
+        window = field_of_view_window(camera, train.port, math.radians(width), math.radians(height))
+    elif "x" in text:
+        window = centred_window(camera, width, height)
+    else:
+        window = fraction_window(camera, fraction)
+    window.check_inside(camera)
+    return window
 
 
 def _around(u: float, v: float, half_width: float, half_height: float) -> Window:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomlkit
 
 from cad.assembly.hull_surface import file_hull_distance
@@ -68,12 +69,9 @@ def write_sizing(rig: Rig, sizing: Sizing, folder: Path, *, log: Log) -> None:
 
 def usual_request(rig: Rig) -> Request:
     """What `mirrorgaze size` asks for without options."""
-    azimuth, elevation = (
-        (math.radians(low), math.radians(high)) for low, high in (USUAL_AZIMUTH_DEG, USUAL_ELEVATION_DEG)
-    )
     return Request(
         window=fraction_window(camera_from_spec(rig.camera), USUAL_WINDOW),
-        gaze=GazeRange(first=azimuth, second=elevation, in_joints=False),
+        gaze=GazeRange.of_degrees(USUAL_AZIMUTH_DEG, USUAL_ELEVATION_DEG),
     )
 
 
@@ -178,6 +176,43 @@ def driver_sentence(driver: SideDriver, names: tuple[str, str]) -> str:
         gaze = ", ".join(f"{name} {math.degrees(value):.0f}" for name, value in zip(names, driver.gaze, strict=True))
         where = f"at {gaze} (q1 = {math.degrees(driver.q1):.1f}, q2 = {math.degrees(driver.q2):.1f}) degrees"
     return f"{driver.mirror} {driver.side} {1000 * driver.length_m:.1f} mm: {where}, by pixel ({u:.0f}, {v:.0f})"
+
+
+def asked_for(request: Request) -> str:
+    """Window and ranges of a request, in words."""
+    width, height = request.window.size_px
+    gaze = request.gaze
+    ranges = (
+        f"{name} {math.degrees(low):g} to {math.degrees(high):g}"
+        for name, (low, high) in zip(gaze.names, (gaze.first, gaze.second), strict=True)
+    )
+    return f"a window of {width:.0f} x {height:.0f} px, {', '.join(ranges)} degrees"
+
+
+def size_rows(sizing: Sizing) -> list[tuple[str, str, str]]:
+    """Mirror and outline, sides and area of every outline that would do."""
+    rows = []
+    for label, outlines in (("M1", sizing.m1), ("M2", sizing.m2)):
+        if outlines is None:
+            rows.append((f"  {label}", "no finite mirror", ""))
+            continue
+        for kind in outlines.kinds:
+            width, height = 1000 * np.ptp(outlines.corners_m(kind), axis=0)
+            area = f"{1e4 * outlines.area_m2(kind):.1f} cm²"
+            rows.append((f"  {label} {kind}", f"{width:.1f} x {height:.1f} mm", area))
+    return rows
+
+
+def would_fit(sizing: Sizing) -> str:
+    """How much of a request that cannot be met could be, in words."""
+    name = sizing.request.gaze.names[1]
+    parts = []
+    if sizing.window_factor > 0:
+        parts.append(f"{sizing.window_factor:.0%} of the window's sides over the whole range")
+    if sizing.second_range is not None:
+        low, high = map(math.degrees, sizing.second_range)
+        parts.append(f"the whole window for {name} {low:.1f} to {high:.1f} degrees")
+    return "; or ".join(parts) or "no window over this range, nor this window anywhere in it"
 
 
 def sizing_as_dict(sizing: Sizing, drivers: Sequence[SideDriver]) -> dict[str, Any]:

