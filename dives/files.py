@@ -77,6 +77,12 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
     journal.remove()
 
 
+def read_metrics(folder: Path) -> dict[str, Any]:
+    """Metrics of a finished dive (`dives.metrics.dive_metrics`), and how it looks for its target."""
+    metrics: dict[str, Any] = json.loads((folder / METRICS_FILE).read_text(encoding="utf-8"))
+    return metrics
+
+
 def json_text(data: Any) -> str:
     """JSON as it is kept in files; what is not a finite number is null already."""
     return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -152,6 +152,14 @@ def parsed_variation(text: str) -> Choice | Range:
         return Choice(key=key, values=tuple(_value(part.strip()) for part in values.split(",")))
 
 
+def parsed_setting(text: str) -> tuple[str, Any]:
+    """Read ``key=value``, one value; `ValueError` for anything else."""
+    variation = parsed_variation(text)
+    if not isinstance(variation, Choice) or len(variation.values) != 1:
+        raise ValueError(f"{text}: expected one value; `mirrorgaze ensemble --vary` takes more")
+    return variation.key, variation.values[0]
+
+
 def folder_name(settings: Mapping[str, Any]) -> str:
     """Name of a folder that says its settings: legible, and different for different settings."""
     plain = [(str(key), str(value)) for key, value in settings.items()]

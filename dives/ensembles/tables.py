@@ -179,7 +179,7 @@ def differences_csv(rows: Iterable[Difference]) -> str:
 def summary_table(rows: Sequence[Row]) -> list[list[str]]:
     """Metrics down, settings across, the head first."""
     settings = list(dict.fromkeys(row.settings for row in rows))
-    cells = {(row.metric, row.settings): interval_text(row.interval) for row in rows}
+    cells = {(row.metric, row.settings): str(row.interval) for row in rows}
     metrics = dict.fromkeys(row.metric for row in rows)
     return [["metric", *settings], *([metric, *(cells[metric, each] for each in settings)] for metric in metrics)]
 
@@ -193,15 +193,6 @@ def differences_table(rows: Sequence[Difference]) -> list[list[str]]:
     return [head, *([metric, *(cells[metric, value] for value in values)] for metric in metrics)]
 
 
-def interval_text(interval: Interval) -> str:
-    """Such as ``0.981 (0.972 to 0.988)``; a dash for nothing."""
-    if interval.estimate is None:
-        return "-"
-    if interval.low is None or interval.high is None:
-        return f"{interval.estimate:.3g}"
-    return f"{interval.estimate:.3g} ({interval.low:.3g} to {interval.high:.3g})"
-
-
 def markdown(table: Sequence[Sequence[str]]) -> str:
     """Table in Markdown; its first row is the head."""
     lines = [table[0], ["---"] * len(table[0]), *table[1:]]
@@ -209,9 +200,8 @@ def markdown(table: Sequence[Sequence[str]]) -> str:
 
 
 def _difference_text(interval: Interval) -> str:
-    text = interval_text(interval)
     apart = interval.low is not None and interval.high is not None and not interval.low <= 0 <= interval.high
-    return f"{text} *" if apart else text
+    return f"{interval} *" if apart else str(interval)
 
 
 def _pooled(metrics: Sequence[dict[str, Any]], part: str, whole: str | None) -> Interval:

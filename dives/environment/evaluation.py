@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from gymnasium.utils.env_checker import check_env
@@ -51,6 +52,20 @@ class PolicyResult:
     def return_above(self, other: PolicyResult) -> Interval:
         """Mean by which the return is above another policy's, episode by episode."""
         return difference_interval(other.returns, self.returns)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        means = {"mean_return": self.mean_return, "mean_gaze_error_rms_deg": self.mean_gaze_error_deg}
+        return asdict(self) | {name: asdict(interval) for name, interval in means.items()}
+
+
+def policy_table(results: Mapping[str, PolicyResult]) -> list[tuple[str, ...]]:
+    """Return and gaze error of each policy, and how far its return is above the first one's; the head first."""
+    first, *others = results
+    rows = [(f"  {name}", str(result.mean_return), str(result.mean_gaze_error_deg)) for name, result in results.items()]
+    above = ["-", *(str(results[name].return_above(results[first])) for name in others)]
+    head = ("policy", "return", "gaze error RMS, deg", f"return above {first}")
+    return [head, *((*row, more) for row, more in zip(rows, above, strict=True))]
 
 
 def check_environment(env: GazeEnv) -> None:

@@ -32,6 +32,14 @@ class Interval:
     high: float | None
     count: int
 
+    def __str__(self) -> str:
+        """Such as ``0.981 (0.972 to 0.988)``; a dash for nothing."""
+        if self.estimate is None:
+            return "-"
+        if self.low is None or self.high is None:
+            return f"{self.estimate:.3g}"
+        return f"{self.estimate:.3g} ({self.low:.3g} to {self.high:.3g})"
+
 
 def mean_interval(values: ArrayLike, *, confidence: float = CONFIDENCE) -> Interval:
     """Mean of independent numbers, with Student's interval: mean -+ t_(n-1) s / sqrt(n).

@@ -14,6 +14,15 @@ from dives.ensembles.factors import Effect
 from reports.figures.plotting import COLOUR_MAP, INK, STYLE, save_figure
 
 
+def write_factors(effects: Sequence[Effect], folder: Path) -> list[str]:
+    """Draw each metric's effects into a folder; returns the names of the files."""
+    names = []
+    for metric in dict.fromkeys(each.metric for each in effects):
+        names.append(f"{metric}.png")
+        draw_factors([each for each in effects if each.metric == metric], folder / names[-1])
+    return names
+
+
 def draw_factors(effects: Sequence[Effect], path: Path) -> None:
     """A square of factors by factors for one metric: its means with intervals on the diagonal, those of pairs below.
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from dives.arena.judged import SHORTEST_AVAILABLE_S
 from dives.arena.run import ArenaOutcome
 from dives.arena.tables import ALL, MEANINGS, ArenaRow, is_available
-from dives.ensembles.tables import interval_text
 from dives.metrics.intervals import Interval
 from reports.pages import content, page
 
@@ -62,7 +61,7 @@ def arena_page(results: ArenaResults) -> str:
 
 def _numbers(results: ArenaResults) -> content.Section:
     variants = _variants(results)
-    cells = {(row.variant, row.metric): interval_text(row.interval) for row in results.rows if row.factor == ALL}
+    cells = {(row.variant, row.metric): str(row.interval) for row in results.rows if row.factor == ALL}
     return content.section(
         "Numbers",
         content.paragraph(_counts(results)),
@@ -91,7 +90,7 @@ def _differences(differences: Sequence[tuple[str, str, Interval]]) -> content.Se
         "Difference to the first loop, seed by seed",
         content.table(
             ["Loop", "Number", "Mean difference"],
-            [[variant, MEANINGS[metric], interval_text(interval)] for variant, metric, interval in differences],
+            [[variant, MEANINGS[metric], str(interval)] for variant, metric, interval in differences],
         ),
     )
 
@@ -107,7 +106,7 @@ def _by_factor(rows: Sequence[ArenaRow], variant: str) -> content.Section:
             ["Factor", "", "Dives", *(MEANINGS[metric] for metric in BY_FACTOR)],
             [
                 [factor, level, str(by["acquired_fraction"].interval.count)]
-                + [interval_text(by[metric].interval) for metric in BY_FACTOR]
+                + [str(by[metric].interval) for metric in BY_FACTOR]
                 for (factor, level), by in found.items()
             ],
             numbers=[2],

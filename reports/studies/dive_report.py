@@ -8,6 +8,7 @@ from pathlib import Path
 
 from cad import rig_meshes
 from dives.dive import Dive
+from dives.files import read_metrics
 from dives.metrics.frames import Frames
 from dives.metrics.holding import losses
 from dives.planning.plan import DivePlan, plan_dive
@@ -55,7 +56,7 @@ def dive_results(folder: Path) -> DiveResults:
     dive, rig = (tomllib.loads((folder / name).read_text(encoding="utf-8")) for name in ("dive.toml", "rig.toml"))
     table = read_log(folder)
     frames = Frames.of(table)
-    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    metrics = read_metrics(folder)
     return DiveResults(
         name=dive["name"],
         dive=dive | {"rig": rig["name"]},

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from cad.assembly.assembly import Assembly
+from cad.assembly.meshes import rig_meshes
+from cad.export.printing.prints import prints
 from cad.loads.masses import mount_in_body, together
 from optics.coverage.coverage import covered_cells, stepped_joints
 from optics.coverage.field import pixels_per_degree
 from optics.coverage.sphere import cells_of
-from optics.feasibility.requirements import Achieved
+from optics.feasibility.requirements import Achieved, Judged, judged
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from optics.train import OpticalTrain
@@ -52,6 +56,15 @@ def achieved_by(rig: Rig, meshes: Sequence[PartMesh], *, covered_fraction: float
         pixels_per_degree=float(resolution[resolution > 0].min()),
         mount_mass_kg=together("mount", mount_in_body(rig, meshes, 0.0, 0.0)).mass_kg,
     )
+
+
+def judged_so_far(rig: Rig, assembly: Assembly | None) -> list[Judged]:
+    """Requirements of a rig without a dive; the print time's of a mount that was built, where there is a slicer."""
+    achieved = achieved_by(rig, rig_meshes(rig))
+    if assembly is not None:
+        printed = prints(rig, assembly.printed)
+        achieved = replace(achieved, print_time_s=printed.time_s if printed.sliced else None)
+    return judged(rig.requirements, achieved)
 
 
 def directions(asked: Requirements) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 LONGEST_VALUE = 80
@@ -35,6 +35,10 @@ class Problem:
         if len(value) > LONGEST_VALUE:
             value = f"{value[: LONGEST_VALUE - 3]}..."
         return f"{self.place} = {value}: expected {self.expected}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return asdict(self) | {"message": str(self)}
 
 
 class SpecificationError(ValueError):

@@ -70,11 +70,10 @@ def angular_speed(
 
 
 def _row(name: str, speed: LargestSpeed) -> tuple[str, ...]:
-    from dives.ensembles.tables import interval_text
 
     errors = [error for error in speed.errors_deg if error is not None]
     error = f"{max(errors):.3g}" if errors else "-"
-    return (name, speed.arc.axis, interval_text(speed.interval), error)
+    return (name, speed.arc.axis, str(speed.interval), error)
 
 
 def _data(name: str, speed: LargestSpeed) -> dict[str, Any]:

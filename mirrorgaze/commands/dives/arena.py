@@ -92,11 +92,10 @@ def arena(
 
 def _table(found: dict[str, Any], variants: list[str]) -> list[list[str]]:
     from dives.arena.tables import ALL
-    from dives.ensembles.tables import interval_text
     from dives.metrics.intervals import Interval
 
     cells = {
-        (row["variant"], row["metric"]): interval_text(Interval(**row["interval"]))
+        (row["variant"], row["metric"]): str(Interval(**row["interval"]))
         for row in found["summary"]
         if row["factor"] == ALL
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,35 +14,6 @@ from mirrorgaze.output import print_json, print_progress, print_step, print_tabl
 
 if TYPE_CHECKING:
     from dives import Dive
-
-HEADLINES = {
-    "acquisition_time_s": ("acquired after", "s"),
-    "search_time_s": ("of it looked for", "s"),
-    "planned_first_look_s": ("first look as planned", "s"),
-    "expected_first_look_s": ("expected for any target", "s"),
-    "time_on_target_fraction": ("time on target", ""),
-    "visible_fraction": ("target visible", ""),
-    "gaze_error_rms_deg": ("gaze error, RMS", "deg"),
-    "gaze_error_p95_deg": ("gaze error, 95 %", "deg"),
-    "false_tracking_fraction": ("on something else", ""),
-    "beyond_reach_s": ("beyond reach", "s"),
-    "losses": ("losses", ""),
-    "losses_reacquired": ("found again", ""),
-}
-"""Of the metrics, what is printed."""
-
-
-PLANNED = {
-    "available_fraction": ("target available", ""),
-    "first_available_s": ("first after", "s"),
-    "expected_first_look_s": ("search expected to take", "s"),
-    "nearest_m": ("nearest", "m"),
-    "farthest_m": ("farthest", "m"),
-    "rate_p95_deg_per_s": ("angular speed, 95 %", "deg/s"),
-    "rate_max_deg_per_s": ("angular speed, largest", "deg/s"),
-    "within_speeds_fraction": ("servos keep up", ""),
-}
-"""Of the plan's numbers, what is printed."""
 
 
 def dive(
@@ -100,11 +71,14 @@ def dive(
     """
     from dives import run_dive
     from dives.dive import loaded_with, varied
+    from dives.ensembles.members import parsed_setting
+    from dives.files import read_metrics
+    from dives.metrics.headlines import headline_rows
     from dives.metrics.verdict import dive_verdict
     from mirrorgaze.loading import load_usable_rig
     from scenes.baking.light_quality import LightQuality
 
-    loaded = loaded_with(dive_file, _settings(changed or []))
+    loaded = loaded_with(dive_file, dict(map(parsed_setting, changed or ())))
     chosen = varied(loaded, variant=variant, frames=frames, video=not no_video, functional_check=check)
     if bag and chosen.video == "none":
         raise ValueError(
@@ -133,7 +107,7 @@ def dive(
         from dives.bags import write_bag
 
         write_bag(folder, chosen.load_rig(), folder / "bag")
-    metrics = _metrics(folder)
+    metrics = read_metrics(folder)
     verdict = dive_verdict(metrics, chosen.limits, chosen.load_rig())
     failed = require and not verdict.passed
     if json:
@@ -141,13 +115,14 @@ def dive(
         raise typer.Exit(FAILED if failed else 0)
     files = sorted(path.name for path in folder.iterdir() if path.is_file()) + ["bag/"] * bag
     typer.echo(f"{folder}: {', '.join(files)}" + (" (draft, in rough light)" if light == "draft" else ""))
-    print_table(_rows(metrics, HEADLINES))
+    print_table(headline_rows(metrics))
     typer.echo(verdict.line)
     if failed:
         raise typer.Exit(FAILED)
 
 
 def _plan(dive: Dive, folder: Path, *, json: bool) -> None:
+    from dives.metrics.headlines import PLANNED, headline_rows
     from reports.studies.dive_report import write_dive_plan
 
     print_step("plan ...")
@@ -157,36 +132,6 @@ def _plan(dive: Dive, folder: Path, *, json: bool) -> None:
         print_json({**numbers, "folder": str(folder)})
         return
     typer.echo(f"{folder}: plan.png, plan.json")
-    print_table(_rows(numbers, PLANNED))
+    print_table(headline_rows(numbers, PLANNED))
     for gap in plan.gaps:
         typer.echo(f"  {gap.from_s:.2f} to {gap.to_s:.2f} s: {gap.reason}")
-
-
-def _settings(changed: list[str]) -> dict[str, Any]:
-    from dives.ensembles.members import Choice, parsed_variation
-
-    settings = {}
-    for text in changed:
-        variation = parsed_variation(text)
-        if not isinstance(variation, Choice) or len(variation.values) != 1:
-            raise ValueError(f"--set {text}: expected one value; `mirrorgaze ensemble --vary` takes more")
-        settings[variation.key] = variation.values[0]
-    return settings
-
-
-def _metrics(folder: Path) -> dict[str, Any]:
-    import json
-
-    from dives.files import METRICS_FILE
-
-    metrics: dict[str, Any] = json.loads((folder / METRICS_FILE).read_text(encoding="utf-8"))
-    return metrics
-
-
-def _rows(metrics: dict[str, Any], labels: dict[str, tuple[str, str]]) -> list[tuple[str, str]]:
-    rows = []
-    for name, (label, unit) in labels.items():
-        value = metrics.get(name)
-        text = "-" if value is None else f"{100 * value:.1f} %" if name.endswith("fraction") else f"{value:.4g}"
-        rows.append((f"  {label}", f"{text} {unit}".rstrip()))
-    return rows

@@ -16,7 +16,6 @@ from mirrorgaze.output import print_json, print_step, print_table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from dives.ensembles.factors import Effect
     from dives.ensembles.results import EnsembleResults
     from dives.ensembles.run import Outcome
 
@@ -123,7 +122,9 @@ def _tell(outcomes: Sequence[Outcome], compare: str | None, folder: Path, *, gri
     results = ensemble_results(outcomes, compare, grid=grid)
     files = write_results(results, folder)
     if grid:
-        files += _draw(results.effects, folder)
+        from reports.figures.factors import write_factors
+
+        files += write_factors(results.effects, folder)
     if json:
         print_json(results.as_dict())
     else:
@@ -145,13 +146,3 @@ def _print(results: EnsembleResults) -> None:
     if results.effects:
         typer.echo()
         print_table(effects_table(results.effects))
-
-
-def _draw(effects: Sequence[Effect], folder: Path) -> list[str]:
-    """A figure for each metric; the names of the files."""
-    from reports.figures.factors import draw_factors
-
-    by_metric = {each.metric: [other for other in effects if other.metric == each.metric] for each in effects}
-    for metric, those in by_metric.items():
-        draw_factors(those, folder / f"{metric}.png")
-    return [f"{metric}.png" for metric in by_metric]

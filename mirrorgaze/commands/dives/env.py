@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from mirrorgaze.options import DiveArgument, JsonOption, SeedOption
 from mirrorgaze.output import print_json, print_progress, print_step, print_table
-
-if TYPE_CHECKING:
-    from dives.environment.evaluation import PolicyResult
-    from dives.metrics.intervals import Interval
 
 
 def env(
@@ -51,7 +47,7 @@ def env(
       mirrorgaze env my-dive.toml --rig my-auv.toml --policy default,random --json
     """
     from cad.assembly.meshes import rig_meshes
-    from dives.environment.evaluation import check_environment, policy_named, run_policy, steps_per_s
+    from dives.environment.evaluation import check_environment, policy_named, policy_table, run_policy, steps_per_s
     from dives.environment.gaze_env import GazeEnv, GazeVectorEnv, observation_space
     from dives.environment.task import GazeTask
     from mirrorgaze.loading import load_usable_rig
@@ -85,7 +81,7 @@ def env(
                 "action_space": str(alone.action_space),
                 "steps_per_episode": task.steps,
                 "steps_per_s": {str(count): speed for count, speed in speeds.items()},
-                "policies": {name: _numbers(result) for name, result in results.items()},
+                "policies": {name: result.as_dict() for name, result in results.items()},
             }
         )
         return
@@ -98,32 +94,4 @@ def env(
             *((f"  steps per second, {count} side by side", f"{speed:.0f}") for count, speed in speeds.items()),
         ]
     )
-    print_table([("policy", "return", "gaze error RMS, deg", f"return above {names[0]}"), *_rows(results)])
-
-
-def _rows(results: dict[str, PolicyResult]) -> list[tuple[str, ...]]:
-    first = next(iter(results.values()))
-    return [
-        (
-            f"  {name}",
-            _text(result.mean_return),
-            _text(result.mean_gaze_error_deg),
-            "-" if result is first else _text(result.return_above(first)),
-        )
-        for name, result in results.items()
-    ]
-
-
-def _text(interval: Interval) -> str:
-    if interval.low is None or interval.high is None:
-        return f"{interval.estimate:.3g}"
-    return f"{interval.estimate:.3g} ({interval.low:.3g} to {interval.high:.3g})"
-
-
-def _numbers(result: PolicyResult) -> dict[str, Any]:
-    means = {"mean_return": result.mean_return, "mean_gaze_error_rms_deg": result.mean_gaze_error_deg}
-    return {
-        "returns": result.returns,
-        "gaze_error_rms_deg": result.gaze_error_rms_deg,
-        **{name: vars(interval) for name, interval in means.items()},
-    }
+    print_table(policy_table(results))

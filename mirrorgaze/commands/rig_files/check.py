@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +15,7 @@ from mirrorgaze.output import print_json, print_note, print_step, print_table
 if TYPE_CHECKING:
     from cad.assembly.assembly import Assembly
     from optics.feasibility.requirements import Judged
-    from rigs import Problem, Rig
+    from rigs import Rig
 
 
 def check(
@@ -57,14 +57,25 @@ def check(
             raise RigError(rig, problems)
         if require and loaded.requirements is None:
             raise ValueError(f"{rig}: expected a table [requirements] for --require; mirrorgaze schema has its keys")
-        assembly = _build(loaded) if cad else None
-        checks = {} if assembly is None else _check_mount(assembly, rig, output, json=json)
+        assembly = None
+        checks: dict[str, object] = {}
+        if cad:
+            from cad.assembly.assembly import build_assembly
+
+            print_step("mount ...")
+            assembly = build_assembly(loaded)
+            checks = _check_mount(assembly, rig, output, json=json)
     except RigError as error:
         if not json:
             raise
-        print_json({"source": rig, "good": False, "problems": [_as_json(problem) for problem in error.problems]})
+        print_json({"source": rig, "good": False, "problems": [each.as_dict() for each in error.problems]})
         raise typer.Exit(BAD_INPUT) from None
-    judged = _judge(loaded, assembly) if require else []
+    judged: list[Judged] = []
+    if require:
+        from reports.studies.requirements import judged_so_far
+
+        print_step("requirements ...")
+        judged = judged_so_far(loaded, assembly)
     if json:
         rest = {"hull_notes": notes, **checks, "rig": loaded.model_dump(mode="json")}
         requirements = [asdict(each) for each in judged]
@@ -77,28 +88,6 @@ def check(
             print_table((f"  {each.name}", each.required, each.achieved, each.outcome) for each in judged)
     if any(each.outcome == "fail" for each in judged):
         raise typer.Exit(FAILED)
-
-
-def _judge(rig: Rig, assembly: Assembly | None) -> list[Judged]:
-    """Requirements of a rig; the print time's only of a mount that was built."""
-    from cad.assembly.meshes import rig_meshes
-    from cad.export.printing.prints import prints
-    from optics.feasibility.requirements import judged
-    from reports.studies.requirements import achieved_by
-
-    print_step("requirements ...")
-    achieved = achieved_by(rig, rig_meshes(rig))
-    if assembly is not None:
-        printed = prints(rig, assembly.printed)
-        achieved = replace(achieved, print_time_s=printed.time_s if printed.sliced else None)
-    return judged(rig.requirements, achieved)
-
-
-def _build(rig: Rig) -> Assembly:
-    from cad.assembly.assembly import build_assembly
-
-    print_step("mount ...")
-    return build_assembly(rig)
 
 
 def _check_mount(assembly: Assembly, source: str, output: Path | None, *, json: bool) -> dict[str, object]:
@@ -118,10 +107,6 @@ def _check_mount(assembly: Assembly, source: str, output: Path | None, *, json: 
     if checks.problems:
         raise RigError(source, checks.problems)
     return {"checks": findings_as_dicts(checks)}
-
-
-def _as_json(problem: Problem) -> dict[str, object]:
-    return {"place": problem.place, "value": problem.value, "expected": problem.expected, "message": str(problem)}
 
 
 def _key_facts(rig: Rig) -> list[tuple[str, str]]:

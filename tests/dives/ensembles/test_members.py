@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dives.ensembles.members import Choice, Member, Range, folder_name, members, parsed_variation
+from dives.ensembles.members import Choice, Member, Range, folder_name, members, parsed_setting, parsed_variation
 from rigs.documents.changes import with_values
 
 
@@ -135,3 +135,10 @@ def test_names_are_folders_and_tell_settings_apart(settings, others):
     assert (folder_name(others) == name) == (
         {k: str(v) for k, v in others.items()} == {k: str(v) for k, v in settings.items()}
     )
+
+
+def test_one_value_of_a_key_is_read_alone():
+    assert parsed_setting("target.start.azimuth_deg=52") == ("target.start.azimuth_deg", 52)
+    for several in ("depth_m=3,4", "depth_m=3..4"):
+        with pytest.raises(ValueError, match=f"{several}: expected one value"):
+            parsed_setting(several)

@@ -16,7 +16,6 @@ from dives.ensembles.tables import (
     differences_csv,
     differences_table,
     dives_csv,
-    interval_text,
     markdown,
     summary_csv,
     summary_rows,
@@ -136,15 +135,3 @@ def test_tables_in_markdown_and_csv(outcomes):
 def test_an_ensemble_of_seeds_has_one_column():
     found = [outcome(member) for member in members([], seeds=[0, 1])]
     assert summary_table(summary_rows(found))[0] == ["metric", AS_IT_IS]
-
-
-@pytest.mark.parametrize(
-    ("interval", "text"),
-    [
-        (Interval(estimate=None, low=None, high=None, count=0), "-"),
-        (Interval(estimate=2.0, low=None, high=None, count=1), "2"),
-        (Interval(estimate=0.98123, low=0.9716, high=0.98765, count=8), "0.981 (0.972 to 0.988)"),
-    ],
-)
-def test_intervals_as_text(interval, text):
-    assert interval_text(interval) == text

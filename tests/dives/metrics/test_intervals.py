@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dives.metrics.intervals import difference_interval, fraction_interval, mean_interval
+from dives.metrics.intervals import Interval, difference_interval, fraction_interval, mean_interval
 
 
 @pytest.mark.parametrize(
@@ -78,3 +78,15 @@ def test_pairs_scatter_less_than_their_numbers():
 def test_pairs_must_be_pairs():
     with pytest.raises(ValueError, match="zip"):
         difference_interval([1.0], [1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("interval", "text"),
+    [
+        (Interval(estimate=None, low=None, high=None, count=0), "-"),
+        (Interval(estimate=2.0, low=None, high=None, count=1), "2"),
+        (Interval(estimate=0.98123, low=0.9716, high=0.98765, count=8), "0.981 (0.972 to 0.988)"),
+    ],
+)
+def test_intervals_as_text(interval, text):
+    assert str(interval) == text
