@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,7 @@ from optics.train import OpticalTrain
 from optics.workers.run import Workers
 from reports.figures.search import draw_front, front_rows, write_front
 from reports.progress import Log, Stages
+from reports.studies.search_results import SearchedDesign, SearchResults
 from rigs import Rig, RigError, load_document, save_document
 from rigs.atomic_files import write_text
 
@@ -42,9 +43,6 @@ NAMES = tuple(".".join(parameter) for parameter in PARAMETERS)
 
 MIDDLE = 31
 """Cells along each side of the image: odd, so that one is in the middle."""
-
-Held = Callable[[FloatArray], list[str]]
-"""Names what binds a design."""
 
 CHUNK = 64
 """Designs that a worker scores at a time: half a second or so."""
@@ -84,7 +82,7 @@ class ScoredDesigns:
 
 def search_into(
     rig: Rig, source: Path, folder: Path, wanted: Wanted, *, workers: Workers | None = None, log: Log
-) -> dict[str, Any]:
+) -> SearchResults:
     """Search, and write what was found.
 
     Parameters
@@ -104,7 +102,7 @@ def search_into(
 
     Returns
     -------
-    dict
+    SearchResults
         What `summary.json` holds.
 
     Raises
@@ -165,8 +163,15 @@ def search_into(
         margins = envelope_margins_mm(rig_with(rig, design), _solid_hull(rig)).items()
         return binding(rig, design, search.low, search.high) + [name for name, margin in margins if margin < BINDING_MM]
 
-    def described(row: int) -> dict[str, Any]:
-        return _described(rig, search, row, held)
+    def described(row: int) -> SearchedDesign:
+        design = search.designs[row]
+        scores = [None if np.isnan(value) else float(value) for value in search.scores[row]]
+        return SearchedDesign(
+            design_mm=dict(zip(NAMES, design.tolist(), strict=True)),
+            base_anchor_mm=list(_base_anchor_mm(rig, design)),
+            scores=dict(zip((objective.name for objective in search.objectives), scores, strict=True)),
+            binding=held(design),
+        )
 
     chosen, problems = choose(search, wanted.count, problems_of)
     rows = np.array([0, *chosen])
@@ -179,15 +184,24 @@ def search_into(
     names = {row: f"rigs/{file.name}" for row, file in files.items()}
     write_front(front_rows(search, lambda design: _base_anchor_mm(rig, design), held, names), folder / "front.csv")
     draw_front(search, chosen, folder / "search.png")
-    summary = {
-        **_summary(rig, wanted, search),
-        "pixels_per_degree": _pixels_per_degree(rig),
-        "own": {**described(0), "figures": figures_of[0]},
-        "chosen": [{"file": names[row], **described(row), "figures": figures_of[row]} for row in chosen],
-        "thrown_out": [{**described(row), "problem": problem} for row, problem in problems.items()],
-    }
-    write_text(folder / "summary.json", json.dumps(summary, indent=2))
-    return summary
+    results = SearchResults(
+        rig=rig.name,
+        objectives=search.objectives,
+        designs=len(search.designs),
+        seed=wanted.seed,
+        bounds_mm={
+            name: [float(low), float(high)] for name, low, high in zip(NAMES, search.low, search.high, strict=True)
+        },
+        possible=int(np.isfinite(search.scores).all(axis=1).sum()),
+        rejected=search.rejected,
+        front=len(search.front),
+        pixels_per_degree=_pixels_per_degree(rig),
+        own=replace(described(0), figures=figures_of[0]),
+        chosen=[replace(described(row), file=names[row], figures=figures_of[row]) for row in chosen],
+        thrown_out=[replace(described(row), problem=problem) for row, problem in problems.items()],
+    )
+    write_text(folder / "summary.json", json.dumps(results.as_dict(), indent=2))
+    return results
 
 
 @lru_cache(maxsize=1)
@@ -266,18 +280,6 @@ def _write_rigs(rig: Rig, source: Path, folder: Path, search: Search, chosen: Se
     return files
 
 
-def _described(rig: Rig, search: Search, row: int, held: Held) -> dict[str, Any]:
-    """A design's numbers, scores, and what binds it."""
-    design = search.designs[row]
-    scores = [None if np.isnan(value) else float(value) for value in search.scores[row]]
-    return {
-        "design_mm": dict(zip(NAMES, design.tolist(), strict=True)),
-        "base_anchor_mm": list(_base_anchor_mm(rig, design)),
-        "scores": dict(zip((objective.name for objective in search.objectives), scores, strict=True)),
-        "binding": held(design),
-    }
-
-
 def _figures(rig: Rig, parts: Sequence[PartMesh], designs: FloatArray) -> dict[str, list[float | None]]:
     """Scores of designs by every objective there is, whichever were searched by; None for designs that show nothing."""
     scores = all_scores(rig, parts, designs)
@@ -290,12 +292,12 @@ def _pixels_per_degree(rig: Rig) -> float:
     return float(pixels_per_degree(train.camera, train.port, MIDDLE, MIDDLE)[MIDDLE**2 // 2])
 
 
-def apply_design(summary: dict[str, Any], number: int, file: Path) -> None:
+def apply_design(results: SearchResults, number: int, file: Path) -> None:
     """Write a design of a search into a rig file, comments kept, once the result is known to be a good rig.
 
     Parameters
     ----------
-    summary : dict
+    results : SearchResults
         What `search_into` returned.
     number : int
         Of the design among the chosen, from 1.
@@ -309,12 +311,12 @@ def apply_design(summary: dict[str, Any], number: int, file: Path) -> None:
     RigError
         When the rig with these numbers is impossible; nothing is written then.
     """
-    chosen = summary["chosen"]
+    chosen = results.chosen
     if not 1 <= number <= len(chosen):
         raise ValueError(f"expected the number of a design, 1 to {len(chosen)}, got {number}")
     design = chosen[number - 1]
     document = load_document(file)
-    _put_design(document, design["design_mm"], design["base_anchor_mm"])
+    _put_design(document, design.design_mm, design.base_anchor_mm)
     changed = Rig.parse(tomlkit.dumps(document), source=str(file), folder=file.parent)
     problems = rig_problems(changed)
     if problems:
@@ -328,22 +330,3 @@ def _put_design(document: tomlkit.TOMLDocument, numbers: Mapping[str, float], ba
         section, _, key = name.partition(".")
         document[section][key] = value
     document["mount"]["base_anchor_mm"] = list(base_anchor_mm)
-
-
-def _summary(rig: Rig, wanted: Wanted, search: Search) -> dict[str, Any]:
-    """What was searched and how much of it is possible; members are added by the caller."""
-    return {
-        "rig": rig.name,
-        "objectives": [
-            {"name": objective.name, "unit": objective.unit, "larger_is_better": objective.larger_is_better}
-            for objective in search.objectives
-        ],
-        "designs": len(search.designs),
-        "seed": wanted.seed,
-        "bounds_mm": {
-            name: [float(low), float(high)] for name, low, high in zip(NAMES, search.low, search.high, strict=True)
-        },
-        "possible": int(np.isfinite(search.scores).all(axis=1).sum()),
-        "rejected": search.rejected,
-        "front": len(search.front),
-    }

@@ -4,27 +4,13 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from mirrorgaze.interrupts import stopping_says
 from mirrorgaze.options import JsonOption, RigArgument, SchedulerOption, SeedOption
 from mirrorgaze.output import print_json, print_step, print_table
-
-COLUMNS = {"coverage": "{:.3f}", "area": "{:.0f}", "swept-volume": "{:.2f}", "resolution": "{:.0f}"}
-HEADER = (
-    "design",
-    "d1 mm",
-    "d2 mm",
-    "M1 mm",
-    "M2 mm",
-    "coverage of the sphere",
-    "area cm2",
-    "swept l",
-    "gaze px",
-    "binding",
-)
 
 
 def search(
@@ -89,52 +75,21 @@ def search(
     if apply is not None:
         apply_design(found, apply, own_rig_file(rig))
     if json:
-        print_json(found)
+        print_json(found.as_dict())
         return
-    typer.echo(f"{found['designs']} designs, {found['possible']} possible, {found['front']} on the front")
-    for name, count in found["rejected"].items():
+    typer.echo(f"{found.designs} designs, {found.possible} possible, {found.front} on the front")
+    for name, count in found.rejected.items():
         typer.echo(f"  rejected by {name}: {count}")
-    if found["thrown_out"]:
-        looked = len(found["thrown_out"]) + len(found["chosen"])
-        typer.echo(f"  of {looked} mounts built and moved, {len(found['thrown_out'])} rejected:")
-        for place, (count, example) in _by_place(found["thrown_out"]).items():
+    if found.thrown_out:
+        looked = len(found.thrown_out) + len(found.chosen)
+        typer.echo(f"  of {looked} mounts built and moved, {len(found.thrown_out)} rejected:")
+        for place, (count, example) in found.problems_by_place().items():
             typer.echo(f"    {place}: {count}, such as {example}")
-    own = found["own"]
-    rows = [HEADER, _row("this rig", own, own)]
-    print_table(rows + [_row(str(number), item, own) for number, item in enumerate(found["chosen"], start=1)])
-    typer.echo(f"{found['pixels_per_degree']:.2f} px per degree in the middle of the image, whatever the mirrors")
-    typer.echo(f"{folder}: front.csv, search.png, summary.json, {len(found['chosen'])} rig files")
+    print_table(found.table())
+    typer.echo(f"{found.pixels_per_degree:.2f} px per degree in the middle of the image, whatever the mirrors")
+    typer.echo(f"{folder}: front.csv, search.png, summary.json, {len(found.chosen)} rig files")
     if apply is not None:
         file = own_rig_file(rig)
         typer.echo(f"{file}: design {apply} written; check that the mount fits: mirrorgaze check {file} --cad")
-    elif found["chosen"]:
+    elif found.chosen:
         typer.echo("the same with --apply N writes design N into the rig file")
-
-
-def _by_place(thrown_out: list[dict[str, Any]]) -> dict[str, tuple[int, str]]:
-    """How many designs failed at each key of the rig file or part, and the first that did."""
-    places: dict[str, tuple[int, str]] = {}
-    for item in thrown_out:
-        place, _, rest = item["problem"].partition(" = ")
-        count, example = places.get(place, (0, rest))
-        places[place] = (count + 1, example)
-    return dict(sorted(places.items(), key=lambda entry: -entry[1][0]))
-
-
-def _row(label: str, item: dict[str, Any], own: dict[str, Any]) -> tuple[str, ...]:
-    """A design in the table: its figures, each with what it is more than the present design's."""
-    numbers, figures, present = item["design_mm"], item["figures"], own["figures"]
-    d1, d2 = (numbers[f"{mirror}.distance_mm"] for mirror in ("fold_mirror", "gaze_mirror"))
-    sizes = [
-        f"{numbers[f'{mirror}.width_mm']:g} x {numbers[f'{mirror}.height_mm']:g}"
-        for mirror in ("fold_mirror", "gaze_mirror")
-    ]
-    cells = [f"{d1:g}", f"{d2:g}", *sizes]
-    for name, shown in COLUMNS.items():
-        value, before = figures[name], present[name]
-        if value is None:
-            cells.append("-")
-            continue
-        same = item is own or before is None
-        cells.append(shown.format(value) + ("" if same else f" ({value / before - 1:+.0%})"))
-    return (label, *cells, "; ".join(item["binding"]))

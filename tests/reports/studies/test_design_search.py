@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,32 +59,32 @@ def test_the_folder_holds_the_front(made):
     folder, summary = made
     with (folder / "front.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == summary["front"] > 5
-    assert [row["rig"] for row in rows if row["rig"]] == [item["file"] for item in summary["chosen"]]
-    assert json.loads((folder / "summary.json").read_text(encoding="utf-8")) == summary
+    assert len(rows) == summary.front > 5
+    assert [row["rig"] for row in rows if row["rig"]] == [item.file for item in summary.chosen]
+    assert json.loads((folder / "summary.json").read_text(encoding="utf-8")) == summary.as_dict()
     assert (folder / "search.png").stat().st_size > 5000
     assert not list(folder.rglob("*.partial*"))
 
 
 def test_rig_files_keep_comments_and_can_be_built(made):
     folder, summary = made
-    item = summary["chosen"][0]
-    file = folder / item["file"]
+    item = summary.chosen[0]
+    file = folder / item.file
     assert "# nominal (d1 of figure 3)" in file.read_text(encoding="utf-8")
     rig = Rig.load(file)
     assert rig.name == file.stem
-    np.testing.assert_array_equal(design_of(rig), list(item["design_mm"].values()))
+    np.testing.assert_array_equal(design_of(rig), list(item.design_mm.values()))
     assert feasibility_problems(rig) == []
     assert assembly_problems(build_assembly(rig)) == []
 
 
 def test_every_objective_has_a_figure_whether_it_was_searched_by_or_not(made):
     _, summary = made
-    for item in (summary["own"], *summary["chosen"]):
-        assert set(item["figures"]) == set(OBJECTIVES)
-        assert {name: item["figures"][name] for name in WANTED.objectives} == item["scores"]
+    for item in (summary.own, *summary.chosen):
+        assert set(item.figures) == set(OBJECTIVES)
+        assert {name: item.figures[name] for name in WANTED.objectives} == item.scores
     # The middle of a flat port magnifies by the index of water: f / n pixels per radian.
-    assert summary["pixels_per_degree"] == pytest.approx(500 * 1.339 * np.pi / 180, rel=2e-3)
+    assert summary.pixels_per_degree == pytest.approx(500 * 1.339 * np.pi / 180, rel=2e-3)
 
 
 def test_a_design_is_written_into_the_users_file(made, tmp_path):
@@ -91,16 +92,15 @@ def test_a_design_is_written_into_the_users_file(made, tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(preset_path("aqua2").read_text(encoding="utf-8"), encoding="utf-8")
     apply_design(summary, 1, file)
-    np.testing.assert_array_equal(design_of(Rig.load(file)), list(summary["chosen"][0]["design_mm"].values()))
+    np.testing.assert_array_equal(design_of(Rig.load(file)), list(summary.chosen[0].design_mm.values()))
     assert "# nominal (d1 of figure 3)" in file.read_text(encoding="utf-8")
     before = file.read_bytes()
-    with pytest.raises(ValueError, match=f"1 to {len(summary['chosen'])}, got 9"):
+    with pytest.raises(ValueError, match=f"1 to {len(summary.chosen)}, got 9"):
         apply_design(summary, 9, file)
-    impossible = summary["chosen"][0] | {
-        "design_mm": summary["chosen"][0]["design_mm"] | {"fold_mirror.distance_mm": 30.0}
-    }
+    near = summary.chosen[0].design_mm | {"fold_mirror.distance_mm": 30.0}
+    impossible = replace(summary.chosen[0], design_mm=near)
     with pytest.raises(RigError, match="M1"):
-        apply_design({"chosen": [impossible]}, 1, file)
+        apply_design(replace(summary, chosen=[impossible]), 1, file)
     assert file.read_bytes() == before
 
 
