@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from dives.arena.judged import SHORTEST_AVAILABLE_S
 from dives.arena.run import ArenaOutcome
@@ -48,29 +49,59 @@ class ArenaResults:
     differences: Sequence[tuple[str, str, Interval]]
     worst: Sequence[WorstDive]
 
+    @property
+    def variants(self) -> list[str]:
+        """The loops, in their order."""
+        return list(dict.fromkeys(outcome.variant for outcome in self.outcomes))
+
+    def table(self) -> list[list[str]]:
+        """Metrics down, loops across, of all dives; the head first."""
+        cells = {(row.variant, row.metric): str(row.interval) for row in self.rows if row.factor == ALL}
+        rows = ([metric, *(cells.get((variant, metric), "-") for variant in self.variants)] for metric in MEANINGS)
+        return [["metric", *self.variants], *rows]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        usable = [outcome.variant for outcome in self.outcomes if is_available(outcome)]
+        return {
+            "meanings": MEANINGS,
+            "available": {variant: usable.count(variant) for variant in self.variants},
+            "summary": [asdict(row) for row in self.rows],
+            "differences": [
+                {"loop": variant, "metric": metric, "interval": asdict(interval)}
+                for variant, metric, interval in self.differences
+            ],
+            "worst": [_about(each.outcome) | {"story": each.story} for each in self.worst],
+            "dives": [
+                _about(outcome)
+                | {"failure": outcome.failure.sentence if outcome.failure else None, "numbers": outcome.numbers}
+                for outcome in self.outcomes
+            ],
+        }
+
+
+def _about(outcome: ArenaOutcome) -> dict[str, Any]:
+    return {"seed": outcome.seed, "loop": outcome.variant, "factors": dict(outcome.factors)}
+
 
 def arena_page(results: ArenaResults) -> str:
     """Page of the arena as HTML."""
     sections: list[content.Block] = [content.Title(name="Arena"), _numbers(results)]
     if results.differences:
         sections.append(_differences(results.differences))
-    sections += [_by_factor(results.rows, variant) for variant in _variants(results)]
+    sections += [_by_factor(results.rows, variant) for variant in results.variants]
     sections += [_worst(each) for each in results.worst]
     return page.page("Arena", sections)
 
 
 def _numbers(results: ArenaResults) -> content.Section:
-    variants = _variants(results)
-    cells = {(row.variant, row.metric): str(row.interval) for row in results.rows if row.factor == ALL}
+    _, *rows = results.table()
     return content.section(
         "Numbers",
         content.paragraph(_counts(results)),
         content.table(
-            ["", *variants],
-            [
-                [meaning, *(cells.get((variant, metric), "-") for variant in variants)]
-                for metric, meaning in MEANINGS.items()
-            ],
+            ["", *results.variants],
+            [[MEANINGS[metric], *cells] for metric, *cells in rows],
         ),
         content.paragraph(INTERVALS),
     )
@@ -123,7 +154,3 @@ def _worst(dive: WorstDive) -> content.Section:
         content.paragraph(factors),
         content.gallery(content.figure(path, caption) for path, caption in dive.images),
     )
-
-
-def _variants(results: ArenaResults) -> list[str]:
-    return list(dict.fromkeys(outcome.variant for outcome in results.outcomes))

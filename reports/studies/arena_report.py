@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from dives.arena.judged import followed_thing
 from dives.arena.replay import write_frames
 from dives.arena.run import ArenaOutcome
-from dives.arena.tables import MEANINGS, arena_rows, dives_csv, is_available, pair_differences, story, summary_csv
+from dives.arena.tables import arena_rows, dives_csv, pair_differences, story, summary_csv
 from dives.arena.tables import worst_dives as worst_of
 from dives.files import json_text
 from dives.metrics.frames import Frames
@@ -40,7 +39,7 @@ def write_arena_report(
     workers: int,
     scheduler: str | None = None,
     log: Callable[[str], None],
-) -> dict[str, Any]:
+) -> ArenaResults:
     """Write dives.csv, summary.csv, arena.json and report.html, and images of the worst dives of each loop.
 
     Parameters
@@ -58,32 +57,13 @@ def write_arena_report(
 
     Returns
     -------
-    dict
+    ArenaResults
         What arena.json holds.
     """
     rows, differences = arena_rows(outcomes), pair_differences(outcomes, PAIRED)
     variants = list(dict.fromkeys(outcome.variant for outcome in outcomes))
     chosen = [outcome for variant in variants for outcome in worst_of(outcomes, variant, worst)]
     pictured = _pictured(chosen, workers=workers, scheduler=scheduler, log=log)
-    found = {
-        "meanings": MEANINGS,
-        "available": {variant: sum(is_available(o) for o in outcomes if o.variant == variant) for variant in variants},
-        "summary": [asdict(row) for row in rows],
-        "differences": [
-            {"loop": variant, "metric": metric, "interval": asdict(interval)}
-            for variant, metric, interval in differences
-        ],
-        "worst": [_about(outcome) | {"story": story(outcome.numbers or {})} for outcome in chosen],
-        "dives": [
-            _about(outcome)
-            | {"failure": outcome.failure.sentence if outcome.failure else None, "numbers": outcome.numbers}
-            for outcome in outcomes
-        ],
-    }
-    folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / "dives.csv", dives_csv(outcomes))
-    write_text(folder / "summary.csv", summary_csv(rows))
-    write_text(folder / "arena.json", json_text(found))
     results = ArenaResults(
         outcomes=outcomes,
         rows=rows,
@@ -93,8 +73,12 @@ def write_arena_report(
             for outcome in chosen
         ],
     )
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / "dives.csv", dives_csv(outcomes))
+    write_text(folder / "summary.csv", summary_csv(rows))
+    write_text(folder / "arena.json", json_text(results.as_dict()))
     write_text(folder / "report.html", arena_page(results))
-    return found
+    return results
 
 
 def arena_key_frames(frames: Frames, detected: np.typing.NDArray[np.str_]) -> list[KeyFrame]:
@@ -137,7 +121,3 @@ def _pictured(
     return {
         folder: [(path, caption) for path, caption in images if path.is_file()] for folder, images in pictures.items()
     }
-
-
-def _about(outcome: ArenaOutcome) -> dict[str, Any]:
-    return {"seed": outcome.seed, "loop": outcome.variant, "factors": dict(outcome.factors)}

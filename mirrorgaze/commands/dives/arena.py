@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -76,9 +76,9 @@ def arena(
         dives = seeds * len(variants)
         typer.echo(f"{output}: {part.manifest_name}, a folder for each of {len(outcomes)} dives of {dives}")
     elif json:
-        print_json(found)
+        print_json(found.as_dict())
     else:
-        print_table(_table(found, variants))
+        print_table(found.table())
         typer.echo(f"{output}: report.html, arena.json, dives.csv, summary.csv, a folder for each dive")
     if browse and part is None:
         open_page(output / "report.html")
@@ -88,17 +88,3 @@ def arena(
         typer.echo(f"mirrorgaze: {outcome.folder}: {outcome.failure.sentence}", err=True)
     if failed:
         raise typer.Exit(FAILED)
-
-
-def _table(found: dict[str, Any], variants: list[str]) -> list[list[str]]:
-    from dives.arena.tables import ALL
-    from dives.metrics.intervals import Interval
-
-    cells = {
-        (row["variant"], row["metric"]): str(Interval(**row["interval"]))
-        for row in found["summary"]
-        if row["factor"] == ALL
-    }
-    return [["metric", *variants]] + [
-        [metric, *(cells.get((variant, metric), "-") for variant in variants)] for metric in found["meanings"]
-    ]

@@ -42,7 +42,7 @@ def test_a_time_on_something_else_is_shown_in_its_middle(dive_log):
 def test_the_worst_dives_are_drawn(drawn, tmp_path):
     outcomes = [outcome(0), outcome(1, **NEVER), outcome(2, held_of_all_fraction=0.4)]
     found = write_arena_report(outcomes, tmp_path, worst=2, workers=1, log=lambda line: None)
-    assert [each["seed"] for each in found["worst"]] == [1, 2]
+    assert [each.outcome.seed for each in found.worst] == [1, 2]
     assert set(drawn) == {"1-default", "2-default"}
-    assert json.loads((tmp_path / "arena.json").read_text(encoding="utf-8")) == found
+    assert json.loads((tmp_path / "arena.json").read_text(encoding="utf-8")) == found.as_dict()
     assert "Never acquired" in (tmp_path / "report.html").read_text(encoding="utf-8")
