@@ -15,6 +15,7 @@ from scipy.stats import norm
 
 from optics.kernels.arrays import FloatArray
 from optics.perturbation.parameters import shown_per_si, shown_unit
+from tracking.calibration.combinations import in_words, sparse_basis
 from tracking.calibration.fit import TURNING_POINT, Fit
 
 UNOBSERVABLE = 10.0
@@ -68,16 +69,9 @@ class PerturbationCovariance:
 
     def combinations(self) -> tuple[str, ...]:
         """Each unobservable combination, in words and units."""
-        return tuple(self._described(row) for row in self.unobservable)
-
-    def _described(self, row: FloatArray) -> str:
-        leader = int(np.argmax(np.abs(row)))
-        parts = [i for i in np.argsort(-np.abs(row)).tolist() if abs(row[i]) > SHOWN * abs(row[leader])]
-        if len(parts) == 1:
-            return self.names[leader]
-        units = np.array([shown_per_si(name) for name in self.names]) * self.scales * row
-        units = units / units[leader]
-        return ", ".join(f"{self.names[i]} {units[i]:+.3g} {shown_unit(self.names[i])}".rstrip() for i in parts)
+        units = [shown_unit(name) for name in self.names]
+        per_unit = np.array([shown_per_si(name) for name in self.names]) * self.scales
+        return tuple(in_words(row, self.names, units, per_unit, least_share=SHOWN) for row in self.unobservable)
 
 
 def covariance_of(fit: Fit, scales: dict[str, float], *, prior: bool) -> PerturbationCovariance:
@@ -108,7 +102,7 @@ def covariance_of(fit: Fit, scales: dict[str, float], *, prior: bool) -> Perturb
         names=tuple(scales),
         scales=sizes,
         matrix=counted * np.outer(sizes, sizes),
-        unobservable=_sparse(rows[unobservable]),
+        unobservable=sparse_basis(rows[unobservable]),
         data_deviations=np.where(touched, np.inf, from_data) * sizes,
         has_prior=prior,
     )
@@ -155,11 +149,3 @@ def _projected_out(jacobian: FloatArray, nuisance: FloatArray, weights: FloatArr
         basis = basis[:, size > size[0] * len(whole) * np.finfo(np.float64).eps]
         whole = whole - basis @ (basis.T @ whole)
     return np.asarray(np.linalg.qr(whole)[1])
-
-
-def _sparse(rows: FloatArray) -> FloatArray:
-    """Other combinations that span the same, each with a perturbation of its own that the others lack."""
-    if not len(rows):
-        return rows
-    own = qr(rows, mode="r", pivoting=True)[1][: len(rows)]
-    return np.asarray(np.linalg.solve(rows[:, own], rows))

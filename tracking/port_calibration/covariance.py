@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
 
 from optics.kernels.arrays import FloatArray
 from optics.perturbation.parameters import CAMERA, UNITS, shown_per_si, shown_unit
 from optics.perturbation.port_camera import PortCamera
+from tracking.calibration.combinations import in_words, sparse_basis
 
 UNOBSERVABLE = 1.0
 """Standard deviation, in the sizes of `plausible_sizes`, from which on a combination counts as unobservable."""
@@ -52,8 +52,11 @@ def covariance_of(
     counted = information * np.outer(sizes, sizes)
     values, vectors = np.linalg.eigh(counted)
     matrix = np.linalg.pinv(counted + np.diag(prior * sizes**2), hermitian=True) * np.outer(sizes, sizes)
-    unknown = vectors[:, values <= UNOBSERVABLE**-2].T
-    return PortCovariance(names=names, matrix=matrix, unobservable=_described(names, unknown, sizes))
+    unknown = sparse_basis(vectors[:, values <= UNOBSERVABLE**-2].T)
+    units = [unit_of(name) for name in names]
+    per_unit = np.array([per_si_of(name) for name in names]) * sizes
+    words = tuple(in_words(row, names, units, per_unit, least_share=SHOWN) for row in unknown)
+    return PortCovariance(names=names, matrix=matrix, unobservable=words)
 
 
 def plausible_sizes(names: Sequence[str], cameras: dict[str, PortCamera], board_distance_m: float) -> FloatArray:
@@ -116,21 +119,3 @@ def _size(parameter: str, of: PortCamera, board_distance_m: float) -> float:
     if parameter in powers:
         return float(0.3 / reach ** powers[parameter])
     return float(sizes.get(parameter, float(np.radians(5))))
-
-
-def _described(names: tuple[str, ...], rows: FloatArray, sizes: FloatArray) -> tuple[str, ...]:
-    """Other combinations that span the same, each with a parameter of its own, in words."""
-    if not len(rows):
-        return ()
-    own = qr(rows, mode="r", pivoting=True)[1][: len(rows)]
-    return tuple(_in_words(names, row, sizes) for row in np.linalg.solve(rows[:, own], rows))
-
-
-def _in_words(names: tuple[str, ...], row: FloatArray, sizes: FloatArray) -> str:
-    leader = int(np.argmax(np.abs(row)))
-    parts = [i for i in np.argsort(-np.abs(row)).tolist() if abs(row[i]) > SHOWN * abs(row[leader])]
-    if len(parts) == 1:
-        return names[leader]
-    shown = np.array([per_si_of(name) for name in names]) * sizes * row
-    shown = shown / shown[leader]
-    return ", ".join(f"{names[i]} {shown[i]:+.3g} {unit_of(names[i])}".rstrip() for i in parts)
