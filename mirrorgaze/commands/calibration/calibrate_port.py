@@ -14,7 +14,6 @@ from mirrorgaze.output import print_json, print_note, print_progress, print_step
 
 if TYPE_CHECKING:
     from tracking.port_calibration.boards import Board
-    from tracking.port_calibration.estimate import PortCalibration
     from tracking.port_calibration.observations import BoardObservations
 
 
@@ -106,6 +105,7 @@ def calibrate_port(
     from tracking.port_calibration.camera_input import read_intrinsics
     from tracking.port_calibration.camera_output import write_port_files
     from tracking.port_calibration.estimate import calibrate_port as calibrate
+    from tracking.port_calibration.summary import as_dict, findings, parameter_table
 
     guess = _port(port)
     lenses = [each for file in intrinsics for each in read_intrinsics(file)]
@@ -122,13 +122,11 @@ def calibrate_port(
     )
     files = write_port_files(found, output) if output is not None else []
     if json:
-        from tracking.port_calibration.summary import as_dict
-
         print_json({**as_dict(found), "files": [str(file) for file in files]})
         return
-    _print(found)
-    for file in files:
-        typer.echo(str(file))
+    print_table(parameter_table(found))
+    for line in (*findings(found), *map(str, files)):
+        typer.echo(line)
 
 
 def _observations(
@@ -208,31 +206,3 @@ def _port(options: PortOptions) -> Any:
             raise ValueError(f"expected --radius-mm > 0, the inner radius of the dome, got {options.radius_mm:g}")
         return DomePort(radius_m=options.radius_mm / 1000, **shared)
     raise ValueError(f"expected --port flat, dome or none, got {options.port!r}")
-
-
-def _print(found: PortCalibration) -> None:
-    from tracking.port_calibration.summary import as_dict
-
-    told = as_dict(found)
-    rows = [["parameter", "estimate", "std. dev.", ""]]
-    for row in told["parameters"]:
-        rows.append([row["name"], f"{row['value']:.6g}", f"{row['standard_deviation']:.2g}", row["unit"]])
-    print_table(rows)
-    typer.echo(
-        f"residual: {found.rms_px:.3f} px rms, {found.median_px:.3f} px median, "
-        f"{found.outlier_count} outliers of {len(found.off_px)} points in {len(found.observations.images)} images"
-    )
-    if found.covariance.unobservable:
-        typer.echo("unobservable combinations, which stay where they were given:")
-        for combination in found.covariance.unobservable:
-            typer.echo(f"  {combination}")
-    for warning in found.warnings:
-        typer.echo(warning)
-    for pinhole in found.pinholes:
-        verdict = "fits as well" if pinhole.fits_as_well else "fits worse"
-        typer.echo(
-            f"{pinhole.camera}: a plain pinhole {verdict}: {pinhole.rms_px:.3f} px rms in water, "
-            f"{pinhole.rms_with_port_px:.3f} px with the port"
-        )
-    if not found.converged:
-        typer.echo("the solver did not converge: these numbers are a start, not a result")
