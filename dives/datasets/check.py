@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 import pyarrow.parquet as pq
 
-from dives.datasets.files import FAILURES, MANIFEST, RECORDS, TABLE, file_name, file_of
+from dives.datasets.files import FAILURES, MANIFEST, RECORDS, TABLE, file_name
 from dives.datasets.formats.readback import read_back
+from dives.datasets.record import SampleRecord
 from rigs.atomic_files import digest_of
 
 MOST_PROBLEMS = 100
@@ -118,18 +119,18 @@ def _sample_problems(folder: Path, index: int, digest: str) -> tuple[list[str], 
     content = path.read_bytes()
     if hashlib.sha256(content).hexdigest() != digest:
         return [f"{path}: expected the record that was written; it has changed: remove it and make the set again"], 1
-    record = json.loads(content)
+    record = SampleRecord.of_json(content)
     problems = []
-    for kind, facts in record["files"].items():
-        file = folder / file_of(record, kind)
-        problem = _problem(file, facts) or (_unreadable(file, record) if file.suffix != ".exr" else None)
+    for kind, facts in record.files.items():
+        file = folder / record.file(kind)
+        problem = _problem(file, asdict(facts)) or (_unreadable(file, record) if file.suffix != ".exr" else None)
         if problem is not None:
             problems.append(f"{problem}: remove {path.name} in {path.parent} and make the set again")
-    return problems, 1 + len(record["files"])
+    return problems, 1 + len(record.files)
 
 
-def _unreadable(path: Path, record: dict[str, Any]) -> str | None:
+def _unreadable(path: Path, record: SampleRecord) -> str | None:
     image = cv2.imdecode(np.frombuffer(path.read_bytes(), dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    if image is None or image.shape[:2] != (record["height_px"], record["width_px"]):
-        return f"{path}: expected an image of {record['width_px']} x {record['height_px']} px"
+    if image is None or image.shape[:2] != (record.height_px, record.width_px):
+        return f"{path}: expected an image of {record.width_px} x {record.height_px} px"
     return None

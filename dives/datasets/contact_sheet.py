@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_of, records
+from dives.datasets.files import records
 from dives.datasets.formats.coco import boxes_of
+from dives.datasets.record import SampleRecord
 from dives.datasets.rendering import FURTHER
 from optics.status import Region
 from rigs.atomic_files import write_bytes
@@ -45,11 +45,11 @@ def write_contact_sheet(dataset: Dataset, folder: Path, indices: Sequence[int]) 
     return CONTACT_SHEET
 
 
-def _tile(dataset: Dataset, folder: Path, record: dict[str, Any]) -> NDArray[np.uint8]:
+def _tile(dataset: Dataset, folder: Path, record: SampleRecord) -> NDArray[np.uint8]:
     """Image with boxes, and beside it the paths, with what the boxes are about in red."""
-    scale = WIDTH_PX / record["width_px"]
-    size = (WIDTH_PX, round(record["height_px"] * scale))
-    shown = [_read(folder / file_of(record, kind)) for kind in ("images", "paths", "semantic")]
+    scale = WIDTH_PX / record.width_px
+    size = (WIDTH_PX, round(record.height_px * scale))
+    shown = [_read(folder / record.file(kind)) for kind in ("images", "paths", "semantic")]
     image = cv2.resize(shown[0], size, interpolation=cv2.INTER_AREA)[..., ::-1].copy()
     boxes = boxes_of(dataset, record)
     for box in boxes:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
-from dives.datasets.rendering import Rendered, record_bytes
+from dives.datasets.record import SampleRecord, numbered
+from dives.datasets.rendering import Rendered
 from rigs.atomic_files import write_bytes
 
 RECORDS = "samples"
@@ -15,9 +15,6 @@ RECORDS = "samples"
 
 FAILURES = "failed"
 """Folder of sentences on samples that cannot be made."""
-
-SAMPLES_A_FOLDER = 1000
-"""File systems and file managers are slow with more."""
 
 SUFFIXES = {RECORDS: ".json", FAILURES: ".json", "labels": ".txt"}
 """Of the folders whose files no record names."""
@@ -30,23 +27,14 @@ TABLE = "samples.parquet"
 
 def file_name(kind: str, index: int) -> str:
     """Record, failure or labels of a sample in the set's folder, such as ``samples/00012/00012345.json``."""
-    return _name(kind, index, SUFFIXES[kind])
-
-
-def file_of(record: dict[str, Any], kind: str) -> str:
-    """Image or layer of a sample in the set's folder by its record, such as ``depth/00012/00012345.png``."""
-    return _name(kind, record["index"], record["files"][kind]["suffix"])
-
-
-def _name(kind: str, index: int, suffix: str) -> str:
-    return f"{kind}/{index // SAMPLES_A_FOLDER:05d}/{index:08d}{suffix}"
+    return numbered(kind, index, SUFFIXES[kind])
 
 
 def write_sample(folder: Path, index: int, sample: Rendered) -> None:
     """Write the files of a sample, each whole or not at all, and its record last."""
     for kind, content in sample.files.items():
-        _write(folder / file_of(sample.record, kind), content)
-    _write(folder / file_name(RECORDS, index), record_bytes(sample.record))
+        _write(folder / sample.record.file(kind), content)
+    _write(folder / file_name(RECORDS, index), sample.record.json())
 
 
 def write_failure(folder: Path, index: int, sentence: str) -> None:
@@ -59,10 +47,10 @@ def is_done(folder: Path, index: int) -> bool:
     return (folder / file_name(RECORDS, index)).is_file() or (folder / file_name(FAILURES, index)).is_file()
 
 
-def records(folder: Path, indices: Iterable[int]) -> Iterator[dict[str, Any]]:
+def records(folder: Path, indices: Iterable[int]) -> Iterator[SampleRecord]:
     """Records of samples that are there."""
     for index in indices:
-        yield json.loads((folder / file_name(RECORDS, index)).read_bytes())
+        yield SampleRecord.of_json((folder / file_name(RECORDS, index)).read_bytes())
 
 
 def _write(path: Path, content: bytes) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dives.datasets.drawing import Sample, target_radius_m
+from dives.datasets.record import SampleFile, SampleRecord, file_facts
 from dives.datasets.scenes import DatasetScene
 from optics.gaze.kinematics import forward_gaze
 from scenes.image import display_image
@@ -59,12 +58,11 @@ class Rendered:
     ----------
     files : dict of str to bytes
         Content by folder (`LAYERS`, `layers`).
-    record : dict
-        Everything else that is known, as JSON holds it.
+    record : SampleRecord
     """
 
     files: dict[str, bytes]
-    record: dict[str, Any]
+    record: SampleRecord
 
 
 def rendered(scene: DatasetScene, sample: Sample) -> Rendered:
@@ -90,22 +88,9 @@ def rendered(scene: DatasetScene, sample: Sample) -> Rendered:
         files["flow"] = _png(_flow(truth.forward))
     if scene.dataset.spec.image.exr:
         files["layers"] = _exr(replace(truth, frame=replace(truth.frame, radiance=frame.radiance)))
-    record = _record(scene, sample, truth, exposure)
     suffixes = {"images": ".png" if quality is None else ".jpg", "layers": ".exr"}
-    record["files"] = {
-        name: {"suffix": suffixes.get(name, ".png")} | digest_and_size(content) for name, content in files.items()
-    }
-    return Rendered(files=files, record=record)
-
-
-def record_bytes(record: dict[str, Any]) -> bytes:
-    """Record of a sample as its file."""
-    return (json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n").encode()
-
-
-def digest_and_size(content: bytes) -> dict[str, Any]:
-    """SHA-256 and number of bytes of a file's content."""
-    return {"sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)}
+    facts = {name: file_facts(suffixes.get(name, ".png"), content) for name, content in files.items()}
+    return Rendered(files=files, record=_record(scene, sample, truth, exposure, facts))
 
 
 def _image(scene: DatasetScene, sample: Sample, frame: Frame) -> tuple[NDArray[np.uint8], dict[str, float] | None]:
@@ -161,37 +146,42 @@ def _exr(truth: GroundTruth) -> bytes:
 
 
 def _record(
-    scene: DatasetScene, sample: Sample, truth: GroundTruth, exposure: dict[str, float] | None
-) -> dict[str, Any]:
+    scene: DatasetScene,
+    sample: Sample,
+    truth: GroundTruth,
+    exposure: dict[str, float] | None,
+    files: dict[str, SampleFile],
+) -> SampleRecord:
     state, document = sample.state, coco_document(truth, file_name="")
     assert state.world_from_body is not None and state.world_from_target is not None
     rows, columns = truth.frame.label.shape
     seen = np.unique(truth.frame.instance)
     there = sample.present[0]
-    return {
-        "index": sample.index,
-        "split": sample.split,
-        "clip": sample.clip,
-        "frame": sample.frame,
-        "scene": {key: _without_folder(value) for key, value in scene.values.items()} | {"number": scene.number},
-        "drawn": sample.values,
-        "time_s": state.time_s,
-        "width_px": columns,
-        "height_px": rows,
-        "rig": scene.rig.name,
-        "camera_matrix": document["info"]["camera_matrix"],
-        "world_from_virtual_camera": document["info"]["world_from_virtual_camera"],
-        "world_from_body": state.world_from_body.as_matrix().tolist(),
-        "world_from_target": state.world_from_target.as_matrix().tolist() if there else None,
-        "target_radius_m": target_radius_m(scene, state) if there else None,
-        "target_px": truth.frame.target_centroid_px(),
-        "joints_deg": {"q1": float(np.degrees(state.q1)), "q2": float(np.degrees(state.q2))},
-        "gaze_deg": _gaze(scene, sample),
-        "exposure": exposure,
-        "path_px": truth.frame.region_counts(),
-        "instances": {int(number) + 1: truth.instance_names[number] for number in seen if number >= 0},
-        "annotations": [_without_mask(each) for each in document["annotations"]],
-    }
+    return SampleRecord(
+        index=sample.index,
+        split=sample.split,
+        clip=sample.clip,
+        frame=sample.frame,
+        scene={key: _without_folder(value) for key, value in scene.values.items()} | {"number": scene.number},
+        drawn=sample.values,
+        time_s=state.time_s,
+        width_px=columns,
+        height_px=rows,
+        rig=scene.rig.name,
+        camera_matrix=document["info"]["camera_matrix"],
+        world_from_virtual_camera=document["info"]["world_from_virtual_camera"],
+        world_from_body=state.world_from_body.as_matrix().tolist(),
+        world_from_target=state.world_from_target.as_matrix().tolist() if there else None,
+        target_radius_m=target_radius_m(scene, state) if there else None,
+        target_px=truth.frame.target_centroid_px(),
+        joints_deg={"q1": float(np.degrees(state.q1)), "q2": float(np.degrees(state.q2))},
+        gaze_deg=_gaze(scene, sample),
+        exposure=exposure,
+        path_px=truth.frame.region_counts(),
+        instances={str(int(number) + 1): truth.instance_names[number] for number in seen if number >= 0},
+        annotations=[_without_mask(each) for each in document["annotations"]],
+        files=files,
+    )
 
 
 def _without_folder(value: Any) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,13 +11,17 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import RECORDS, TABLE, file_name, file_of
+from dives.datasets.files import RECORDS, TABLE, file_name
 from dives.datasets.grid import SCENE_KEYS, distributions
+from dives.datasets.record import SampleRecord
 from optics.status import Region
 from rigs.atomic_files import atomic_file
 
 ROWS_A_GROUP = 1000
 """Rows that are in memory at once."""
+
+PLAIN = ("index", "split", "clip", "frame", "rig", "time_s", "width_px", "height_px")
+"""Keys of a record that are columns as they are."""
 
 NUMBER, MATRIX = pa.float64(), pa.list_(pa.float64(), 16)
 
@@ -69,7 +72,7 @@ def rows_of(folder: Path, indices: Iterable[int]) -> Iterator[dict[str, Any]]:
     """Rows of samples; of an absent number there is no key."""
     for index in indices:
         content = (folder / file_name(RECORDS, index)).read_bytes()
-        yield row_of(json.loads(content)) | {"record_sha256": hashlib.sha256(content).hexdigest()}
+        yield row_of(SampleRecord.of_json(content)) | {"record_sha256": hashlib.sha256(content).hexdigest()}
 
 
 def _groups(rows: Iterable[dict[str, Any]]) -> Iterator[list[dict[str, Any]]]:
@@ -82,29 +85,30 @@ def _groups(rows: Iterable[dict[str, Any]]) -> Iterator[list[dict[str, Any]]]:
     yield group
 
 
-def row_of(record: dict[str, Any]) -> dict[str, Any]:
+def row_of(record: SampleRecord) -> dict[str, Any]:
     """Row of a record, but for the record's own digest."""
-    (fx, _, cx), (_, fy, cy), _ = record["camera_matrix"]
-    scene = dict(record["scene"])
-    target = [each for each in record["annotations"] if each["label"] == "target"]
+    (fx, _, cx), (_, fy, cy), _ = record.camera_matrix
+    scene = dict(record.scene)
+    target = [each for each in record.annotations if each["label"] == "target"]
     largest: dict[str, Any] = max(target, key=lambda each: each["area"], default={})
-    u, v = record["target_px"] or (None, None)
+    u, v = record.target_px or (None, None)
     return {
-        **{key: record[key] for key in ("index", "split", "clip", "frame", "rig", "time_s", "width_px", "height_px")},
-        "image": file_of(record, "images"),
+        **{name: getattr(record, name) for name in PLAIN},
+        "image": record.file("images"),
         "scene": scene.pop("number"),
         **scene,
-        **record["drawn"],
+        **record.drawn,
         **{f"camera.{name}_px": value for name, value in zip(("fx", "fy", "cx", "cy"), (fx, fy, cx, cy), strict=True)},
-        **{f"gaze.{key}_deg": value for key, value in (record["gaze_deg"] or {}).items()},
-        **{f"exposure.{key}": value for key, value in (record["exposure"] or {}).items()},
-        **{f"path_px.{key}": value for key, value in record["path_px"].items()},
+        **{f"gaze.{key}_deg": value for key, value in (record.gaze_deg or {}).items()},
+        **{f"exposure.{key}": value for key, value in (record.exposure or {}).items()},
+        **{f"path_px.{key}": value for key, value in record.path_px.items()},
         "target.u_px": u,
         "target.v_px": v,
         "target.pixels": sum(each["area"] for each in target),
         "target.visible_fraction": largest.get("visible_fraction"),
-        **{key: _flat(record[key]) for key in ("world_from_body", "world_from_target")},
-        "bytes": sum(each["bytes"] for each in record["files"].values()),
+        "world_from_body": _flat(record.world_from_body),
+        "world_from_target": _flat(record.world_from_target),
+        "bytes": sum(each.bytes for each in record.files.values()),
     }
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_of, records
+from dives.datasets.files import records
+from dives.datasets.record import SampleRecord
 from dives.datasets.rendering import FURTHER
 from optics.status import Region
 from rigs.atomic_files import atomic_file
@@ -46,7 +47,7 @@ def indices_of_splits(dataset: Dataset, folder: Path, indices: Sequence[int]) ->
     """Samples of each split of the file, in their order."""
     chosen: dict[str, list[int]] = {split: [] for split in dataset.spec.splits}
     for record in records(folder, indices):
-        chosen[record["split"]].append(record["index"])
+        chosen[record.split].append(record.index)
     return chosen
 
 
@@ -55,9 +56,9 @@ def category_names(dataset: Dataset) -> dict[int, str]:
     return {int(Label[name.upper()]): name for name in dataset.spec.boxes}
 
 
-def boxes_of(dataset: Dataset, record: dict[str, Any]) -> list[dict[str, Any]]:
+def boxes_of(dataset: Dataset, record: SampleRecord) -> list[dict[str, Any]]:
     """Annotations of a record that the file asks for."""
-    return [each for each in record["annotations"] if each["label"] in dataset.spec.boxes]
+    return [each for each in record.annotations if each["label"] in dataset.spec.boxes]
 
 
 def _text(dataset: Dataset, folder: Path, chosen: Sequence[int]) -> Iterator[str]:
@@ -69,10 +70,10 @@ def _text(dataset: Dataset, folder: Path, chosen: Sequence[int]) -> Iterator[str
         "categories": [{"id": number, "name": name} for number, name in category_names(dataset).items()],
         "images": [
             {
-                "id": record["index"],
-                "file_name": file_of(record, "images"),
-                "width": record["width_px"],
-                "height": record["height_px"],
+                "id": record.index,
+                "file_name": record.file("images"),
+                "width": record.width_px,
+                "height": record.height_px,
                 "license": 1,
             }
             for record in records(folder, chosen)
@@ -87,7 +88,7 @@ def _text(dataset: Dataset, folder: Path, chosen: Sequence[int]) -> Iterator[str
     yield "\n]}\n"
 
 
-def _annotations(dataset: Dataset, folder: Path, record: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _annotations(dataset: Dataset, folder: Path, record: SampleRecord) -> Iterator[dict[str, Any]]:
     boxes = boxes_of(dataset, record)
     if not boxes:
         return
@@ -96,7 +97,7 @@ def _annotations(dataset: Dataset, folder: Path, record: dict[str, Any]) -> Iter
         path = int(Region[box["region"].upper()]) + FURTHER * box["further_reflection"]
         mask = (semantic == box["category_id"]) & (instances == box["instance"] + 1) & (paths == path)
         yield {
-            "image_id": record["index"],
+            "image_id": record.index,
             "category_id": box["category_id"],
             "bbox": box["bbox"],
             "area": box["area"],
@@ -119,11 +120,11 @@ def compressed(runs: Sequence[int]) -> str:
     return "".join(text)
 
 
-def _layer(folder: Path, record: dict[str, Any], kind: str) -> NDArray[Any]:
-    file = folder / file_of(record, kind)
+def _layer(folder: Path, record: SampleRecord, kind: str) -> NDArray[Any]:
+    file = folder / record.file(kind)
     image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
     if image is None:
         raise ValueError(
-            f"{file}: expected an image; remove the record of sample {record['index']}, and make the set again"
+            f"{file}: expected an image; remove the record of sample {record.index}, and make the set again"
         )
     return np.asarray(image)

@@ -11,9 +11,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_of, records
+from dives.datasets.files import records
 from dives.datasets.formats.coco import boxes_of, indices_of_splits
 from dives.datasets.formats.webdataset import KEYS
+from dives.datasets.record import SampleRecord
 from dives.datasets.rendering import FLOW, LAYERS
 from dives.datasets.table import row_of, schema
 from rigs.atomic_files import atomic_file
@@ -57,11 +58,11 @@ def _columns(dataset: Dataset) -> pa.Schema:
     return pa.schema([*images, pa.field("objects", OBJECTS), *plain], metadata=told)
 
 
-def _row(dataset: Dataset, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
+def _row(dataset: Dataset, folder: Path, record: SampleRecord) -> dict[str, Any]:
     boxes = boxes_of(dataset, record)
     return {
         **row_of(record),
-        **{KEYS[kind]: _image(folder / file_of(record, kind)) for kind in _kinds(dataset)},
+        **{KEYS[kind]: _image(folder / record.file(kind)) for kind in _kinds(dataset)},
         "objects": {
             "bbox": [each["bbox"] for each in boxes],
             "category": [dataset.spec.boxes.index(each["label"]) for each in boxes],

@@ -15,7 +15,8 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_of, records
+from dives.datasets.files import records
+from dives.datasets.record import SampleRecord
 from optics.kernels.arrays import FloatArray
 from rigs.atomic_files import csv_text, write_text
 
@@ -57,18 +58,18 @@ def write_euroc(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[
     return names
 
 
-def _clips(folder: Path, indices: Sequence[int]) -> Iterator[tuple[int, list[dict[str, Any]]]]:
+def _clips(folder: Path, indices: Sequence[int]) -> Iterator[tuple[int, list[SampleRecord]]]:
     """Records of each clip, in their order."""
-    for clip, found in groupby(records(folder, indices), key=lambda record: int(record["clip"])):
+    for clip, found in groupby(records(folder, indices), key=lambda record: int(record.clip)):
         yield clip, list(found)
 
 
-def _trajectories(found: list[dict[str, Any]]) -> dict[str, Trajectory]:
-    times = [record["time_s"] - found[0]["time_s"] for record in found]
+def _trajectories(found: list[SampleRecord]) -> dict[str, Trajectory]:
+    times = [record.time_s - found[0].time_s for record in found]
     poses = {
-        "robot": [record["world_from_body"] for record in found],
+        "robot": [record.world_from_body for record in found],
         "camera": [_camera_pose(record) for record in found],
-        "target": [record["world_from_target"] for record in found],
+        "target": [record.world_from_target for record in found],
     }
     return {
         whose: [(time_s, np.array(pose)) for time_s, pose in zip(times, each, strict=True)]
@@ -77,8 +78,8 @@ def _trajectories(found: list[dict[str, Any]]) -> dict[str, Trajectory]:
     }
 
 
-def _camera_pose(record: dict[str, Any]) -> Any:
-    virtual = record["world_from_virtual_camera"]
+def _camera_pose(record: SampleRecord) -> Any:
+    virtual = record.world_from_virtual_camera
     return virtual.get("gaze", virtual["direct"])
 
 
@@ -88,14 +89,14 @@ def _tum_line(time_s: float, pose: FloatArray) -> str:
     return " ".join([f"{time_s:.6f}", *(f"{number:.9f}" for number in numbers)]) + "\n"
 
 
-def _euroc_texts(dataset: Dataset, found: list[dict[str, Any]]) -> dict[str, str]:
-    times_ns = [round((record["time_s"] - found[0]["time_s"]) * 1e9) for record in found]
+def _euroc_texts(dataset: Dataset, found: list[SampleRecord]) -> dict[str, str]:
+    times_ns = [round((record.time_s - found[0].time_s) * 1e9) for record in found]
     # From cam0/data, where readers look, to the set's folder.
-    images = [f"../../../../../{file_of(record, 'images')}" for record in found]
+    images = [f"../../../../../{record.file('images')}" for record in found]
     rows: list[Sequence[Any]] = [EUROC_HEAD]
     for time_ns, record in zip(times_ns, found, strict=True):
-        body = RigidTransform.from_matrix(record["world_from_body"])
-        velocity = [record["drawn"][f"robot.{axis}_m_per_s"] for axis in "xyz"]
+        body = RigidTransform.from_matrix(record.world_from_body)
+        velocity = [record.drawn[f"robot.{axis}_m_per_s"] for axis in "xyz"]
         attitude = body.rotation.as_quat(canonical=True, scalar_first=True)
         rows.append((time_ns, *body.translation.tolist(), *attitude.tolist(), *velocity, *[0.0] * 6))
     return {
@@ -105,19 +106,19 @@ def _euroc_texts(dataset: Dataset, found: list[dict[str, Any]]) -> dict[str, str
     }
 
 
-def _sensor_yaml(dataset: Dataset, record: dict[str, Any]) -> str:
+def _sensor_yaml(dataset: Dataset, record: SampleRecord) -> str:
     """The camera in air; that a port and mirrors are before it, no such file can say."""
-    (fx, _, cx), (_, fy, cy), _ = record["camera_matrix"]
-    camera = next(rig.camera for rig in dataset.rigs.values() if rig.name == record["rig"])
-    body_from_world = np.linalg.inv(record["world_from_body"])
-    mounted = body_from_world @ np.array(record["world_from_virtual_camera"]["direct"])
+    (fx, _, cx), (_, fy, cy), _ = record.camera_matrix
+    camera = next(rig.camera for rig in dataset.rigs.values() if rig.name == record.rig)
+    body_from_world = np.linalg.inv(record.world_from_body)
+    mounted = body_from_world @ np.array(record.world_from_virtual_camera["direct"])
     return (
-        f"# The camera in air, as it is mounted; port and mirrors are in rigs/{record['rig']}.toml.\n"
+        f"# The camera in air, as it is mounted; port and mirrors are in rigs/{record.rig}.toml.\n"
         "sensor_type: camera\n"
         "T_BS:\n  rows: 4\n  cols: 4\n"
         f"  data: [{', '.join(f'{value:.9f}' for value in mounted.ravel())}]\n"
         f"rate_hz: {dataset.spec.clip.frame_rate_hz:g}\n"
-        f"resolution: [{record['width_px']}, {record['height_px']}]\n"
+        f"resolution: [{record.width_px}, {record.height_px}]\n"
         f"camera_model: {camera.model}\n"
         f"distortion_coefficients: {list(camera.distortion)}\n"
         f"intrinsics: [{fx:.9g}, {fy:.9g}, {cx:.9g}, {cy:.9g}]\n"

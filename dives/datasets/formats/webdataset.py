@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import RECORDS, file_name, file_of, records
+from dives.datasets.files import RECORDS, file_name, records
 from rigs.atomic_files import atomic_file
 
 SAMPLES_A_SHARD = 1000
@@ -26,8 +26,8 @@ def write_webdataset(dataset: Dataset, folder: Path, indices: Sequence[int]) -> 
     """Write the shards of each split; returns their names."""
     members: dict[str, list[tuple[int, dict[str, str]]]] = {split: [] for split in dataset.spec.splits}
     for record in records(folder, indices):
-        names_of = {kind: file_of(record, kind) for kind in record["files"]}
-        members[record["split"]].append((record["index"], names_of))
+        names_of = {kind: record.file(kind) for kind in record.files}
+        members[record.split].append((record.index, names_of))
     names = []
     (folder / "webdataset").mkdir(exist_ok=True)
     for split, samples in members.items():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from dives.datasets.dataset import Dataset
-from dives.datasets.files import file_name, file_of, records
+from dives.datasets.files import file_name, records
 from dives.datasets.formats.coco import boxes_of
+from dives.datasets.record import SampleRecord
 from rigs.atomic_files import write_text
 
 LABELS = "labels"
@@ -18,19 +18,19 @@ def write_yolo(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[s
     """Write labels, lists and `data.yaml`; returns the names of lists and `data.yaml`."""
     lists: dict[str, list[str]] = {split: [] for split in dataset.spec.splits}
     for record in records(folder, indices):
-        path = folder / file_name(LABELS, record["index"])
+        path = folder / file_name(LABELS, record.index)
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, label_text(dataset, record))
-        lists[record["split"]].append(f"./{file_of(record, 'images')}\n")
+        lists[record.split].append(f"./{record.file('images')}\n")
     for split, lines in lists.items():
         write_text(folder / f"{split}.txt", "".join(lines))
     write_text(folder / "data.yaml", _yaml(dataset))
     return [*(f"{split}.txt" for split in lists), "data.yaml"]
 
 
-def label_text(dataset: Dataset, record: dict[str, Any]) -> str:
+def label_text(dataset: Dataset, record: SampleRecord) -> str:
     """Lines of class, middle, width and height of each box, as shares of the image."""
-    columns, rows = record["width_px"], record["height_px"]
+    columns, rows = record.width_px, record.height_px
     lines = []
     for box in boxes_of(dataset, record):
         left, top, width, height = box["bbox"]

@@ -3,16 +3,14 @@
 The rig has no mirrors and the water nothing in it, so that nothing is lit.
 """
 
-import json
-
 import cv2
 import numpy as np
 import pytest
 import yaml
 
+from dives.datasets import files
 from dives.datasets.dataset import parse_dataset
 from dives.datasets.drawing import clip_of
-from dives.datasets.files import file_name, file_of
 from dives.datasets.rendering import DEPTH_UNIT_M, FLOW_UNIT_PX, FLOW_ZERO
 from dives.datasets.run import make_dataset
 from dives.datasets.scenes import scene_of
@@ -57,24 +55,25 @@ def clips(tmp_path_factory):
 
 
 def records(folder):
-    return [json.loads((folder / file_name("samples", index)).read_text()) for index in range(6)]
+    return list(files.records(folder, range(6)))
 
 
 def test_frames_of_a_clip_share_their_draw_and_move_evenly(clips):
     said = records(clips[1])
-    assert [(each["clip"], each["frame"]) for each in said] == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]
-    assert said[0]["drawn"] == said[2]["drawn"] != said[3]["drawn"]
+    assert [(each.clip, each.frame) for each in said] == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]
+    assert said[0].drawn == said[2].drawn != said[3].drawn
     for first, second in ((said[0], said[1]), (said[1], said[2]), (said[4], said[5])):
-        assert first["split"] == second["split"]
-        assert second["time_s"] - first["time_s"] == pytest.approx(0.2)
+        assert first.split == second.split
+        assert second.time_s - first.time_s == pytest.approx(0.2)
         body, target = (
-            np.array(second[key]) - np.array(first[key]) for key in ("world_from_body", "world_from_target")
+            np.array(getattr(second, name)) - np.array(getattr(first, name))
+            for name in ("world_from_body", "world_from_target")
         )
         np.testing.assert_allclose(body[:3, 3], [0.04, 0, 0], atol=1e-12)
         np.testing.assert_allclose(target[:3, 3], [0, 0, 0.08], atol=1e-12)
-        turn = np.array(first["world_from_body"])[:3, :3].T @ np.array(second["world_from_body"])[:3, :3]
+        turn = np.array(first.world_from_body)[:3, :3].T @ np.array(second.world_from_body)[:3, :3]
         angle = np.degrees(np.arccos((np.trace(turn) - 1) / 2))
-        assert angle == pytest.approx(0.2 * first["drawn"]["robot.yaw_deg_per_s"])
+        assert angle == pytest.approx(0.2 * first.drawn["robot.yaw_deg_per_s"])
 
 
 def test_flow_leads_to_where_the_points_of_the_target_are_a_frame_later(clips):
@@ -83,15 +82,15 @@ def test_flow_leads_to_where_the_points_of_the_target_are_a_frame_later(clips):
     train = OpticalTrain.from_rig(rig)
     scale = rig.camera.width_px / 160
     first, second = records(folder)[:2]
-    flow = cv2.imread(str(folder / file_of(first, "flow")), cv2.IMREAD_UNCHANGED)[..., ::-1].astype(float)
-    depth = cv2.imread(str(folder / file_of(first, "depth")), cv2.IMREAD_UNCHANGED) * DEPTH_UNIT_M
-    semantic = cv2.imread(str(folder / file_of(first, "semantic")), cv2.IMREAD_UNCHANGED)
+    flow = cv2.imread(str(folder / first.file("flow")), cv2.IMREAD_UNCHANGED)[..., ::-1].astype(float)
+    depth = cv2.imread(str(folder / first.file("depth")), cv2.IMREAD_UNCHANGED) * DEPTH_UNIT_M
+    semantic = cv2.imread(str(folder / first.file("semantic")), cv2.IMREAD_UNCHANGED)
     v, u = np.nonzero((semantic == Label.TARGET) & (flow[..., 2] == 1 + Seen.YES))
     assert len(u) > 100
     rays = train.trace((np.stack([u, v], axis=-1) + 0.5) * scale - 0.5)
     along = (depth[v, u] - rays.origin_m[:, 2]) / rays.direction[:, 2]
     points = rays.origin_m + along[:, np.newaxis] * rays.direction
-    poses = [np.array(each["world_from_virtual_camera"]["direct"]) for each in (first, second)]
+    poses = [np.array(each.world_from_virtual_camera["direct"]) for each in (first, second)]
     there = points @ poses[0][:3, :3].T + poses[0][:3, 3] + [0, 0, 0.08]
     seen = train.project((there - poses[1][:3, 3]) @ poses[1][:3, :3]).pixels
     expected = (seen + 0.5) / scale - 0.5 - np.stack([u, v], axis=-1)
@@ -112,9 +111,9 @@ def test_evo_reads_both_formats_and_they_agree(clips):
     for trajectory in (tum, euroc):
         np.testing.assert_allclose(trajectory.timestamps, [0, 0.2, 0.4], atol=1e-6)
         for pose, record in zip(trajectory.poses_se3, said, strict=True):
-            np.testing.assert_allclose(pose, record["world_from_body"], atol=1e-8)
+            np.testing.assert_allclose(pose, record.world_from_body, atol=1e-8)
     camera = file_interface.read_tum_trajectory_file(folder / "trajectories/clip-000001/camera.txt")
-    np.testing.assert_allclose(camera.poses_se3[2], said[2]["world_from_virtual_camera"]["direct"], atol=1e-8)
+    np.testing.assert_allclose(camera.poses_se3[2], said[2].world_from_virtual_camera["direct"], atol=1e-8)
 
 
 def test_images_of_euroc_are_those_of_the_set(clips):

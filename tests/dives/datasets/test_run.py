@@ -29,7 +29,7 @@ COARSE = LightQuality.coarse()
 
 
 def layer(folder, kind, index):
-    return cv2.imread(str(folder / files.file_of(record(folder, index), kind)), cv2.IMREAD_UNCHANGED)
+    return cv2.imread(str(folder / next(files.records(folder, [index])).file(kind)), cv2.IMREAD_UNCHANGED)
 
 
 def record(folder, index):
