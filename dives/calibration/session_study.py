@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import groupby, product
+from statistics import median
 
 import numpy as np
 
@@ -94,6 +95,24 @@ class SessionStudy:
 
     before: tuple[Remaining, ...]
     outcomes: tuple[Outcome, ...]
+
+    def table(self) -> list[tuple[str, ...]]:
+        """Median and worst rig of each session and length, the nominal rig first, below the head."""
+        head = ("session", "poses", "gaze (deg)", "worst rig", "worst pose", "expected", "image (px)", "worst rig")
+        rows = [(*head, "corners (px)", "worst rig"), _row("nominal rig, before", "-", self.before, "-")]
+        for (name, count), group in groupby(self.outcomes, key=lambda each: (each.session.name, each.pose_count)):
+            outcomes = list(group)
+            expected = f"{median(outcome.gaze_expected_deg for outcome in outcomes):.3f}"
+            rows.append(_row(name, str(count), [outcome.after for outcome in outcomes], expected))
+        return rows
+
+
+def _row(name: str, poses: str, rigs: Sequence[Remaining], expected: str) -> tuple[str, ...]:
+    gaze, image, corners = ([getattr(each, key) for each in rigs] for key in ("gaze_deg", "image_px", "corners_px"))
+    worst_pose = f"{max(each.gaze_worst_deg for each in rigs):.3f}"
+    of_gaze = (f"{median(gaze):.3f}", f"{max(gaze):.3f}", worst_pose, expected)
+    in_pixels = (f"{value:.2f}" for values in (image, corners) for value in (median(values), max(values)))
+    return (name, poses, *of_gaze, *in_pixels)
 
 
 def session_study(

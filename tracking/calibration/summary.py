@@ -78,6 +78,41 @@ class CalibrationSummary:
         """Plain values, for JSON."""
         return asdict(self)
 
+    @property
+    def signs(self) -> str:
+        """Signs of the joints, in words."""
+        doubt = "" if self.signs_decided else " (unobservable; as in the rig file)"
+        return f"signs: pan {self.pan_sign:+d}, tilt {self.tilt_sign:+d}{doubt}"
+
+    def table(self) -> list[list[str]]:
+        """What was estimated, for people; the head first."""
+        rows = [["parameter", "estimate", "std. dev.", "from the images alone", "tolerance", ""]]
+        for row in self.perturbations:
+            numbers = (row.value, row.standard_deviation, row.standard_deviation_from_data, row.tolerance)
+            digits = 5 if row.unit == "" else 3
+            rows.append([row.parameter, *(f"{number:.{digits}f}" for number in numbers), row.unit])
+        return rows
+
+    def findings(self) -> list[str]:
+        """What the images do not determine, how well the rest fits, and what a rig file can say of it, in sentences."""
+        lines = []
+        if self.unobservable:
+            kept = "keep their prior" if self.prior else "are unknown"
+            lines = [f"unobservable combinations, which {kept}:", *(f"  {each}" for each in self.unobservable)]
+        lines.append(f"residual: {self.residual_px:.2f} px rms, {self.outliers} outliers, {self.missing} missing")
+        if self.residual_width > 1:
+            lines.append(
+                f"that is {self.residual_width:.2f} times the noise given; all standard deviations are scaled by it"
+            )
+        if not self.converged:
+            lines.append("the solver did not converge: these numbers are a start, not a result")
+        return [
+            *lines,
+            f"gaze: standard deviation {self.gaze_deviation_deg:.3f} deg over the joints' range",
+            f"nearest rig file: joints.pan.offset_deg = {self.pan_offset_deg:.3f}, "
+            f"joints.tilt.offset_deg = {self.tilt_offset_deg:.3f}",
+        ]
+
 
 def calibration_summary(found: Estimate) -> CalibrationSummary:
     """Numbers of a calibration."""

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from statistics import median
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -14,10 +12,7 @@ from mirrorgaze.options import JsonOption, RigArgument
 from mirrorgaze.output import print_json, print_progress, print_step, print_table
 
 if TYPE_CHECKING:
-    from dives.calibration.session_study import SessionStudy
-    from dives.calibration.simulation import Remaining
     from rigs import Rig
-    from tracking.calibration.summary import CalibrationSummary
 
 
 def calibrate(
@@ -84,7 +79,10 @@ def calibrate(
     if json:
         print_json({**summary.as_dict(), "file": None if output is None else str(output)})
         return
-    _print(summary)
+    typer.echo(summary.signs)
+    print_table(summary.table())
+    for line in summary.findings():
+        typer.echo(line)
     if output is not None:
         typer.echo(str(output))
 
@@ -113,34 +111,6 @@ def _read(rig: Rig, observations: Path | None, edges: Path | None) -> tuple[Any,
     return target, corners
 
 
-def _print(found: CalibrationSummary) -> None:
-    doubt = "" if found.signs_decided else " (unobservable; as in the rig file)"
-    typer.echo(f"signs: pan {found.pan_sign:+d}, tilt {found.tilt_sign:+d}{doubt}")
-    rows = [["parameter", "estimate", "std. dev.", "from the images alone", "tolerance", ""]]
-    for row in found.perturbations:
-        numbers = (row.value, row.standard_deviation, row.standard_deviation_from_data, row.tolerance)
-        digits = 5 if row.unit == "" else 3
-        rows.append([row.parameter, *(f"{number:.{digits}f}" for number in numbers), row.unit])
-    print_table(rows)
-    if found.unobservable:
-        kept = "keep their prior" if found.prior else "are unknown"
-        typer.echo(f"unobservable combinations, which {kept}:")
-        for combination in found.unobservable:
-            typer.echo(f"  {combination}")
-    typer.echo(f"residual: {found.residual_px:.2f} px rms, {found.outliers} outliers, {found.missing} missing")
-    if found.residual_width > 1:
-        typer.echo(
-            f"that is {found.residual_width:.2f} times the noise given; all standard deviations are scaled by it"
-        )
-    if not found.converged:
-        typer.echo("the solver did not converge: these numbers are a start, not a result")
-    typer.echo(f"gaze: standard deviation {found.gaze_deviation_deg:.3f} deg over the joints' range")
-    typer.echo(
-        f"nearest rig file: joints.pan.offset_deg = {found.pan_offset_deg:.3f}, "
-        f"joints.tilt.offset_deg = {found.tilt_offset_deg:.3f}"
-    )
-
-
 def _simulate(rig: Rig, seeds: range, *, noise_px: float, backlash_deg: float, json: bool) -> None:
     from dives.calibration.session_study import session_study
 
@@ -157,29 +127,9 @@ def _simulate(rig: Rig, seeds: range, *, noise_px: float, backlash_deg: float, j
 
         print_json({"rig": rig.name, "seeds": list(seeds), **asdict(study)})
         return
-    _print_study(study)
-
-
-def _print_study(study: SessionStudy) -> None:
-    from itertools import groupby
-
-    head = ("session", "poses", "gaze (deg)", "worst rig", "worst pose", "expected", "image (px)", "worst rig")
-    rows = [(*head, "corners (px)", "worst rig"), _study_row("nominal rig, before", "-", study.before, "-")]
-    for (name, count), group in groupby(study.outcomes, key=lambda each: (each.session.name, each.pose_count)):
-        outcomes = list(group)
-        expected = f"{median(outcome.gaze_expected_deg for outcome in outcomes):.3f}"
-        rows.append(_study_row(name, str(count), [outcome.after for outcome in outcomes], expected))
-    print_table(rows)
+    print_table(study.table())
     typer.echo(
         f"rigs built with perturbations of 1 mm and 1 degree: {len(study.before)}. Root mean squares over the joints' "
         "range, median of the rigs;\nimage: of points 3 m away, corners: of the gaze mirror; expected: what the "
         "covariance says of the gaze"
     )
-
-
-def _study_row(name: str, poses: str, rigs: Sequence[Remaining], expected: str) -> tuple[str, ...]:
-    gaze, image, corners = ([getattr(each, key) for each in rigs] for key in ("gaze_deg", "image_px", "corners_px"))
-    worst_pose = f"{max(each.gaze_worst_deg for each in rigs):.3f}"
-    of_gaze = (f"{median(gaze):.3f}", f"{max(gaze):.3f}", worst_pose, expected)
-    in_pixels = (f"{value:.2f}" for values in (image, corners) for value in (median(values), max(values)))
-    return (name, poses, *of_gaze, *in_pixels)

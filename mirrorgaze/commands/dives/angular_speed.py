@@ -70,7 +70,6 @@ def angular_speed(
 
 
 def _row(name: str, speed: LargestSpeed) -> tuple[str, ...]:
-
     errors = [error for error in speed.errors_deg if error is not None]
     error = f"{max(errors):.3g}" if errors else "-"
     return (name, speed.arc.axis, str(speed.interval), error)
