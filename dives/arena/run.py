@@ -19,7 +19,7 @@ from dives.runner import run_dive
 from optics.workers.run import Failure, all_ended, counted, run_many
 from optics.workers.shards import Manifest, Shard
 from rigs.atomic_files import write_text
-from scenes.baking.light_quality import LightQuality, light_identity
+from scenes.baking.light_quality import LightQuality, light_identity, light_marks
 from tracking.log import read_log
 from tracking.loop.variants import VARIANTS
 
@@ -132,7 +132,10 @@ def dive_and_judge(seed: int, variant: str, folder: str, *, quality: LightQualit
     dive = with_loop(arena_dive(seed), variant)
     rig = dive.at_frame_rate(arena_rig(dive.rig))
     path = run_dive(dive, folder, rig=rig, quality=quality)
-    found = {"drawn": drawn_digest(dive, quality), "numbers": judged(dive, rig, rig_meshes(rig), read_log(path))}
+    found = {
+        "drawn": drawn_digest(dive, quality),
+        "numbers": judged(dive, rig, rig_meshes(rig), read_log(path)) | light_marks(quality),
+    }
     write_text(path / NUMBERS_FILE, json_text(found))
 
 

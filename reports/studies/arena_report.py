@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from optics.workers.run import all_ended, counted, run_many
 from reports.pages.arena import ArenaResults, WorstDive, arena_page
 from reports.studies.key_frames import KeyFrame, key_frames
 from rigs.atomic_files import write_text
+from scenes.baking.light_quality import LightQuality
 from tracking.log import read_log
 
 PAIRED = ("held_of_all_fraction", "identity_error_fraction", "gaze_error_held_rms_deg")
@@ -38,6 +40,7 @@ def write_arena_report(
     worst: int,
     workers: int,
     scheduler: str | None = None,
+    quality: LightQuality | None = None,
     log: Callable[[str], None],
 ) -> ArenaResults:
     """Write dives.csv, summary.csv, arena.json and report.html, and images of the worst dives of each loop.
@@ -52,6 +55,8 @@ def write_arena_report(
         Dives at a time, in processes of this machine.
     scheduler : str, optional
         Address of a dask cluster that draws instead.
+    quality : LightQuality, optional
+        As the dives have it, full by default.
     log : callable
         Takes sentences about what is going on.
 
@@ -63,7 +68,7 @@ def write_arena_report(
     rows, differences = arena_rows(outcomes), pair_differences(outcomes, PAIRED)
     variants = list(dict.fromkeys(outcome.variant for outcome in outcomes))
     chosen = [outcome for variant in variants for outcome in worst_of(outcomes, variant, worst)]
-    pictured = _pictured(chosen, workers=workers, scheduler=scheduler, log=log)
+    pictured = _pictured(chosen, partial(write_frames, quality=quality), workers=workers, scheduler=scheduler, log=log)
     results = ArenaResults(
         outcomes=outcomes,
         rows=rows,
@@ -102,7 +107,12 @@ def arena_key_frames(frames: Frames, detected: np.typing.NDArray[np.str_]) -> li
 
 
 def _pictured(
-    chosen: Sequence[ArenaOutcome], *, workers: int, scheduler: str | None, log: Callable[[str], None]
+    chosen: Sequence[ArenaOutcome],
+    draw: Callable[..., None],
+    *,
+    workers: int,
+    scheduler: str | None,
+    log: Callable[[str], None],
 ) -> dict[Path, list[tuple[Path, str]]]:
     """Images of dives with their captions, by the dive's folder; those that are there are kept."""
     pictures: dict[Path, list[tuple[Path, str]]] = {}
@@ -116,7 +126,7 @@ def _pictured(
         missing = {key.frame: str(path.absolute()) for key, path in paths.items() if not path.is_file()}
         if missing:
             jobs[outcome.folder.name] = (outcome.seed, outcome.variant, missing)
-    ends = run_many(write_frames, jobs, workers=workers, scheduler=scheduler)
+    ends = run_many(draw, jobs, workers=workers, scheduler=scheduler)
     all_ended(ends, counted(log, 0, len(jobs), "dives drawn"))
     return {
         folder: [(path, caption) for path, caption in images if path.is_file()] for folder, images in pictures.items()
