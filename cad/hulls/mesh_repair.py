@@ -355,7 +355,8 @@ def _place_text(place_mm: FloatArray) -> str:
 
 def manifold(vertices: FloatArray, faces: Faces) -> manifold3d.Manifold | None:
     """Body of triangles; None when they do not close it, each edge between two that run along it both ways."""
-    mesh = manifold3d.Mesh64(np.ascontiguousarray(vertices), np.ascontiguousarray(faces).view(np.uint64))
+    # Copies: manifold3d takes no arrays that are read-only, as those of a kept mesh are.
+    mesh = manifold3d.Mesh64(np.array(vertices, dtype=np.float64, order="C"), np.array(faces, np.uint64, order="C"))
     body = manifold3d.Manifold(mesh)
     return body if body.status() == manifold3d.Error.NoError else None
 

@@ -112,5 +112,6 @@ def _refusal(rig: Rig, layout: Layout) -> ValueError | None:
     try:
         base_placement(GimbalDimensions.from_rig(rig), layout)
     except ValueError as error:
-        return error
+        # Its frames would keep what the callers hold, in a circle with the error itself.
+        return error.with_traceback(None)
     return None

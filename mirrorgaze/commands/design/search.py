@@ -56,7 +56,7 @@ def search(
     """
     from mirrorgaze.loading import load_usable_rig, own_rig_file
     from optics.workers.run import open_workers
-    from reports.studies.design_search import Wanted, apply_design, search_into
+    from reports.studies.searching.design_search import Wanted, apply_design, search_into
     from rigs.files import find_rig
 
     if apply is not None:

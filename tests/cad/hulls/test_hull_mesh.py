@@ -8,6 +8,7 @@ import trimesh
 
 from cad.hulls import hull_mesh, mesh_simplification
 from cad.hulls.hull_mesh import HULL_MESH_VERSION, hull_notes, posed, read_hull_solid, read_hull_surface
+from cad.hulls.mesh_repair import manifold
 from cad.hulls.mesh_simplification import decimated, surface_distance
 from cad.hulls.wrapping import solid_field
 from rigs import FileHull, Rig
@@ -301,3 +302,11 @@ def test_kept_wraps_are_what_would_be_made_today(tmp_path, check_recorded, monke
     ellipsoid.apply_scale((400, 60, 80))
     surface = read_hull_solid(written(tmp_path, without(ellipsoid, ellipsoid.triangles_center[:, 0] > 350))).surface
     check_recorded("hull wrap", HULL_MESH_VERSION, rel=1e-3, shape=np.array([surface.area, surface.volume / 1000]))
+
+
+def test_triangles_that_cannot_be_written_to_make_a_body_too():
+    """Those of a mesh from the cache cannot: a search on a hull's file ended there."""
+    box = trimesh.creation.box((100.0, 200.0, 300.0))
+    vertices, faces = np.array(box.vertices), np.array(box.faces, dtype=np.int32)
+    vertices.flags.writeable = faces.flags.writeable = False
+    assert manifold(vertices, faces).volume() == pytest.approx(6e6)

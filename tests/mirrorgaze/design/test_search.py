@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mirrorgaze.cli import app
-from reports.studies import design_search
+from reports.studies.searching import design_search
 
 
 def mirrorgaze(*arguments: str):

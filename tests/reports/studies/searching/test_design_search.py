@@ -16,8 +16,8 @@ from optics.search import search
 from optics.search.objectives import OBJECTIVES, design_of
 from optics.search.score import Grid
 from optics.workers.run import open_workers
-from reports.studies import design_search
-from reports.studies.design_search import Wanted, apply_design, search_into
+from reports.studies.searching import design_search
+from reports.studies.searching.design_search import Wanted, apply_design, search_into
 from rigs import Rig, RigError, preset_path
 
 SMALL = Grid(pan_steps=7, tilt_steps=9, columns=16, rows=12, nside=8)

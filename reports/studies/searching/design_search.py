@@ -35,7 +35,7 @@ from optics.train import OpticalTrain
 from optics.workers.run import Workers
 from reports.figures.search import draw_front, front_rows, write_front
 from reports.progress import Log, Stages
-from reports.studies.search_results import SearchedDesign, SearchResults
+from reports.studies.searching.search_results import SearchedDesign, SearchResults
 from rigs import Rig, RigError, load_document, save_document
 from rigs.atomic_files import write_text
 
@@ -146,7 +146,7 @@ def search_into(
                 look(ended.name, partial(str, said))
         return [look(name, partial(_problem, rig, design)) for name, design in mounts.items()]
 
-    parts = rig_meshes(rig)
+    parts, hull = rig_meshes(rig), _solid(rig)
     search = search_designs(
         rig,
         parts,
@@ -154,13 +154,13 @@ def search_into(
         designs=wanted.designs,
         seed=wanted.seed,
         factor=wanted.factor,
-        buildable=_buildable(rig),
+        buildable=_buildable(hull),
         checkpoint=checkpoint,
         score=None if workers is None else partial(_scores_by, workers, rig, wanted.objectives),
     )
 
     def held(design: FloatArray) -> list[str]:
-        margins = envelope_margins_mm(rig_with(rig, design), _solid_hull(rig)).items()
+        margins = envelope_margins_mm(rig_with(rig, design), hull).items()
         return binding(rig, design, search.low, search.high) + [name for name, margin in margins if margin < BINDING_MM]
 
     def described(row: int) -> SearchedDesign:
@@ -205,16 +205,21 @@ def search_into(
 
 
 @lru_cache(maxsize=1)
-def _solid_hull(rig: Rig) -> Any:
+def _triangles(rig: Rig) -> tuple[FloatArray, FloatArray]:
+    """Vertices and faces of the hull, copied: what they come from goes."""
     surface = hull_surface(rig)
-    hull = manifold(np.asarray(surface.vertices), np.asarray(surface.faces, dtype=np.int64))
-    assert hull is not None
-    return hull
+    return np.array(surface.vertices), np.array(surface.faces)
 
 
-def _buildable(rig: Rig) -> Callable[[Rig], str]:
-    """The condition that a design's clearance envelope violates; empty when it violates none."""
-    hull = _solid_hull(rig)
+def _solid(rig: Rig) -> Any:
+    """The hull as a body; not kept for good, since manifold3d complains at length of what is there at the end."""
+    body = manifold(*_triangles(rig))
+    assert body is not None
+    return body
+
+
+def _buildable(hull: Any) -> Callable[[Rig], str]:
+    """The condition that a design's clearance envelope violates beside a hull; empty when it violates none."""
 
     def violated_condition(made: Rig) -> str:
         return next((name for name, margin in envelope_margins_mm(made, hull).items() if margin < -ROUNDING_MM), "")
@@ -233,7 +238,7 @@ def _scores_by(workers: Workers, rig: Rig, objectives: tuple[str, ...], designs:
 
 def _scores(rig: Rig, grid: Grid, objectives: tuple[str, ...], designs: FloatArray) -> FloatArray:
     """What a worker does: scores as the search has them."""
-    return feasible_scores(rig, _scorer(rig, grid), objectives_named(objectives), _buildable(rig), designs)
+    return feasible_scores(rig, _scorer(rig, grid), objectives_named(objectives), _buildable(_solid(rig)), designs)
 
 
 @lru_cache(maxsize=1)

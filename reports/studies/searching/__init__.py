@@ -1,0 +1,1 @@
+"""A design search into a folder, and what it found."""
