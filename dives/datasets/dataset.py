@@ -28,7 +28,7 @@ OF_THE_SET = frozenset({"samples", "formats", "boxes", "description", "licence"}
 """Keys that say nothing about a single sample."""
 
 
-RECORD_VERSION = 2
+RECORD_VERSION = 3
 """Raised when records hold something else: a folder that was begun before is then refused, not mixed."""
 
 
@@ -163,6 +163,9 @@ def _problems(spec: DatasetSpecification, rigs: dict[str, Rig]) -> list[Problem]
     if not all(balls) and (spec.target.colour is not None or spec.target.diameter_m is not None):
         expected = "no colour and diameter_m in [target], since one of its shapes is no ball"
         problems.append(Problem(place="target.shape", value=None, expected=expected))
+    if "bop" in spec.formats and spec.target.diameter_m is not None and spec.target.diameter_m.all_values() is None:
+        expected = "a number, a list or a table of values: an object of the format bop has one size"
+        problems.append(Problem(place="target.diameter_m", value=spec.target.diameter_m.document(), expected=expected))
     for number, decoy in enumerate(spec.decoys):
         with collecting(problems, f"decoys[{number}].shape", decoy.shape):
             DiveThing(shape=decoy.shape, diameter_m=decoy.diameter_m, colour=decoy.colour).load_shape()

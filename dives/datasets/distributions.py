@@ -38,6 +38,10 @@ class Distribution(ABC):
     def ends(self) -> tuple[float, float]:
         """Lowest and highest number that may be drawn."""
 
+    def all_values(self) -> tuple[float, ...] | None:
+        """All numbers that may come; None where they are without end."""
+        return None
+
     @abstractmethod
     def document(self) -> Any:
         """As a file says it."""
@@ -58,6 +62,10 @@ class Fixed(Distribution):
         """The value; nothing is drawn."""
         return self.value
 
+    def all_values(self) -> tuple[float, ...]:
+        """The value."""
+        return (self.value,)
+
     def ends(self) -> tuple[float, float]:
         """The value twice."""
         return self.value, self.value
@@ -76,6 +84,10 @@ class Listed(Distribution):
     def draw(self, rng: np.random.Generator) -> float:
         """Never: the grid says which it is."""
         raise NotImplementedError
+
+    def all_values(self) -> tuple[float, ...]:
+        """The values."""
+        return self.grid
 
     def ends(self) -> tuple[float, float]:
         """Smallest and largest."""
@@ -162,6 +174,10 @@ class Weighted(Table):
     def draw(self, rng: np.random.Generator) -> float:
         """One of them."""
         return self.values[int(rng.choice(len(self.values), p=np.divide(self.weights, sum(self.weights))))]
+
+    def all_values(self) -> tuple[float, ...]:
+        """The values."""
+        return self.values
 
     def ends(self) -> tuple[float, float]:
         """Smallest and largest."""

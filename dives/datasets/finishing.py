@@ -19,6 +19,7 @@ from dives.datasets.files import (
     TABLE,
     file_name,
 )
+from dives.datasets.formats.bop import write_bop
 from dives.datasets.formats.coco import write_coco
 from dives.datasets.formats.parquet import write_parquet
 from dives.datasets.formats.trajectories import write_euroc, write_tum
@@ -32,6 +33,7 @@ from scenes.baking.light_quality import light_marks
 FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {
     "coco": write_coco,
     "yolo": write_yolo,
+    "bop": write_bop,
     "webdataset": write_webdataset,
     "parquet": write_parquet,
     "tum": write_tum,

@@ -44,6 +44,8 @@ class SampleRecord:
         By path: direct, fold, gaze.
     world_from_body, world_from_target : 4 x 4
         The target's is None where there is none, as are its radius and, where it is not seen, its pixel.
+    world_from_decoys : list of 4 x 4
+        In the file's order; None for one that is not there.
     joints_deg, gaze_deg, exposure : dict of str to float
         Gaze of a rig with mirrors, exposure of a sensor.
     path_px : dict of str to int
@@ -70,6 +72,7 @@ class SampleRecord:
     world_from_virtual_camera: dict[str, Matrix]
     world_from_body: Matrix
     world_from_target: Matrix | None
+    world_from_decoys: list[Matrix | None]
     target_radius_m: float | None
     target_px: tuple[float, float] | None
     joints_deg: dict[str, float]

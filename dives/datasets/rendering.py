@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dives.datasets.drawing import Sample, target_radius_m
-from dives.datasets.record import SampleFile, SampleRecord, file_facts
+from dives.datasets.record import Matrix, SampleFile, SampleRecord, file_facts
 from dives.datasets.scenes import DatasetScene
 from optics.gaze.kinematics import forward_gaze
 from scenes.image import display_image
@@ -172,6 +172,7 @@ def _record(
         world_from_virtual_camera=document["info"]["world_from_virtual_camera"],
         world_from_body=state.world_from_body.as_matrix().tolist(),
         world_from_target=state.world_from_target.as_matrix().tolist() if there else None,
+        world_from_decoys=_decoy_poses(sample),
         target_radius_m=target_radius_m(scene, state) if there else None,
         target_px=truth.frame.target_centroid_px(),
         joints_deg={"q1": float(np.degrees(state.q1)), "q2": float(np.degrees(state.q2))},
@@ -182,6 +183,12 @@ def _record(
         annotations=[_without_mask(each) for each in document["annotations"]],
         files=files,
     )
+
+
+def _decoy_poses(sample: Sample) -> list[Matrix | None]:
+    """Pose of each decoy in the world; None of one that is not there."""
+    poses = sample.state.world_from_decoys or ()
+    return [pose.as_matrix().tolist() if there else None for pose, there in zip(poses, sample.present[1:], strict=True)]
 
 
 def _without_folder(value: Any) -> Any:

@@ -92,7 +92,7 @@ def _annotations(dataset: Dataset, folder: Path, record: SampleRecord) -> Iterat
     boxes = boxes_of(dataset, record)
     if not boxes:
         return
-    semantic, instances, paths = (_layer(folder, record, kind) for kind in ("semantic", "instances", "paths"))
+    semantic, instances, paths = (read_layer(folder, record, kind) for kind in ("semantic", "instances", "paths"))
     for box in boxes:
         path = int(Region[box["region"].upper()]) + FURTHER * box["further_reflection"]
         mask = (semantic == box["category_id"]) & (instances == box["instance"] + 1) & (paths == path)
@@ -120,7 +120,8 @@ def compressed(runs: Sequence[int]) -> str:
     return "".join(text)
 
 
-def _layer(folder: Path, record: SampleRecord, kind: str) -> NDArray[Any]:
+def read_layer(folder: Path, record: SampleRecord, kind: str) -> NDArray[Any]:
+    """Image or layer of a sample as OpenCV reads it; `ValueError` with what to do when it is damaged."""
     file = folder / record.file(kind)
     image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
     if image is None:

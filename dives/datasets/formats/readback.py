@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import tarfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
 import pyarrow.parquet as pq
 
-from dives.datasets.files import TABLE
+from dives.datasets.files import TABLE, records
+from dives.datasets.formats.bop import mask_info
+from rigs.atomic_files import digest_of
 
 
 def read_back(folder: Path) -> tuple[list[str], list[str]]:
@@ -78,6 +83,35 @@ def _parquet(folder: Path) -> Iterator[str]:
     yield from _different(folder / "parquet", found, _splits(folder))
 
 
+def _bop(folder: Path) -> Iterator[str]:
+    """As programs for BOP read it: images by the numbers in `scene_camera.json`, a mask for each pose."""
+    for scene in sorted((folder / "bop").glob("*/[0-9]*")):
+        files = [scene / f"scene_{name}.json" for name in ("camera", "gt", "gt_info")]
+        cameras, poses, infos = (json.loads(file.read_text(encoding="utf-8")) for file in files)
+        if not cameras.keys() == poses.keys() == infos.keys():
+            yield f"{scene}: expected the same images in its three JSON files"
+            continue
+        for name in cameras:
+            yield from _bop_image(folder, scene, int(name), poses[name], infos[name])
+
+
+def _bop_image(folder: Path, scene: Path, index: int, poses: list[Any], infos: list[Any]) -> Iterator[str]:
+    (record,) = records(folder, [index])
+    rgb = record.files["images"]
+    image = scene / "rgb" / f"{index:06d}{rgb.suffix}"
+    if not image.is_file() or digest_of(image) != rgb.sha256:
+        yield f"{image}: expected the image of sample {index}"
+    depth = cv2.imread(str(scene / "depth" / f"{index:06d}.png"), cv2.IMREAD_UNCHANGED)
+    if depth is None or len(poses) != len(infos):
+        yield f"{scene}: expected depth of sample {index}, and as many entries as poses"
+        return
+    for number, info in enumerate(infos):
+        files = [scene / kind / f"{index:06d}_{number:06d}.png" for kind in ("mask", "mask_visib")]
+        masks = [np.asarray(mask) > 0 for file in files if (mask := cv2.imread(str(file), 0)) is not None]
+        if len(masks) != len(files) or not masks[0].any() or mask_info(masks[0], masks[1], depth) != info:
+            yield f"{files[0]}: expected masks with the boxes and counts of scene_gt_info.json"
+
+
 def _different(place: Path, found: Counter[str], expected: Counter[str]) -> Iterator[str]:
     for split in sorted(found.keys() | expected.keys()):
         if found[split] != expected[split]:
@@ -89,4 +123,9 @@ def _splits(folder: Path) -> Counter[str]:
     return Counter(pq.read_table(folder / TABLE, columns=["split"])["split"].to_pylist())
 
 
-READERS: dict[str, Callable[[Path], Any]] = {"coco": _coco, "webdataset": _webdataset, "parquet": _parquet}
+READERS: dict[str, Callable[[Path], Any]] = {
+    "coco": _coco,
+    "bop": _bop,
+    "webdataset": _webdataset,
+    "parquet": _parquet,
+}

@@ -12,7 +12,7 @@ samples = 6
 seed = 7
 licence = "CC-BY-4.0"
 splits = { train = 2, val = 1 }
-formats = ["coco", "yolo", "webdataset", "parquet"]
+formats = ["coco", "yolo", "bop", "webdataset", "parquet"]
 boxes = ["target", "decoy"]
 
 [scene]
@@ -26,7 +26,7 @@ q2_deg = { mean = 0.0, deviation = 10.0, low = -20.0, high = 20.0 }
 
 [target]
 colour = ["red", "orange"]
-diameter_m = "0.2..0.4"
+diameter_m = { values = [0.25, 0.35], weights = [1, 1] }
 azimuth_deg = "-5..5"
 distance_m = { low = 0.8, high = 2.0, log = true }
 

@@ -35,6 +35,10 @@ def test_what_a_format_lacks_is_found_by_its_own_library(copied):
     (copied / "annotations/instances_train.json").write_text(json.dumps(document))
     shutil.copy(copied / "webdataset/train-000000.tar", copied / "webdataset/val-000000.tar")
     (copied / "parquet/val-00000.parquet").unlink()
+    masks = sorted(copied.glob("bop/*/*/mask_visib/*.png"))
+    shutil.copy(masks[0], masks[1])
+    image = next(copied.glob("bop/*/*/rgb/*.png"))
+    turn(image)
     problems, notes = read_back(copied)
     assert notes == []
     train = len(document["images"]) + 1
@@ -43,6 +47,8 @@ def test_what_a_format_lacks_is_found_by_its_own_library(copied):
         f"expected {train} images, got {train - 1}",
         "px in annotation 1",
         *(f"expected the image of annotation {number}" for number in unlisted),
+        f"{image}: expected the image of sample",
+        f"{str(masks[1]).replace('mask_visib', 'mask')}: expected masks with the boxes and counts",
         f"expected {6 - train} samples of val, got {train}",
         f"expected {6 - train} samples of val, got 0",
     ]
