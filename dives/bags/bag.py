@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
@@ -79,47 +80,68 @@ def write_bag(
     FileExistsError
         When something else than a bag is at `path`.
     """
-    if path.exists() and not (path / "metadata.yaml").is_file():
-        raise FileExistsError(f"{path}: expected nothing or an earlier bag, got something else")
+    check_place(path)
     recording = Recording.open(folder, rig)
     joints = rig_joints(rig)
+    with open_bag(path, TOPICS) as write:
+        _write_all(write, recording, rig, joints, progress)
+    return path
+
+
+Write = Callable[[str, int, Message], None]
+"""Writes a message by its topic and its time, nanoseconds."""
+
+
+def check_place(path: Path) -> None:
+    """`FileExistsError` when something else than a bag is at a path."""
+    if path.exists() and not (path / "metadata.yaml").is_file():
+        raise FileExistsError(f"{path}: expected nothing or an earlier bag, got something else")
+
+
+@contextmanager
+def open_bag(path: Path, topics: Mapping[str, str]) -> Iterator[Write]:
+    """Give what writes messages into a new bag, whose types are given by topic; at the end it replaces an earlier one.
+
+    When the block fails nothing changes.
+    """
+    check_place(path)
     with scratch_folder(path.parent, path.name) as scratch:
         # The bag's name is written into it, so it is made under its own name in another folder.
         made = scratch / path.name
         writer = Writer(made, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         with writer:
-            _write_all(writer, recording, rig, joints, progress)
+            connections = {topic: _connection(writer, topic, kind) for topic, kind in topics.items()}
+
+            def write(topic: str, stamp: int, message: Message) -> None:
+                connection = connections[topic]
+                writer.write(connection, stamp, TYPESTORE.serialize_cdr(message, connection.msgtype))
+
+            yield write
         if path.exists():
             shutil.rmtree(path)
         made.rename(path)
-    return path
+
+
+def _connection(writer: Writer, topic: str, kind: str) -> Connection:
+    qualities = [LATCHED] if topic == "/tf_static" else []
+    return writer.add_connection(topic, kind, typestore=TYPESTORE, offered_qos_profiles=qualities)
 
 
 def _write_all(
-    writer: Writer,
+    write: Write,
     recording: Recording,
     rig: Rig,
     joints: tuple[LinkJoint, ...],
     progress: Callable[[int, int], None],
 ) -> None:
-    connections = {
-        topic: writer.add_connection(
-            topic, kind, typestore=TYPESTORE, offered_qos_profiles=[LATCHED] if topic == "/tf_static" else []
-        )
-        for topic, kind in TOPICS.items()
-    }
     stamps = [messages.nanoseconds(time_s) for time_s in recording.number("time_s")]
     still = [motion.at(0) for motion in fixed_frames(joints)]
-    _write(writer, connections["/tf_static"], stamps[0], messages.transforms(still, stamps[0]))
+    write("/tf_static", stamps[0], messages.transforms(still, stamps[0]))
     facts = Facts.of(recording, rig, joints)
     for row, (stamp, image) in enumerate(zip(stamps, recording.images(), strict=True)):
         for topic, message in facts.at(row, stamp):
-            _write(writer, connections[topic], stamp, message)
-        _write(writer, connections["/camera/camera_info"], stamp, messages.camera_info(rig.camera, stamp, CAMERA))
-        _write(writer, connections["/camera/image_raw"], stamp, messages.image(image, stamp, CAMERA))
+            write(topic, stamp, message)
+        write("/camera/camera_info", stamp, messages.camera_info(rig.camera, stamp, CAMERA))
+        write("/camera/image_raw", stamp, messages.image(image, stamp, CAMERA))
         progress(row + 1, len(stamps))
-
-
-def _write(writer: Writer, connection: Connection, stamp: int, message: Message) -> None:
-    writer.write(connection, stamp, TYPESTORE.serialize_cdr(message, connection.msgtype))

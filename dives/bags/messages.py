@@ -41,6 +41,15 @@ def image(pixels: NDArray[np.uint8], stamp_ns: int, frame: str) -> Message:
     )
 
 
+def compressed_image(content: bytes, suffix: str, stamp_ns: int, frame: str) -> Message:
+    """`sensor_msgs/CompressedImage` of a PNG or JPEG file with its name's ending."""
+    return _message("sensor_msgs/msg/CompressedImage")(
+        header=header(stamp_ns, frame),
+        format="png" if suffix == ".png" else "jpeg",
+        data=np.frombuffer(content, dtype=np.uint8),
+    )
+
+
 def camera_info(camera: Camera, stamp_ns: int, frame: str) -> Message:
     """`sensor_msgs/CameraInfo` of the rig's camera, as it is in air: OpenCV's distortion, nothing rectified.
 
@@ -108,6 +117,14 @@ def vector(components: FloatArray, stamp_ns: int, frame: str) -> Message:
     """`geometry_msgs/Vector3Stamped`."""
     xyz = _message("geometry_msgs/msg/Vector3")(**_components("xyz", components))
     return _message("geometry_msgs/msg/Vector3Stamped")(header=header(stamp_ns, frame), vector=xyz)
+
+
+def pose(translation_m: FloatArray, quaternion: FloatArray, stamp_ns: int, frame: str) -> Message:
+    """`geometry_msgs/PoseStamped`."""
+    place = _message("geometry_msgs/msg/Point")(**_components("xyz", translation_m))
+    turn = _message("geometry_msgs/msg/Quaternion")(**_components("xyzw", quaternion))
+    placed = _message("geometry_msgs/msg/Pose")(position=place, orientation=turn)
+    return _message("geometry_msgs/msg/PoseStamped")(header=header(stamp_ns, frame), pose=placed)
 
 
 def string(text: str) -> Message:

@@ -20,6 +20,7 @@ from dives.datasets.files import (
     file_name,
 )
 from dives.datasets.formats.bop import write_bop
+from dives.datasets.formats.clip_bags import write_mcap
 from dives.datasets.formats.coco import write_coco
 from dives.datasets.formats.parquet import write_parquet
 from dives.datasets.formats.trajectories import write_euroc, write_tum
@@ -38,6 +39,7 @@ FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {
     "parquet": write_parquet,
     "tum": write_tum,
     "euroc": write_euroc,
+    "mcap": write_mcap,
 }
 """Each writes the samples of a set, and returns the files that the manifest lists."""
 

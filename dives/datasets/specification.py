@@ -14,7 +14,7 @@ from rigs.section import NotNegative, Number, Positive, Section, Whole
 from scenes.light.waves import STRONGEST_WIND_M_PER_S
 from scenes.stage.scene import DEPTHS_M, WIND_M_PER_S
 
-Format = Literal["coco", "yolo", "bop", "webdataset", "parquet", "tum", "euroc"]
+Format = Literal["coco", "yolo", "bop", "webdataset", "parquet", "tum", "euroc", "mcap"]
 
 BoxLabel = Literal["target", "decoy", "world", "hull", "mount", "servo", "mirror_back", "snow"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 import json
 import tarfile
@@ -17,6 +18,7 @@ import pyarrow.parquet as pq
 
 from dives.datasets.files import TABLE, records
 from dives.datasets.formats.bop import mask_info
+from dives.datasets.formats.clip_bags import IMAGE_TOPIC
 from rigs.atomic_files import digest_of
 
 
@@ -112,6 +114,32 @@ def _bop_image(folder: Path, scene: Path, index: int, poses: list[Any], infos: l
             yield f"{files[0]}: expected masks with the boxes and counts of scene_gt_info.json"
 
 
+def _mcap(folder: Path) -> Iterator[str]:
+    files = sorted((folder / "mcap").glob("*/*.mcap"))
+    if not files:
+        return
+    from mcap.exceptions import McapError  # noqa: PLC0415
+    from mcap.reader import make_reader  # noqa: PLC0415
+    from mcap_ros2.decoder import DecoderFactory  # noqa: PLC0415
+
+    images = pq.read_table(folder / TABLE, columns=["clip", "image"]).to_pylist()
+    for file in files:
+        digests: Counter[str] = Counter()
+        clip = int(file.stem.removeprefix("clip-"))
+        expected = Counter(digest_of(folder / row["image"]) for row in images if row["clip"] == clip)
+        try:
+            with file.open("rb") as stream:
+                reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+                for _, channel, _, message in reader.iter_decoded_messages():
+                    if channel.topic == IMAGE_TOPIC:
+                        digests[hashlib.sha256(bytes(message.data)).hexdigest()] += 1
+        except McapError as error:
+            yield f"{file}: expected an MCAP file, got {error}"
+            continue
+        if digests != expected:
+            yield f"{file}: expected the {expected.total()} images of clip {clip}"
+
+
 def _different(place: Path, found: Counter[str], expected: Counter[str]) -> Iterator[str]:
     for split in sorted(found.keys() | expected.keys()):
         if found[split] != expected[split]:
@@ -128,4 +156,5 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "bop": _bop,
     "webdataset": _webdataset,
     "parquet": _parquet,
+    "mcap": _mcap,
 }

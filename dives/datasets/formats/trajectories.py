@@ -36,7 +36,7 @@ Trajectory = list[tuple[float, FloatArray]]
 def write_tum(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[str]:
     """Write `trajectories/clip-000000/robot.txt`, `camera.txt` and `target.txt`: time, place, quaternion x y z w."""
     names = []
-    for clip, found in _clips(folder, indices):
+    for clip, found in clips(folder, indices):
         for whose, trajectory in _trajectories(found).items():
             names.append(f"trajectories/clip-{clip:06d}/{whose}.txt")
             (folder / names[-1]).parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +47,7 @@ def write_tum(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[st
 def write_euroc(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[str]:
     """Write `euroc/clip-000000/mav0/`: `cam0` with its images, `state_groundtruth_estimate0` of the robot."""
     names = []
-    for clip, found in _clips(folder, indices):
+    for clip, found in clips(folder, indices):
         place = f"euroc/clip-{clip:06d}/mav0"
         for name, text in _euroc_texts(dataset, found).items():
             names.append(f"{place}/{name}")
@@ -58,7 +58,7 @@ def write_euroc(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[
     return names
 
 
-def _clips(folder: Path, indices: Sequence[int]) -> Iterator[tuple[int, list[SampleRecord]]]:
+def clips(folder: Path, indices: Sequence[int]) -> Iterator[tuple[int, list[SampleRecord]]]:
     """Records of each clip, in their order."""
     for clip, found in groupby(records(folder, indices), key=lambda record: int(record.clip)):
         yield clip, list(found)

@@ -3,6 +3,8 @@
 The rig has no mirrors and the water nothing in it, so that nothing is lit.
 """
 
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -22,7 +24,7 @@ CLIPS = """
 name = "clips"
 samples = 6
 seed = 5
-formats = ["tum", "euroc", "webdataset", "parquet"]
+formats = ["tum", "euroc", "mcap", "bop", "webdataset", "parquet"]
 [scene]
 rig = "bench"
 world = "blue"
@@ -126,6 +128,19 @@ def test_images_of_euroc_are_those_of_the_set(clips):
     sensor = yaml.safe_load((place / "sensor.yaml").read_text())
     assert sensor["resolution"] == [160, 120]
     assert sensor["rate_hz"] == 5
+
+
+def test_bop_takes_the_camera_itself_of_a_rig_without_mirrors(clips):
+    dataset, folder = clips
+    cameras = {}
+    for file in folder.glob("bop/*/*/scene_camera.json"):
+        cameras |= json.loads(file.read_text())
+    said = records(folder)
+    assert sorted(cameras, key=int) == [str(each.index) for each in said]
+    for each in said:
+        camera, world_from_camera = cameras[str(each.index)], np.array(each.world_from_virtual_camera["direct"])
+        np.testing.assert_allclose(np.reshape(camera["cam_R_w2c"], (3, 3)), world_from_camera[:3, :3].T, atol=1e-12)
+        assert camera["rig"] == next(iter(dataset.rigs.values())).name
 
 
 def test_a_clip_whose_joints_would_leave_their_limits_is_drawn_again(tmp_path):
