@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Image = NDArray[np.uint8]
-Codec = Literal["ffv1", "h264"]
+Codec = Literal["ffv1", "h264", "h264_short"]
 
 ENCODERS: dict[Codec, tuple[str, str, dict[str, str]]] = {
     # Version 3 with four slices and check sums, every frame by itself. Golomb-Rice codes take half as long as the range
@@ -24,6 +24,8 @@ ENCODERS: dict[Codec, tuple[str, str, dict[str, str]]] = {
     "ffv1": ("ffv1", "bgr0", {"level": "3", "slices": "4", "slicecrc": "1", "coder": "0", "context": "0", "g": "1"}),
     # No frame refers to a later one: packets stay in the order of the images.
     "h264": ("libx264", "yuv420p", {"preset": "veryfast", "crf": "20", "bf": "0"}),
+    # For programs that read single frames in any order: every second one by itself.
+    "h264_short": ("libx264", "yuv420p", {"preset": "veryfast", "crf": "10", "bf": "0", "g": "2"}),
 }
 """Encoder, pixel format and options."""
 
@@ -38,8 +40,8 @@ class VideoWriter:
     Parameters
     ----------
     path : Path
-    codec : {"ffv1", "h264"}
-        Lossless, or for looking at.
+    codec : {"ffv1", "h264", "h264_short"}
+        Lossless, for looking at, or for learning.
     frame_rate_hz : float
     """
 

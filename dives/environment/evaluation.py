@@ -6,10 +6,11 @@ import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from gymnasium.utils.env_checker import check_env
+from numpy.typing import NDArray
 
 from dives.environment.gaze_env import GazeEnv, GazeVectorEnv
 from dives.environment.policies import LoopPolicy, Policy, RandomPolicy
@@ -18,6 +19,22 @@ from dives.metrics.intervals import Interval, difference_interval, mean_interval
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from tracking.loop.variants import VARIANTS
+
+Observation = dict[str, NDArray[Any]]
+
+
+class Recorder(Protocol):
+    """Is shown episodes that run side by side."""
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """An episode of each seed begins."""
+
+    def step(self, observation: Observation, actions: NDArray[Any], rewards: NDArray[Any]) -> None:
+        """What each environment showed, what was done, and the reward; there may be more than seeds."""
+
+    def end(self) -> None:
+        """Their time is up."""
+
 
 RANDOM = "random"
 POLICIES = (*VARIANTS, RANDOM)
@@ -102,6 +119,7 @@ def run_policy(
     *,
     episodes: int,
     seed: int = 0,
+    recorder: Recorder | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> PolicyResult:
     """Let a policy act in episodes with the seeds `seed` to `seed + episodes - 1`.
@@ -114,6 +132,8 @@ def run_policy(
         Makes the policy of one environment.
     episodes : int
     seed : int
+    recorder : Recorder, optional
+        Is shown every step of these episodes.
     progress : callable, optional
         Gets the episodes done and to do.
     """
@@ -123,7 +143,8 @@ def run_policy(
     rewards: list[FloatArray] = []
     errors: list[FloatArray] = []
     for first in range(0, episodes, env.num_envs):
-        of_round = _round(env, policies, seed + first)
+        wanted = min(env.num_envs, episodes - first)
+        of_round = _round(env, policies, [seed + first + k for k in range(wanted)], recorder)
         rewards += list(of_round[0].T)
         errors += list(of_round[1].T)
         progress(min(first + env.num_envs, episodes), episodes)
@@ -133,17 +154,29 @@ def run_policy(
     )
 
 
-def _round(env: GazeVectorEnv, policies: Sequence[Policy], seed: int) -> tuple[FloatArray, FloatArray]:
-    """Rewards and gaze errors of an episode in each environment, shape (steps, environments)."""
-    observation, _ = env.reset(seed=seed)
+def _round(
+    env: GazeVectorEnv, policies: Sequence[Policy], seeds: Sequence[int], recorder: Recorder | None
+) -> tuple[FloatArray, FloatArray]:
+    """Rewards and gaze errors of an episode in each environment, shape (steps, environments).
+
+    There may be fewer seeds than environments: what the others do is not recorded.
+    """
+    observation, _ = env.reset(seed=seeds[0])
     for k, policy in enumerate(policies):
-        policy.begin(seed + k)
+        policy.begin(seeds[0] + k)
+    if recorder is not None:
+        recorder.begin(seeds)
     rewards, errors = [], []
     for _ in range(env.task.steps):
-        actions = [
-            policy.act({name: values[k] for name, values in observation.items()}) for k, policy in enumerate(policies)
-        ]
-        observation, reward, _, _, info = env.step(np.stack(actions))
+        actions = np.stack(
+            [policy.act({name: values[k] for name, values in observation.items()}) for k, policy in enumerate(policies)]
+        )
+        seen = observation
+        observation, reward, _, _, info = env.step(actions)
+        if recorder is not None:
+            recorder.step(seen, actions, reward)
         rewards.append(reward)
         errors.append(info["gaze_error_rad"])
+    if recorder is not None:
+        recorder.end()
     return np.array(rewards), np.array(errors)

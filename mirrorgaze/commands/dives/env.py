@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
@@ -30,6 +32,14 @@ def env(
         float, typer.Option(help="How far the gaze is off the target at the start at most, in degrees.")
     ] = 8.0,
     seed: SeedOption = 0,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write the policy's episodes as a LeRobot data set (v3.0) into this folder.",
+            show_default=False,
+        ),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Check a learning environment and run policies.
@@ -37,7 +47,8 @@ def env(
     The environment is one of Gymnasium: an action turns the mirrors, an observation is the frame over the mirrors
     with the joints, the reward is minus the gaze error. Lets Gymnasium check it, prints its spaces and its steps per
     second, alone and side by side, and the return and RMS gaze error of policies that are known with intervals of
-    95 %. Every policy gets the same episodes, with seeds from --seed on.
+    95 %. Every policy gets the same episodes, with seeds from --seed on. --record writes those of one policy as
+    demonstrations: what was seen, done and rewarded at each step.
 
     Takes the package gymnasium: pip install 'mirrorgaze[env]'.
 
@@ -45,10 +56,12 @@ def env(
     Example:
       mirrorgaze env spiral --episodes 16
       mirrorgaze env my-dive.toml --rig my-auv.toml --policy default,random --json
+      mirrorgaze env spiral --policy default --episodes 50 --record out/demonstrations
     """
     from cad.assembly.meshes import rig_meshes
     from dives.environment.evaluation import check_environment, policy_named, policy_table, run_policy, steps_per_s
     from dives.environment.gaze_env import GazeEnv, GazeVectorEnv, observation_space
+    from dives.environment.lerobot import check_recordable, record_episodes
     from dives.environment.task import GazeTask
     from mirrorgaze.loading import load_usable_rig
 
@@ -64,16 +77,28 @@ def env(
     policies = {name: partial(policy_named, name, task, parts) for name in names}
     for make in policies.values():
         make()  # an unknown name is reported before anything takes time
+    if record is not None:
+        if len(names) != 1:
+            raise typer.BadParameter(f"--record: expected one policy, got {policy}; say which with --policy")
+        check_recordable(record, task)
     print_step("environment ...")
     alone = GazeEnv(task.dive, rig=task.rig, parts=parts, **settings)
     check_environment(alone)
     speeds = {1: steps_per_s(alone)}
     together = GazeVectorEnv(envs, task.dive, rig=task.rig, parts=parts, **settings)
     speeds[envs] = steps_per_s(together)
-    results = {
-        name: run_policy(together, make, episodes=episodes, seed=seed, progress=partial(print_progress, name))
-        for name, make in policies.items()
-    }
+    results = {}
+    for name, make in policies.items():
+        recording = nullcontext() if record is None else record_episodes(record, task, policy=name)
+        with recording as recorder:
+            results[name] = run_policy(
+                together,
+                make,
+                episodes=episodes,
+                seed=seed,
+                recorder=recorder,
+                progress=partial(print_progress, name),
+            )
     if json:
         print_json(
             {
@@ -95,3 +120,5 @@ def env(
         ]
     )
     print_table(policy_table(results))
+    if record is not None:
+        typer.echo(f"{record}: {episodes} episodes")

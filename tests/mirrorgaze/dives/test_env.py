@@ -39,7 +39,7 @@ def short_dive(tmp_path):
     return str(file)
 
 
-def test_policies_get_the_same_episodes(short_dive, monkeypatch):
+def test_policies_get_the_same_episodes(short_dive, monkeypatch, tmp_path):
     from cad.assembly import meshes
 
     monkeypatch.setattr(meshes, "rig_meshes", lambda rig: [])
@@ -50,9 +50,11 @@ def test_policies_get_the_same_episodes(short_dive, monkeypatch):
     assert data["steps_per_episode"] == 3
     assert set(data["steps_per_s"]) == {"1", "2"}
     assert all(len(policy["returns"]) == 2 for policy in data["policies"].values())
-    table = mirrorgaze(short_dive, *few, "--policy", "random").stdout.splitlines()
+    recording = ("--record", str(tmp_path / "set"))
+    table = mirrorgaze(short_dive, *few, "--policy", "random", *recording).stdout.splitlines()
     assert table[0] == "short, aqua2: Gymnasium's check_env passed"
-    assert table[-1].split()[0] == "random"
+    assert table[-2].split()[0] == "random"
+    assert json.loads((tmp_path / "set/meta/info.json").read_text())["total_episodes"] == 2
 
 
 @pytest.mark.parametrize(
@@ -60,6 +62,7 @@ def test_policies_get_the_same_episodes(short_dive, monkeypatch):
     [
         (("spiral", "--policy", "best"), "policy 'best': expected one of paper-literal, paper, default, random"),
         (("spiral", "--episode-s", "100"), "episode_s: expected 0.0333333 to 60 s"),
+        (("spiral", "--record", "demonstrations"), "--record: expected one policy"),
         (("nosuch",), "expected a preset"),
     ],
 )
