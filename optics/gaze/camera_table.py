@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from optics.gaze import read_camera
 from optics.kernels.arrays import FloatArray
+from optics.kernels.exr import exr_bytes
 from optics.layout import Layout, camera_pose
 from optics.mirror_outline import Ellipse, Octagon, mirror_outline
 from optics.train import OpticalTrain, pixel_grid
@@ -22,6 +23,12 @@ from rigs import FlatMirror, Joint, Rig
 from rigs.atomic_files import atomic_file, write_bytes
 
 READER = Path(read_camera.__file__)
+SHADER = READER.with_suffix(".glsl")
+"""What reads a table, and what reads it as EXR."""
+
+JOINT_NUMBERS = ("sign", "offset_rad", "lowest_rad", "highest_rad")
+OUTLINE_NUMBERS = ("half_width_m", "half_height_m", "largest_sum_m", "is_ellipse")
+"""What the four numbers of a joint and of an outline are."""
 
 
 def camera_table(rig: Rig, *, width_px: int | None = None, height_px: int | None = None) -> dict[str, NDArray[Any]]:
@@ -59,15 +66,43 @@ def camera_table(rig: Rig, *, width_px: int | None = None, height_px: int | None
 def write_camera_table(
     rig: Rig, path: Path, *, width_px: int | None = None, height_px: int | None = None
 ) -> list[Path]:
-    """Write the table as NPZ, and `read_camera.py` beside it; returns both."""
-    if path.suffix.lower() != ".npz":
-        raise ValueError(f"expected a file that ends in .npz, got {path.name!r}")
+    """Write the table and what reads it beside it; returns both.
+
+    As NPZ with `read_camera.py`, or as EXR (`exr_table`) with the fragment shader `read_camera.glsl`.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in (".npz", ".exr"):
+        raise ValueError(f"expected a file that ends in .npz or .exr, got {path.name!r}")
     table = camera_table(rig, width_px=width_px, height_px=height_px)
-    with atomic_file(path) as partial:
-        np.savez_compressed(partial, allow_pickle=False, **table)
-    reader = path.with_name(READER.name)
-    write_bytes(reader, READER.read_bytes())
+    if suffix == ".exr":
+        write_bytes(path, exr_table(table))
+    else:
+        with atomic_file(path) as partial:
+            np.savez_compressed(partial, allow_pickle=False, **table)
+    source = SHADER if suffix == ".exr" else READER
+    reader = path.with_name(source.name)
+    write_bytes(reader, source.read_bytes())
     return [path, reader]
+
+
+def exr_table(table: dict[str, NDArray[Any]]) -> bytes:
+    """A table as EXR: `origin.X/Y/Z`, `direction.X/Y/Z`, `status.Y`, `transmittance.Y`; mirrors in the header."""
+    layers = {
+        f"{layer}.{axis}": table[name][..., place]
+        for layer, name in (("origin", "origin_m"), ("direction", "direction"))
+        for place, axis in enumerate("XYZ")
+    }
+    layers |= {f"{name}.Y": table[name] for name in ("status", "transmittance")}
+    header: dict[str, Any] = {name: table[name] for name in ("body_from_m1", "body_from_gimbal") if name in table}
+    for name, numbers in (
+        ("m1_outline", OUTLINE_NUMBERS),
+        ("m2_outline", OUTLINE_NUMBERS),
+        ("pan", JOINT_NUMBERS),
+        ("tilt", JOINT_NUMBERS),
+    ):
+        if name in table:
+            header |= {f"{name}_{what}": float(value) for what, value in zip(numbers, table[name], strict=True)}
+    return exr_bytes(layers, header)
 
 
 def _mirrors(rig: Rig) -> dict[str, NDArray[Any]]:

@@ -14,13 +14,12 @@ import numpy as np
 def load(path):
     """Table of a camera."""
     with np.load(path) as file:
-        return {name: file[name] for name in file.files}
+        return dict(file)
 
 
 def gaze_mirror_pose(table, q1, q2):
     """Pose of the gaze mirror in the body frame, shape (4, 4): columns along its width, its height, its normal."""
-    for name, value in (("pan", q1), ("tilt", q2)):
-        _, _, low, high = table[name]
+    for name, value, (_, _, low, high) in (("pan", q1, table["pan"]), ("tilt", q2, table["tilt"])):
         if not low - 1e-9 <= value <= high + 1e-9:
             raise ValueError(f"expected {name} from {low:.4f} to {high:.4f} rad, got {value:.4f}")
     a = table["pan"][0] * q1 + table["pan"][1]
@@ -35,33 +34,27 @@ def gaze_mirror_pose(table, q1, q2):
 def rays(table, q1=0.0, q2=0.0):
     """Origin, direction, path and whether it is blocked of every pixel's ray in the water."""
     origin, direction = table["origin_m"].astype(float), table["direction"].astype(float)
-    path = np.where(table["status"] == 0, 1, 0)
-    blocked = np.zeros(path.shape, dtype=bool)
-    if "pan" not in table:
-        return origin, direction, path, blocked
-    poses = (table["body_from_m1"], gaze_mirror_pose(table, q1, q2))
-    for number, (pose, outline) in enumerate(zip(poses, (table["m1_outline"], table["m2_outline"]), strict=True)):
-        alive = (path == number + 1) & ~blocked
-        hit, point, reflected, is_front = _reflected(pose, outline, origin, direction)
+    path, blocked = np.where(table["status"] == 0, 1, 0), np.zeros(table["status"].shape, dtype=bool)
+    poses = (table["body_from_m1"], gaze_mirror_pose(table, q1, q2)) if "pan" in table else ()
+    for number, pose in enumerate(poses, 1):
+        hit, point, reflected, is_front = _met(pose, table[f"m{number}_outline"], origin, direction)
+        hit &= (path == number) & ~blocked
         # A ray that reaches a mirror from behind ends there; as the toolkit has it, its path is the fold mirror's.
-        blocked |= alive & hit & ~is_front
-        path[alive & hit] = 2 if number == 0 else np.where(is_front, 3, 2)[alive & hit]
-        front = (alive & hit & is_front)[..., np.newaxis]
+        path = np.where(hit & (is_front | (number == 1)), number + 1, path)
+        blocked |= hit & ~is_front
+        front = (hit & is_front)[..., np.newaxis]
         origin, direction = np.where(front, point, origin), np.where(front, reflected, direction)
     return origin, direction, path, blocked
 
 
-def _reflected(pose, outline, origin, direction):
-    """Whether rays hit a mirror, where, which way they go on, and whether they hit its front."""
-    x, y, normal, centre = pose[:3].T
-    half_width, half_height, sum_most, is_ellipse = outline
+def _met(pose, outline, origin, direction):
+    """Whether rays meet a mirror, where, which way they go on, and whether they meet its front."""
+    (x, y, normal, centre), (width, height, most, is_ellipse) = pose[:3].T, outline
     approach = direction @ normal
     with np.errstate(divide="ignore", invalid="ignore"):
         along = (centre - origin) @ normal / approach
         point = origin + along[..., np.newaxis] * direction
         u, v = np.abs((point - centre) @ x), np.abs((point - centre) @ y)
-        inside = (u <= half_width) & (v <= half_height) & (u + v <= sum_most)
-        if is_ellipse:
-            inside = (u / half_width) ** 2 + (v / half_height) ** 2 <= 1
-        hit = (along > 0) & inside
-    return hit, point, direction - 2 * approach[..., np.newaxis] * normal, approach < 0
+        ellipse = (u / width) ** 2 + (v / height) ** 2 <= 1
+        inside = ellipse if is_ellipse else (u <= width) & (v <= height) & (u + v <= most)
+    return (along > 0) & inside, point, direction - 2 * approach[..., np.newaxis] * normal, approach < 0

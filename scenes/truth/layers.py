@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.kernels.backend import another_thread, mi
+from optics.kernels.exr import exr_bytes
 from optics.status import Region
 from rigs.atomic_files import write_bytes
 from scenes.stage.frame import FloatImage, Label
@@ -64,10 +64,7 @@ def attributes(truth: GroundTruth) -> dict[str, Any]:
         "regions": _numbered(Region),
         "motion_status": _numbered(Seen),
     }
-    poses = {
-        f"world_from_virtual_{region.name.lower()}": mi.ScalarTransform4f(pose)
-        for region, pose in truth.world_from_virtual().items()
-    }
+    poses = {f"world_from_virtual_{region.name.lower()}": pose for region, pose in truth.world_from_virtual().items()}
     return {**texts, **numbers, **poses}
 
 
@@ -83,17 +80,7 @@ def write_layers(truth: GroundTruth, path: Path, *, light: str = "full") -> None
 
 def layers_bytes(truth: GroundTruth, *, light: str = "full") -> bytes:
     """Content of the EXR file of all layers."""
-    found = layers(truth)
-    bitmap = mi.Bitmap(np.stack(list(found.values()), axis=-1), channel_names=list(found))
-    header = bitmap.metadata()
-    for name, value in (attributes(truth) | {"light": light}).items():
-        header[name] = value
-    # Through memory: where a file cannot be written Mitsuba raises no OSError.
-    stream = mi.MemoryStream()
-    with another_thread():
-        bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
-    content: bytes = stream.raw_buffer()
-    return content
+    return exr_bytes(layers(truth), attributes(truth) | {"light": light})
 
 
 def _components(prefix: str, names: str, image: FloatImage) -> dict[str, NDArray[Any]]:

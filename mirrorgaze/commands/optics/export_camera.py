@@ -13,7 +13,8 @@ from mirrorgaze.options import HeightOption, RigArgument, WidthOption
 def export_camera(
     rig: RigArgument,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE", help="Write the table here (.npz), its reader beside it.")
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="Write the table here (.npz, .exr), its reader beside it."),
     ] = Path("camera.npz"),
     width_px: WidthOption = None,
     height_px: HeightOption = None,
@@ -21,11 +22,13 @@ def export_camera(
     """Write the camera as rays by pixel, for simulators.
 
     The table has each pixel's ray behind the port with its transmittance, and mirrors and joints as numbers;
-    read_camera.py, which needs NumPy alone, reflects the rays for any joint values. Nothing is interpolated.
+    read_camera.py, which needs NumPy alone, reflects the rays for any joint values. Nothing is interpolated. A file
+    that ends in .exr has the same as layers, for shaders; read_camera.glsl beside it is one that reflects them.
 
     \b
     Example:
       mirrorgaze export-camera aqua2 -o out/camera.npz
+      mirrorgaze export-camera aqua2 -o out/camera.exr
     """
     from mirrorgaze.loading import load_usable_rig
     from optics.gaze.camera_table import write_camera_table
