@@ -36,6 +36,19 @@ ORIGIN_WORDS = (
     "water, refraction at the port, two mirrors, the camera's noise."
 )
 
+FORMAT_WORDS = {
+    "coco": "`annotations/`: COCO, boxes and masks of each split",
+    "yolo": "`labels/`, `data.yaml`: YOLO, boxes",
+    "bop": "`bop/`: BOP, poses, masks and depth of what is seen over both mirrors; each image says how far its matrix, "
+    "a pinhole's, is from the camera",
+    "webdataset": "`webdataset/`: tar shards with every layer and the record",
+    "parquet": "`parquet/`: images and boxes for Hugging Face's `datasets`",
+    "tum": "`trajectories/`: TUM, poses of robot, camera and target in each clip",
+    "euroc": "`euroc/`: EuRoC (ASL), images and the robot's poses of each clip",
+    "mcap": "`mcap/`: ROS 2 bags of the clips, with images, joints, frames and poses",
+}
+"""Where the files of a format are, and what is in them."""
+
 PATH_WORDS = {"housing": "housing", "direct": "direct", "fold": "over M1", "gaze": "over M1 and M2"}
 
 SIZES = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
@@ -61,6 +74,7 @@ def write_card(dataset: Dataset, folder: Path, failed: dict[int, str]) -> str:
         _markdown(_word_rows(table)),
         "## Files",
         _markdown([["folder", "holds"], *([f"`{name}/`", text] for name, text in LAYERS.items())]),
+        _markdown([["format", "holds"], *([name, FORMAT_WORDS[name]] for name in spec.formats)]),
         RECORD_WORDS,
         "## How it was made",
         _markdown([["rig", "SHA-256"], *([rig.name, f"`{rig_hash(rig)}`"] for rig in dataset.rigs.values())]),

@@ -2,10 +2,15 @@
 
 import json
 import re
+from typing import get_args
 
 import cv2
 import pyarrow.parquet as pq
 import yaml
+
+from dives.datasets.card import FORMAT_WORDS
+from dives.datasets.finishing import FORMATS
+from dives.datasets.specification import Format
 
 
 def test_the_card_counts_what_is_there(made):
@@ -19,6 +24,12 @@ def test_the_card_counts_what_is_there(made):
     assert re.search(rf"\| target.diameter_m \| {min(diameters):.4g} \|.*\| {max(diameters):.4g} \|", text)
     assert "| target.colour | orange: 3, red: 3 |" in text
     assert "CC-BY-4.0" in text
+    told = [name for name, words in FORMAT_WORDS.items() if f"| {name} | {words} |" in text]
+    assert told == ["coco", "yolo", "bop", "webdataset", "parquet"]
+
+
+def test_every_format_has_its_words():
+    assert FORMAT_WORDS.keys() == FORMATS.keys() == set(get_args(Format))
 
 
 def test_hubs_find_licence_and_files(made):
