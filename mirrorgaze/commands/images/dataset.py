@@ -27,7 +27,7 @@ def dataset(
     shard: ShardOption = None,
     light: LightOption = "full",
     verify: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Verify a finished data set instead: counts, digests, files.")
+        Path | None, typer.Option(metavar="DIR", help="Verify a finished data set, or recorded episodes, instead.")
     ] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of data-set files instead.")] = False,
     json: JsonOption = False,
@@ -64,8 +64,12 @@ def _print_schema() -> None:
 
 def _verify(folder: Path, *, json: bool) -> None:
     from dives.datasets.check import check_dataset
+    from dives.environment.recording_check import check_recording, is_recording
 
-    found = check_dataset(folder, progress=lambda done, total: print_progress("samples", done, total))
+    if is_recording(folder):
+        found = check_recording(folder)
+    else:
+        found = check_dataset(folder, progress=lambda done, total: print_progress("samples", done, total))
     if json:
         print_json(
             {

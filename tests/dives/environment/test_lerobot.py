@@ -6,15 +6,18 @@ with the types of `meta/info.json`; a frame of an episode at `from_timestamp` + 
 """
 
 import json
+import shutil
 
 import av
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from dives.environment import lerobot
 from dives.environment.evaluation import policy_named, run_policy
 from dives.environment.gaze_env import GazeVectorEnv
 from dives.environment.lerobot import CAMERA, check_recordable, record_episodes, task_text
+from dives.environment.recording_check import check_recording, is_recording
 from dives.environment.statistics import array_statistics, histogram, histogram_statistics
 from scenes.baking.light_quality import LightQuality
 
@@ -183,3 +186,44 @@ def test_what_is_broken_off_leaves_nothing(envs, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         broken_off()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_in_order_has_no_problems(recorded):
+    found = check_recording(recorded[0])
+    assert (found.samples, found.files, found.problems) == (EPISODES * STEPS, 5, ())
+    assert is_recording(recorded[0]) and not is_recording(recorded[0] / "meta")
+
+
+def cut_video(folder):
+    """The second file's frames in place of the first's."""
+    first, second = sorted(folder.glob("videos/*/*/*.mp4"))
+    shutil.copy(second, first)
+
+
+def swap_rows(folder):
+    file = min(folder.glob("data/*/*.parquet"))
+    table = pq.read_table(file)
+    pq.write_table(table.take([1, 0, *range(2, len(table))]), file)
+
+
+def forget_an_episode(folder):
+    (file,) = folder.glob("meta/episodes/*/*.parquet")
+    pq.write_table(pq.read_table(file).slice(0, EPISODES - 1), file)
+
+
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (cut_video, f"expected {2 * STEPS} frames at the times of their episodes, got {STEPS}"),
+        (swap_rows, f"expected {STEPS} steps of episode 0, in their order"),
+        (forget_an_episode, f"expected {EPISODES} episodes with {EPISODES * STEPS} steps, got 2 with {2 * STEPS}"),
+        (lambda folder: min(folder.glob("data/*/*.parquet")).unlink(), "that can be read"),
+        (lambda folder: min(folder.glob("videos/*/*/*.mp4")).write_bytes(b"?"), "that can be read"),
+        (lambda folder: (folder / "meta/info.json").write_text("{}"), "that can be read"),
+    ],
+)
+def test_damage_to_a_recording_is_named(recorded, tmp_path, damage, sentence):
+    copied = shutil.copytree(recorded[0], tmp_path / "set")
+    damage(copied)
+    (problem,) = check_recording(copied).problems
+    assert sentence in problem

@@ -55,6 +55,8 @@ def test_policies_get_the_same_episodes(short_dive, monkeypatch, tmp_path):
     assert table[0] == "short, aqua2: Gymnasium's check_env passed"
     assert table[-2].split()[0] == "random"
     assert json.loads((tmp_path / "set/meta/info.json").read_text())["total_episodes"] == 2
+    verified = CliRunner().invoke(app, ["dataset", "--verify", str(tmp_path / "set")])
+    assert verified.stdout == f"{tmp_path / 'set'}: 6 samples, 3 files read: in order\n"
 
 
 @pytest.mark.parametrize(
