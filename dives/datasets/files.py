@@ -24,6 +24,9 @@ IDENTITY = "identity.json"
 MANIFEST = "manifest.json"
 TABLE = "samples.parquet"
 
+IMAGE_TOPIC = "/camera/image_raw/compressed"
+"""Of the images in a clip's bag."""
+
 
 def file_name(kind: str, index: int) -> str:
     """Record, failure or labels of a sample in the set's folder, such as ``samples/00012/00012345.json``."""

@@ -20,7 +20,6 @@ from dives.datasets.files import (
     file_name,
 )
 from dives.datasets.formats.bop import write_bop
-from dives.datasets.formats.clip_bags import write_mcap
 from dives.datasets.formats.coco import write_coco
 from dives.datasets.formats.parquet import write_parquet
 from dives.datasets.formats.trajectories import write_euroc, write_tum
@@ -31,6 +30,13 @@ from dives.datasets.table import write_table
 from rigs.atomic_files import digest_of, write_text
 from scenes.baking.light_quality import light_marks
 
+
+def _write_mcap(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[str]:
+    from dives.datasets.formats.clip_bags import write_mcap  # noqa: PLC0415  (the modelling kernel comes with it)
+
+    return write_mcap(dataset, folder, indices)
+
+
 FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {
     "coco": write_coco,
     "yolo": write_yolo,
@@ -39,7 +45,7 @@ FORMATS: dict[str, Callable[[Dataset, Path, Sequence[int]], list[str]]] = {
     "parquet": write_parquet,
     "tum": write_tum,
     "euroc": write_euroc,
-    "mcap": write_mcap,
+    "mcap": _write_mcap,
 }
 """Each writes the samples of a set, and returns the files that the manifest lists."""
 

@@ -17,11 +17,10 @@ from dives.bags import messages
 from dives.bags.bag import Write, open_bag
 from dives.bags.transform_tree import BODY, WORLD, Motion, driven_joints, fixed_frames, moving_frames, rig_joints
 from dives.datasets.dataset import Dataset
+from dives.datasets.files import IMAGE_TOPIC
 from dives.datasets.formats.trajectories import clips
 from dives.datasets.record import Matrix, SampleRecord
 from rigs import Camera, Rig
-
-IMAGE_TOPIC = "/camera/image_raw/compressed"
 
 TOPICS = {
     "/tf_static": "tf2_msgs/msg/TFMessage",

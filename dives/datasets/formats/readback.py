@@ -16,9 +16,8 @@ import cv2
 import numpy as np
 import pyarrow.parquet as pq
 
-from dives.datasets.files import TABLE, records
+from dives.datasets.files import IMAGE_TOPIC, TABLE, records
 from dives.datasets.formats.bop import mask_info
-from dives.datasets.formats.clip_bags import IMAGE_TOPIC
 from rigs.atomic_files import digest_of
 
 
