@@ -42,6 +42,12 @@ FEWEST_PIXELS = 50
 FITTED_PIXELS = 2000
 """Of those are enough for four unknowns."""
 
+CAMERA = "bop/camera.json"
+"""The first image's camera, for programs that take one for the whole set."""
+
+DEPTH_SCALE = 1.0
+"""Millimetres to a step of depth."""
+
 BoolImage = NDArray[np.bool_]
 
 
@@ -65,17 +71,22 @@ def write_bop(dataset: Dataset, folder: Path, indices: Sequence[int]) -> list[st
     """Write scenes and models; returns the names of the JSON and PLY files, which tell of all others."""
     objects = bop_objects(dataset)
     names = write_models(folder, objects.values())
+    sensor: dict[str, float] = {}
     for place, chosen in _scenes(folder, indices).items():
         texts: dict[str, dict[str, Any]] = {"scene_camera": {}, "scene_gt": {}, "scene_gt_info": {}}
         for record in records(folder, chosen):
             image = _image(dataset, folder, record, objects)
             if image is not None:
+                sensor = sensor or _sensor(image)
                 for name, entry in zip(texts, _write_image(folder / place, record, image), strict=True):
                     texts[name][str(record.index)] = entry
         for name, entries in texts.items():
             names.append(f"{place}/{name}.json")
             (folder / place).mkdir(parents=True, exist_ok=True)
             write_text(folder / names[-1], _lines(entries))
+    if sensor:
+        names.append(CAMERA)
+        write_text(folder / CAMERA, json.dumps(sensor, indent=2) + "\n")
     return names
 
 
@@ -202,12 +213,19 @@ def _camera(record: SampleRecord, image: _Image) -> dict[str, Any]:
     return {
         "cam_K": image.pinhole.matrix.ravel().tolist(),
         **_rows("w2c", image.camera_from_world),
-        "depth_scale": 1.0,
+        "depth_scale": DEPTH_SCALE,
         "rms_px": round(image.pinhole.rms_px, 4),
         "largest_px": round(image.pinhole.largest_px, 4),
         "rig": record.rig,
         **{f"{name}_deg": value for name, value in record.joints_deg.items()},
     }
+
+
+def _sensor(image: _Image) -> dict[str, float]:
+    """Entry of `camera.json`: an image's camera."""
+    (fx, _, cx), (_, fy, cy), _ = image.pinhole.matrix.tolist()
+    height, width = image.depth.shape
+    return {"fx": fx, "fy": fy, "cx": cx, "cy": cy, "depth_scale": DEPTH_SCALE, "width": width, "height": height}
 
 
 def _rows(what: str, pose: RigidTransform) -> dict[str, Any]:

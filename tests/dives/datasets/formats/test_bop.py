@@ -117,6 +117,14 @@ def test_the_camera_is_where_the_record_has_the_virtual_one(made):
         np.testing.assert_allclose(pose(poses[0], "m2c")[1], 1000 * target, atol=1e-9)
 
 
+def test_the_set_has_the_camera_of_its_first_image(made):
+    """Keys as `inout.load_cam_params` of the BOP toolkit reads them."""
+    told = json.loads((made / "bop/camera.json").read_text())
+    first = next(camera for _, index, camera, *_ in images(made) if index == 0)
+    assert [told["fx"], 0, told["cx"], 0, told["fy"], told["cy"], 0, 0, 1] == first["cam_K"]
+    assert (told["width"], told["height"], told["depth_scale"]) == (160, 120, first["depth_scale"])
+
+
 def test_a_dome_about_the_pinhole_is_a_pinhole_and_a_flat_port_nearly():
     """Behind a concentric dome the matrix is that in air; behind a flat port it is longer by the water's index."""
     for name, share, most_px in (("bluerov2", 1.0, 1e-6), ("aqua2", 1.34, 4.0)):
