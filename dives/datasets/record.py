@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any, Self
 
 Matrix = list[list[float]]
@@ -85,8 +85,10 @@ class SampleRecord:
 
     @classmethod
     def of_json(cls, content: bytes) -> Self:
-        """Read what `json` wrote."""
+        """Read what `json` wrote; raises `ValueError` for keys of another version."""
         document = json.loads(content)
+        if document.keys() != {field.name for field in fields(cls)}:
+            raise ValueError("expected a sample's record as this version writes it, got other keys: make the set again")
         files = {kind: SampleFile(**facts) for kind, facts in document["files"].items()}
         return cls(**document | {"files": files})
 

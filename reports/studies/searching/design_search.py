@@ -20,7 +20,7 @@ from cad.assembly.hull_surface import hull_surface
 from cad.assembly.meshes import rig_meshes
 from cad.checks.assembly_checks import assembly_problems
 from cad.checks.rig_problems import rig_problems
-from cad.hulls.mesh_repair import manifold
+from cad.hulls.mesh_repair import Faces, manifold
 from cad.parts.clearance_envelope import envelope_margins_mm, with_standing_base
 from optics.coverage.field import pixels_per_degree
 from optics.kernels.arrays import FloatArray
@@ -205,10 +205,10 @@ def search_into(
 
 
 @lru_cache(maxsize=1)
-def _triangles(rig: Rig) -> tuple[FloatArray, FloatArray]:
+def _triangles(rig: Rig) -> tuple[FloatArray, Faces]:
     """Vertices and faces of the hull, copied: what they come from goes."""
     surface = hull_surface(rig)
-    return np.array(surface.vertices), np.array(surface.faces)
+    return np.array(surface.vertices), np.array(surface.faces, dtype=np.int64)
 
 
 def _solid(rig: Rig) -> Any:
