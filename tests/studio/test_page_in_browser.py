@@ -1,12 +1,7 @@
 """The studio in a real Chromium: sliders, image, undo, saving, who is refused; one server for all tests of the file."""
 
 import base64
-import os
 import re
-import shutil
-import signal
-import subprocess
-import sys
 import urllib.error
 import urllib.request
 from contextlib import suppress
@@ -16,41 +11,25 @@ import cv2
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from studio_page import LOOKS, PATIENCE_MS, WIDTH_PX, Served, complaints, opened, playwright, put, slider, waited_for
 
 from optics import OpticalTrain
 from optics.layout import Layout, camera_pose
 from optics.status import Status
 from rigs import Rig
-from rigs.files import PRESETS
 from scenes.stage.scene import TARGET_M
-
-pytest.importorskip("viser", reason="the studio's page needs viser: pip install 'mirrorgaze[studio]'")
 from studio.rig_scene import HANDLE_AWAY_M, HANDLE_M, VIEWPOINT
 
-playwright = pytest.importorskip(
-    "playwright.sync_api", reason="driving a browser needs Playwright: pip install playwright"
-)
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-if CHROMIUM is None:
-    pytest.skip("there is no Chromium on PATH: apt-get install chromium", allow_module_level=True)
-
-WIDTH_PX = 320
-PATIENCE_MS = 600_000
-"""Until the page shows something: ends what hangs, and a busy machine compiles the first image's kernels in minutes."""
 TARGET_PX = 1.0
 """How far the ball's pixels may be from where the optics put its centre."""
 RED = 2.0
 """Red over green and blue, of the ball and of nothing else among the labels."""
-LOOKS = 100
 JOINT_DEG = 0.1
 """What the fields show, and what the table of sights loses."""
 BALL_DEG = 0.5
 """As far as a pixel is on the ball's way."""
 FOV_DEG = 75.0
 """Vertical, of viser's view."""
-HARMLESS = ("favicon", "passive event listener")
-"""What Chromium says of an icon that is not there, and of viser's own handler where a thing in 3-D is dragged."""
 
 READ_IMAGE = """async () => {
   const image = document.querySelector('img');
@@ -62,27 +41,6 @@ READ_IMAGE = """async () => {
 }"""
 
 
-class Served:
-    """A studio's process, and its address."""
-
-    def __init__(self, folder, *options):
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "mirrorgaze", "studio", "aqua2", "--width-px", str(WIDTH_PX), *options],
-            cwd=folder,
-            env=os.environ | {"PYTHONPATH": str(PRESETS.parents[1])},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        self.address = self.process.stdout.readline().strip()
-
-    def interrupt(self):
-        """Ctrl-C, what it said until then, and how it ended."""
-        self.process.send_signal(signal.SIGINT)
-        out, err = self.process.communicate(timeout=600)
-        return out, err, self.process.returncode
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("studio")
@@ -90,29 +48,15 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def served(folder):
-    served = Served(folder)
+    served = Served(folder, "aqua2")
     yield served
     served.process.kill()
     served.process.communicate()
 
 
 @pytest.fixture(scope="module")
-def browser():
-    with playwright.sync_playwright() as driver:
-        options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=options)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture(scope="module")
 def page(browser, served):
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.set_default_timeout(PATIENCE_MS)
-    page.complaints = []
-    page.on("pageerror", lambda error: page.complaints.append(str(error)))
-    page.on("console", lambda said: page.complaints.append(said.text) if said.type == "error" else None)
-    page.goto(served.address)
+    page = opened(browser, served)
     page.get_by_text(re.compile("ms to render")).wait_for()
     return page
 
@@ -133,18 +77,6 @@ def pixels(source):
     return cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_COLOR)[..., ::-1].astype(np.float64)
 
 
-def slider(page, label):
-    """Number field of a slider."""
-    row = f'//label[text()="{label}"]/ancestor::div[contains(@class, "mantine-Flex-root")][1]'
-    return page.locator(f'{row}//input[@inputmode="decimal"]')
-
-
-def put(page, label, value):
-    field = slider(page, label)
-    field.fill(f"{value:g}")
-    field.press("Enter")
-
-
 def projected_px(q1_deg, q2_deg):
     """Where the optics alone put the target's centre in the page's image."""
     rig = Rig.load("aqua2")
@@ -158,15 +90,6 @@ def seen_px(shown):
     """Middle of the red pixels."""
     v, u = np.nonzero(shown[..., 0] > RED * np.maximum(shown[..., 1], shown[..., 2]))
     return np.array([u.mean(), v.mean()]) if len(u) else np.full(2, np.nan)
-
-
-def waited_for(page, is_so):
-    """Whether something comes true within some seconds."""
-    for _ in range(LOOKS):
-        if is_so():
-            return True
-        page.wait_for_timeout(100)
-    return False
 
 
 def choose(page, label, value):
@@ -368,15 +291,15 @@ def test_a_page_of_another_site_gets_no_socket(browser, served, page):
 
 def test_nothing_complained_and_ctrl_c_or_a_kill_ends_it_and_the_next_goes_on(browser, page, served, folder):
     page.wait_for_timeout(200)
-    assert [said for said in page.complaints if not any(each in said for each in HARMLESS)] == []
+    assert complaints(page) == []
     page.close()
     out, err, status = served.interrupt()
     assert status == 0
     assert "Traceback" not in out + err
-    killed = Served(folder)
+    killed = Served(folder, "aqua2")
     killed.process.kill()
     killed.process.communicate()
-    again = Served(folder)
+    again = Served(folder, "aqua2")
     try:
         after = browser.new_page()
         after.goto(again.address)
