@@ -17,7 +17,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-NAMES = ("first", "train", "projection", "coverage", "render", "search", "loop")
+NAMES = ("first", "design", "train", "projection", "coverage", "render", "search", "loop")
 CHECKS = ("healpix", "distances", "bias", "robots", "detector", "studio", "kills", "simulator")
 COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
 

@@ -54,13 +54,18 @@ def run() -> list[dict[str, Any]]:
     """Processor time of each render, beside what is allowed."""
     with tempfile.TemporaryDirectory() as named:
         folder = Path(named)
-        first = Rig.load("aqua2")
-        width_mm = first.require_gaze().gaze_mirror.width_mm + WIDER_MM
-        first.with_(gaze_mirror__width_mm=width_mm).save(folder / MIRROR_FILE)
-        Rig.load("bluerov2").with_(water=first.water.model_dump()).save(folder / SAME_WATER_FILE)
+        wider_rig().save(folder / MIRROR_FILE)
+        same_water = Rig.load("aqua2").water.model_dump()
+        Rig.load("bluerov2").with_(water=same_water).save(folder / SAME_WATER_FILE)
         seconds = [_waited_s(wait, folder) for wait in WAITS]
-        frame_s = float(_output_s(["-c", STOCK], folder, "stock", WAITS[-1].caches)[0])
-    return [_row(wait, spent, frame_s) for wait, spent in zip(WAITS, seconds, strict=True)]
+        frame_s = float(Caches(folder, WAITS[-1].caches).output_and_seconds(["-c", STOCK], "stock")[0])
+    return [waited_row(wait.name, spent, wait.allowed_s, frame_s) for wait, spent in zip(WAITS, seconds, strict=True)]
+
+
+def wider_rig() -> Rig:
+    """The rig of the benchmarks with another gaze mirror."""
+    rig = Rig.load("aqua2")
+    return rig.with_(gaze_mirror__width_mm=rig.require_gaze().gaze_mirror.width_mm + WIDER_MM)
 
 
 def stock_frame_s() -> float:
@@ -82,31 +87,33 @@ def stock_frame_s() -> float:
 
 def _waited_s(wait: Wait, folder: Path) -> float:
     command = ["-m", "mirrorgaze", "render", wait.rig, "--world", wait.world, *wait.options, "-o", "view.png"]
-    return _output_s(command, folder, wait.name.replace(" ", "_"), wait.caches)[1]
+    return Caches(folder, wait.caches).output_and_seconds(command, wait.name)[1]
 
 
-def _output_s(arguments: list[str], folder: Path, name: str, caches: str) -> tuple[str, float]:
-    """What a process prints, and its processor time; it must succeed."""
-    variables = {CACHE: str(folder / caches / "results"), KERNELS: str(folder / caches / "kernels")}
-    # Dr.Jit makes its folder, not those above it.
-    (folder / caches).mkdir(exist_ok=True)
-    done = finished(arguments, folder=folder, name=name, variables=variables)
-    if done.status:
-        raise RuntimeError(f"{name}: expected success, got status {done.status}: {done.said}")
-    return done.output, done.processor_s
+@dataclass(frozen=True)
+class Caches:
+    """Caches of results and of compiled kernels, by name in a folder; empty at first."""
+
+    folder: Path
+    name: str
+
+    def output_and_seconds(self, arguments: list[str], name: str) -> tuple[str, float]:
+        """What a process prints that has these caches, and its processor time; it must succeed."""
+        caches = self.folder / f"{self.name} caches"
+        # Dr.Jit makes its folder, not those above it.
+        caches.mkdir(exist_ok=True)
+        variables = {CACHE: str(caches / "results"), KERNELS: str(caches / "kernels")}
+        done = finished(arguments, folder=self.folder, name=name.replace(" ", "_"), variables=variables)
+        if done.status:
+            raise RuntimeError(f"{name}: expected success, got status {done.status}: {done.said}")
+        return done.output, done.processor_s
 
 
-def _row(wait: Wait, spent_s: float, frame_s: float) -> dict[str, Any]:
+def waited_row(name: str, spent_s: float, allowed_s: float, frame_s: float) -> dict[str, Any]:
+    """Row of what a user waits for, beside what is allowed and the machine's speed, a frame of stock `path`."""
     width, height = STOCK_SIZE
     beside = (
         f"{spent_s / frame_s:.0f} frames of stock path ({STOCK_WORLD}, {width} x {height}: {1000 * frame_s:.0f} ms)"
     )
     note = f"processor time, {beside}; peer: what is allowed"
-    return {
-        "name": wait.name,
-        "ours": spent_s,
-        "peer": wait.allowed_s,
-        "unit": "s",
-        "ratio": wait.allowed_s / spent_s,
-        "note": note,
-    }
+    return {"name": name, "ours": spent_s, "peer": allowed_s, "unit": "s", "ratio": allowed_s / spent_s, "note": note}

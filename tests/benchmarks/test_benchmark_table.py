@@ -27,7 +27,7 @@ def benchmarks(monkeypatch):
 
 def test_all_benchmarks_are_run_by_default(benchmarks, capsys):
     assert main_module.main(["--json"]) == 0
-    assert benchmarks == ["first", "train", "projection", "coverage", "render", "search", "loop"]
+    assert benchmarks == ["first", "design", "train", "projection", "coverage", "render", "search", "loop"]
     assert [row["name"] for row in json.loads(capsys.readouterr().out)] == benchmarks
 
 
@@ -42,7 +42,7 @@ def test_named_benchmarks_are_run_in_the_order_given(benchmarks, capsys):
 def test_an_unknown_name_is_bad_input(benchmarks, capsys):
     assert main_module.main(["train", "speed"]) == 2
     assert benchmarks == []
-    names = "first, train, projection, coverage, render, search, loop"
+    names = "first, design, train, projection, coverage, render, search, loop"
     checks = "healpix, distances, bias, robots, detector, studio, kills, simulator"
     assert capsys.readouterr().err == f"expected benchmarks among {names}, or first one of {checks}, got speed\n"
 
