@@ -70,6 +70,30 @@ class Layout:
         """Pose of the gimbal in the camera frame."""
         return self.body_from_camera.inv() * self.body_from_gimbal
 
+    @property
+    def body_from_mount(self) -> RigidTransform:
+        """Pose of the mount frame: the body turned about the pinhole, its x along the view and its z image-up.
+
+        The identity for a camera that looks straight ahead.
+        """
+        return self._about_pinhole(self._body_from_mount_axes)
+
+    @property
+    def body_from_fold(self) -> RigidTransform:
+        """Pose of the fold frame, in which M2 is below M1: the mount frame, for a fold up half a turn about its x."""
+        turn = self._body_from_mount_axes
+        if self.fold_direction[1] < 0:
+            turn = Rotation.from_rotvec(np.pi * self.body_from_camera.rotation.apply([0, 0, 1])) * turn
+        return self._about_pinhole(turn)
+
+    @property
+    def _body_from_mount_axes(self) -> Rotation:
+        return self.body_from_camera.rotation * BODY_FROM_OPTICAL.inv()
+
+    def _about_pinhole(self, turn: Rotation) -> RigidTransform:
+        pinhole = self.body_from_camera.translation
+        return RigidTransform.from_components(pinhole - turn.apply(pinhole), turn)
+
     def joint_grid(self, count: int) -> FloatArray:
         """Joint values in `count` equal steps over both ranges, shape (count^2, 2), radians; tilt runs fastest."""
         return joint_pairs(self.pan.values(count), self.tilt.values(count))

@@ -32,7 +32,7 @@ from cad.poses import body_from_group
 from cad.shapes import location_mm
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
-from rigs import Camera, Mount, Rig, Servo
+from rigs import Mount, Rig, Servo
 from rigs.gaze import FlatMirror
 
 
@@ -153,7 +153,6 @@ def build_assembly(rig: Rig) -> Assembly:
     layout = Layout.from_rig(rig)
     dimensions = GimbalDimensions.from_rig(rig)
     gaze = rig.require_gaze()
-    _check_camera_is_level(rig.camera)
     mount, servos = gaze.mount, gaze.servos
     for key in ("pan", "tilt", "stow"):
         if (servo := getattr(servos, key)) is not None:
@@ -267,10 +266,3 @@ def _bought(piece: Hardware) -> Part:
         catalogue=piece.piece.catalogue,
         wraps=piece.name.startswith(BAND),
     )
-
-
-def _check_camera_is_level(camera: Camera) -> None:
-    for key in ("yaw_deg", "pitch_deg", "roll_deg"):
-        value = getattr(camera, key)
-        if value != 0:
-            raise ValueError(f"camera.{key} = {value:g}: expected 0, the mount is made for cameras that look along +x")

@@ -126,7 +126,7 @@ def loads_at(rig: Rig, own: Body, end: End, point_m: FloatArray) -> tuple[tuple[
     return lasting, (max(in_air, moving[0]), max(in_air * weight_arm, moving[1]))
 
 
-def _towards_pan_axis(rig: Rig) -> tuple[float, float, float]:
-    pivot = 1000 * Layout.from_rig(rig).body_from_gimbal.translation
-    x, y, _ = pivot - np.array(rig.require_gaze().mount.base_anchor_mm)
-    return float(x), float(y), 0.0
+def _towards_pan_axis(rig: Rig) -> FloatArray:
+    gimbal = Layout.from_rig(rig).body_from_gimbal
+    away, axis = 1000 * gimbal.translation - rig.require_gaze().mount.base_anchor_mm, gimbal.rotation.apply([0, 0, 1])
+    return np.asarray(away - (away @ axis) * axis)

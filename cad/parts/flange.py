@@ -21,6 +21,7 @@ from cad.parts.contact import Contact, CylinderContact, PlaneContact, surface_co
 from cad.parts.hardware import Hardware, Piece, along, cap_screw, clearance_diameter_mm, screw_length_mm
 from cad.shapes import box, cylinder, location_mm
 from optics.kernels.arrays import FloatArray
+from optics.layout import camera_pose
 from optics.mesh import Group
 from rigs import FileHull, Rig, TorpedoHull
 from rigs.mounting import Attachment
@@ -122,19 +123,25 @@ class Seat:
 
 
 def fold_seat(rig: Rig) -> Seat:
-    """Seat of the fold bracket in the body frame, its x forward.
+    """Seat of the fold bracket in the body frame, its x along the camera's view.
 
     Raises
     ------
     ValueError
         When the hull's surface there carries no flange; the message begins with the key to change.
     """
-    return _seat(rig, "fold", fold_anchor(rig), (1.0, 0.0, 0.0))
+    return _seat(rig, "fold", fold_anchor(rig), camera_pose(rig.camera).rotation.apply([0.0, 0.0, 1.0]))
 
 
 def base_seat(rig: Rig, along: ArrayLike) -> Seat:
     """Seat of the gimbal's base in the body frame, its x in the direction `along`; raises as `fold_seat`."""
     return _seat(rig, "base", base_anchor(rig), along)
+
+
+def lies_along_body(rig: Rig, end: End) -> bool:
+    """Whether a flange lies along the body's x whatever stands on it: on a cylinder, or under bands across the body."""
+    gaze = rig.require_gaze()
+    return isinstance(gaze.hull, TorpedoHull) or getattr(gaze.mount, f"{end}_attachment") in {"clamps", "straps"}
 
 
 def flange(seat: Seat) -> Part:
@@ -220,9 +227,7 @@ def _seat(rig: Rig, end: End, anchor: Anchor, along: ArrayLike) -> Seat:
             f"mount.{end}_attachment = 'clamps': expected a cylindrical hull, got hull.shape = {gaze.hull.shape!r}; "
             "straps go around any body"
         )
-    # Bands run across the body: their flanges lie along it.
-    across = isinstance(gaze.hull, TorpedoHull) or attachment in {"clamps", "straps"}
-    pose = _pose(anchor, (1.0, 0.0, 0.0) if across else along, place)
+    pose = _pose(anchor, (1.0, 0.0, 0.0) if lies_along_body(rig, end) else along, place)
     contact: Contact = PlaneContact()
     if isinstance(gaze.hull, TorpedoHull):
         contact = _on_cylinder(gaze.hull, anchor, place, flange_size_mm(attachment))
@@ -239,7 +244,8 @@ def _pose(anchor: Anchor, along: ArrayLike, place: str) -> RigidTransform:
     ahead = np.asarray(along, dtype=np.float64) - (np.asarray(along, dtype=np.float64) @ normal) * normal
     length = np.linalg.norm(ahead)
     if length < 0.1:
-        raise ValueError(f"{place}: expected a hull that does not face along {tuple(np.asarray(along))} there")
+        towards = tuple(np.round(np.asarray(along, dtype=np.float64), 3).tolist())
+        raise ValueError(f"{place}: expected a hull that does not face along {towards} there")
     x = ahead / length
     axes = np.column_stack([x, np.cross(normal, x), normal])
     return RigidTransform.from_components(np.array(anchor.point_mm) / 1000, Rotation.from_matrix(axes))

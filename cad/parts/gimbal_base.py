@@ -76,11 +76,10 @@ def base_placement(dimensions: GimbalDimensions, layout: Layout) -> BasePlacemen
             f"turning yoke by {mount.clearance_mm:g} mm; got {reach:.1f} mm"
         )
     if height < lowest:
-        level = 1000 * pose.apply([0, 0, lowest / 1000])[2]
-        side = "above" if pose.rotation.apply([0, 0, 1])[2] > 0 else "below"
+        better = 1000 * pose.apply(np.array([x, y, lowest]) / 1000)
         raise ValueError(
-            f"mount.base_anchor_mm = {mount.base_anchor_mm}: expected an anchor {side} z = {level:.1f}, where the "
-            f"gimbal's foot is, got z = {mount.base_anchor_mm[2]:g}"
+            f"mount.base_anchor_mm = {mount.base_anchor_mm}: expected an anchor beyond the gimbal's foot, such as "
+            f"({better[0]:.1f}, {better[1]:.1f}, {better[2]:.1f}); this one is {lowest - height:.1f} mm short of that"
         )
     turned = location_mm(pose) * Rot(0, 0, degrees(atan2(-y, -x)))
     return BasePlacement(body_from_base=turned, reach_mm=reach, height_mm=height)
@@ -153,7 +152,7 @@ def tie_on_beam_mm(dimensions: GimbalDimensions, placement: BasePlacement) -> fl
 
 def _side_view(d: GimbalDimensions, placement: BasePlacement, seat: Seat) -> Part:
     """Column and foot as one L, rounded in its inner corner and cut at its outer one; the hull cuts its top."""
-    end = placement.height_mm + _over_anchor(seat)
+    end = placement.height_mm + _over_anchor(placement, seat)
     back, front = -placement.reach_mm - COLUMN_DEPTH_MM / 2, -placement.reach_mm + COLUMN_DEPTH_MM / 2
     top, bottom = d.foot_top_mm, _foot_bottom(d)
     joint = case_ends(d.servos.pan)[0]
@@ -179,10 +178,12 @@ def _foot_bottom(d: GimbalDimensions) -> float:
     return min(d.foot_top_mm - FOOT_HEIGHT_MM, d.pan_ledge_mm - FOOT_HEIGHT_MM / 2)
 
 
-def _over_anchor(seat: Seat) -> float:
+def _over_anchor(placement: BasePlacement, seat: Seat) -> float:
     """How far the hull's surface may lie beyond the anchor under the column, where it slopes or is curved."""
-    sine = hypot(*seat.normal[:2])
-    return float(seat.contact.range_mm[1] + COLUMN_DEPTH_MM * sine / max(abs(seat.normal[2]), 0.1))
+    column = np.array(tuple(Plane(placement.body_from_base).z_dir))
+    along = float(seat.normal @ column)
+    sine = hypot(*(seat.normal - along * column))
+    return float(seat.contact.range_mm[1] + COLUMN_DEPTH_MM * sine / max(abs(along), 0.1))
 
 
 def _flare(placement: BasePlacement, seat: Seat) -> Part:

@@ -164,16 +164,17 @@ def stow_hinge(rig: Rig, layout: Layout) -> StowHinge | None:
         placement=bracket_placement(rig, layout), max_deg=gaze.joints.stow.max_deg, servo=gaze.servos.stow
     )
     placement = hinge.placement
-    place, y = f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}", float(placement.anchor_mm[1])
+    place, (x, y, z) = f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}", placement.anchor_mm.tolist()
     if abs(y - placement.y_mm) > ALIGNMENT_MM:
-        here, wanted = (placement.in_body_mm(placement.anchor_mm[0], side, 0.0)[1] for side in (y, placement.y_mm))
-        raise ValueError(f"{place}: expected y = {wanted:g} for joints.stow, as the camera has, got y = {here:g}")
+        raise ValueError(
+            f"{place}: expected an anchor such as {placement.in_words(x, placement.y_mm, z)} for joints.stow, in the "
+            f"plane of the camera's view and its fold, not {abs(y - placement.y_mm):.1f} mm beside it"
+        )
     beyond = placement.pedestal_mm[0][1] - (hinge.rear_mm - GAP_MM)
     if beyond > 0:
         raise ValueError(
-            f"{place}: expected x of at most "
-            f"{placement.anchor_mm[0] - beyond:.1f}, so that the hinge of joints.stow is in front of the flange, "
-            f"got x = {placement.anchor_mm[0]:g}"
+            f"{place}: expected an anchor such as {placement.in_words(x - beyond, y, z)}, so that the flange ends "
+            f"behind the hinge of joints.stow; it reaches {beyond:.1f} mm too far"
         )
     _check_width(hinge)
     return hinge

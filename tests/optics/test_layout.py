@@ -88,6 +88,31 @@ def test_frames_of_many_joint_values_are_those_of_each(fold, sign, offset):
         np.testing.assert_allclose(tilt[k], layout.body_from_m2(q1[k], q2[k]).as_matrix(), rtol=0, atol=ROUNDING)
 
 
+@pytest.mark.parametrize("fold", ["down", "up"])
+def test_the_mount_frame_looks_along_the_camera_and_the_fold_frame_has_m2_below(fold):
+    """By their definitions: x is the camera's z, and z its -y (image-up) or against the fold; the pinhole stays."""
+    camera = turned(yaw_deg=20.0, pitch_deg=-30.0, roll_deg=40.0)
+    rig = AQUA2.with_gaze(fold_mirror={"direction": fold}).model_copy(update={"camera": camera})
+    layout = Layout.from_rig(rig)
+    to_body = layout.body_from_camera.rotation
+    for frame, up in (
+        (layout.body_from_mount, np.array([0.0, -1.0, 0.0])),
+        (layout.body_from_fold, -layout.fold_direction),
+    ):
+        axes = frame.rotation.as_matrix()
+        np.testing.assert_allclose(axes[:, 0], to_body.apply([0, 0, 1]), rtol=0, atol=ROUNDING)
+        np.testing.assert_allclose(axes[:, 2], to_body.apply(up), rtol=0, atol=ROUNDING)
+        pinhole = layout.body_from_camera.translation
+        np.testing.assert_allclose(frame.apply(pinhole), pinhole, rtol=0, atol=ROUNDING)
+    gimbal = layout.body_from_fold.inv().apply(layout.body_from_gimbal.translation)
+    np.testing.assert_allclose(gimbal, [0.302 + 0.095, 0.06, -0.125], rtol=0, atol=ROUNDING)
+
+
+def test_the_mount_frame_of_a_camera_that_looks_ahead_is_the_body():
+    for frame in (LAYOUT.body_from_mount, LAYOUT.body_from_fold):
+        assert np.array_equal(frame.as_matrix(), np.eye(4))
+
+
 @pytest.mark.parametrize(("sign", "offset", "expected_deg"), [(1, 0, 10), (-1, 0, -10), (1, 5, 15), (-1, 5, -5)])
 def test_the_optical_angle_is_sign_times_q_plus_offset(sign, offset, expected_deg):
     joint = Joint(min_deg=-90, max_deg=90, sign=sign, offset_deg=offset)

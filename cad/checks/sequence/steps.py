@@ -252,9 +252,9 @@ class _Pieces:
 
 
 def _directions(bench: Bench, name: str) -> list[FloatArray]:
-    """Axes to try: those of the part's frame, the vertical ones first, and of M1 for the fold mirror."""
+    """Axes to try, z first: those of the part's frame, of the mount for what is fixed, of M1 for the fold mirror."""
     part, assembly = bench.parts[name], bench.assembly
-    frame = assembly.pose(part, 0.0, 0.0)
+    frame = assembly.layout.body_from_mount if part.group is Group.FIXED else assembly.pose(part, 0.0, 0.0)
     if name.startswith("fold_mirror") and part.group is Group.FIXED:
         frame = assembly.layout.body_from_m1
     axes = frame.rotation.as_matrix().T[[2, 1, 0]]

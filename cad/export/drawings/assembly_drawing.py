@@ -42,7 +42,7 @@ FEWEST_CELLS = 2
 
 
 def draw_assembly(assembly: Assembly, items: Sequence[Item], *, rig_hash: str) -> Sheet:
-    """Sheet of the mount at q1 = q2 = 0, in the body frame."""
+    """Sheet of the mount at q1 = q2 = 0, in the mount frame: its views look along and across the camera's view."""
     mount, hull = _placed(assembly)
     boxes = [solid.bounding_box() for solid in mount]
     low = np.min([tuple(box.min) for box in boxes], axis=0)
@@ -57,7 +57,7 @@ def draw_assembly(assembly: Assembly, items: Sequence[Item], *, rig_hash: str) -
             material=f"printed parts: {assembly.rig.require_gaze().mount.material.upper()}",
             scale=scale_name(scale),
             rig_hash=rig_hash,
-            note="q1 = q2 = 0; the joint axes cross in the middle of M2; hull in grey, broken off",
+            note=_note(assembly.layout),
         )
     )
     front = np.array([MARGIN_MM + GAP_MM, HEIGHT_MM - MARGIN_MM - GAP_MM - scale * size[2]])
@@ -83,6 +83,12 @@ def draw_assembly(assembly: Assembly, items: Sequence[Item], *, rig_hash: str) -
     return sheet
 
 
+def _note(layout: Layout) -> str:
+    turned = layout.body_from_mount.rotation.magnitude() > 0
+    axes = "; x along the camera's view, z image-up" if turned else ""
+    return f"q1 = q2 = 0; the joint axes cross in the middle of M2; hull in grey, broken off{axes}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Place:
     """Scale of a view and where the origin of its frame is on paper."""
@@ -92,13 +98,14 @@ class _Place:
 
 
 def _placed(assembly: Assembly) -> tuple[list[Solid], list[Solid]]:
-    """Solids of the mount and of the hull in the body frame; a hull that is only a mesh is left out."""
+    """Solids of the mount and of the hull in the mount frame; a hull that is only a mesh is left out."""
+    mount_from_body = location_mm(assembly.layout.body_from_mount).inverse()
     mount: list[Solid] = []
     hull: list[Solid] = []
     for part in assembly.parts:
         if isinstance(part.solid, trimesh.Trimesh):
             continue
-        placed = location_mm(assembly.pose(part, 0.0, 0.0)) * part.solid
+        placed = mount_from_body * (location_mm(assembly.pose(part, 0.0, 0.0)) * part.solid)
         (hull if part.role is Role.HULL else mount).append(placed)
     return mount, hull
 
@@ -124,10 +131,13 @@ def _overall(sheet: Sheet, size: FloatArray, scale: float, corners: dict[View, F
 
 def _axes_and_distances(sheet: Sheet, layout: Layout, place: _Place, *, right: float, bottom: float) -> None:
     """Optical axis from pinhole over M1 to M2, both joint axes, and d1 and d2, in the front view."""
+    mount_from_body = layout.body_from_mount.inv()
     poses = (layout.body_from_camera, layout.body_from_m1, layout.body_from_gimbal)
-    pinhole, m1, m2 = (place.scale * FRONT.project(1000 * pose.translation) + place.shift for pose in poses)
+    points = 1000 * mount_from_body.apply([pose.translation for pose in poses])
+    pinhole, m1, m2 = (place.scale * FRONT.project(point) + place.shift for point in points)
     sheet.lines([np.array([pinhole, m1, m2])], width_mm=THIN_MM, edgecolor="#0b4f9c")
-    pan = FRONT.project(layout.body_from_gimbal.rotation.apply([0.0, 0.0, 1.0]))
+    axis = layout.body_from_gimbal.rotation.apply([0.0, 0.0, 1.0])
+    pan = FRONT.project(mount_from_body.rotation.apply(axis))
     sheet.axis_line(m2 + 12 * pan, m2 - (m2[1] - bottom + 4) * pan)
     places = ((pinhole, [-5, 9], "pinhole"), (m1, [6, 14], "M1"), (m2, [-8, 12], "M2"))
     for tip, beside, words in places:
@@ -173,11 +183,12 @@ def visible_places(assembly: Assembly, meshes: Sequence[PartMesh], view: View) -
 
     Points spread over all surfaces are sorted into cells on paper; the nearest of each cell is what is seen there.
     """
-    points = []
+    points, mount_from_body = [], assembly.layout.body_from_mount.inv()
     for mesh in meshes:
         surface = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
         spread, _ = trimesh.sample.sample_surface(surface, SPREAD_POINTS, seed=0)
-        points.append(1000 * assembly.pose(assembly.part(mesh.name), 0.0, 0.0).apply(spread))
+        in_body = assembly.pose(assembly.part(mesh.name), 0.0, 0.0).apply(spread)
+        points.append(1000 * mount_from_body.apply(in_body))
     places = view.project(np.vstack(points))
     depth = np.vstack(points) @ view.towards_observer
     owner = np.repeat(np.arange(len(meshes)), SPREAD_POINTS)

@@ -37,5 +37,6 @@ def _to_draw(assembly: Assembly, part: Part) -> tuple[Solid, NDArray[np.float64]
     if part.role is Role.MIRROR and part.group is Group.FIXED:
         # Its plate lies aslant in the body; it is drawn as it is cut.
         return location_mm(assembly.layout.body_from_m1).inverse() * part.solid, None
-    turns = part.group is not Group.FIXED and part.printed
-    return part.solid, np.zeros(3) if turns else None
+    if part.group is Group.FIXED:
+        return location_mm(assembly.layout.body_from_mount).inverse() * part.solid, None
+    return part.solid, np.zeros(3) if part.printed else None

@@ -1,23 +1,23 @@
 """Where the fold bracket stands: its seat on the hull, its roof, and the corners of M1's cell.
 
-Everything is in the fold frame: the body's, but for a rig that folds up turned by half a turn about the camera's axis.
-So one bracket serves both: in the fold frame the hull is always below the roof and M2 below M1. The roof is level; a
-pedestal leads from it down to the flange, which may slope, and two girders lead from the pedestal to M1's cell, aslant
-where the anchor is not in the camera's vertical plane.
+Everything is in the fold frame (`optics.layout`): x along the camera's view, and the hull always below the roof and M2
+below M1. So one bracket serves cameras that look anywhere, and fold down or up. The roof is level there; a pedestal
+leads from it down to the flange, which may slope, and two girders lead from the pedestal to M1's cell, aslant where the
+anchor is not in the plane of the camera's view and the fold.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
-from math import hypot
+from math import atan2, degrees, hypot
 
 import numpy as np
 from build123d import Location, Rot
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.parts.contact import CylinderContact
-from cad.parts.flange import BOLT_HEAD_DIAMETER_MM, Seat, bolt_places, fold_seat
+from cad.parts.flange import BOLT_HEAD_DIAMETER_MM, Seat, bolt_places, fold_seat, lies_along_body
 from cad.parts.mirrors import Fixing, tray_depth_mm, tray_foot_mm, tray_half_width_mm, tray_head_mm
 from cad.shapes import Limits, location_mm
 from optics.kernels.arrays import FloatArray
@@ -68,6 +68,9 @@ class BracketPlacement:
         Depth of the girders under it, the roof's own wall included.
     keys_through_roof : bool
         Whether the flange's bolts and their key come through holes in the roof.
+    flange_turn_deg : float
+        From x to the flange's length, seen from above; other than 0 where the flange has to lie along the body and the
+        camera looks elsewhere.
     """
 
     body_from_fold: RigidTransform
@@ -78,6 +81,7 @@ class BracketPlacement:
     roof_mm: float
     girder_mm: float
     keys_through_roof: bool = False
+    flange_turn_deg: float = 0.0
 
     @property
     def wall_mm(self) -> float:
@@ -108,6 +112,16 @@ class BracketPlacement:
     def pedestal_mm(self) -> tuple[Limits, Limits]:
         """Limits along x and y of what stands on the hull: the flange, and where keys come through the roof to it."""
         corners = np.vstack([flange_corners_mm(self.seat)[:, :2], self._key_holes_mm()])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
+
+    @property
+    def pocket_sides_mm(self) -> tuple[Limits, Limits]:
+        """Limits along and across the flange of what stands on it, in axes turned about z by `flange_turn_deg`."""
+        if not self.flange_turn_deg:
+            return self.pedestal_mm
+        turn = Rotation.from_euler("z", -self.flange_turn_deg, degrees=True)
+        corners = turn.apply(flange_corners_mm(self.seat))
         low, high = corners.min(axis=0), corners.max(axis=0)
         return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
 
@@ -167,6 +181,10 @@ class BracketPlacement:
         """Point of the fold frame in the body frame."""
         return np.asarray(1000 * self.body_from_fold.apply(np.array([x, y, z]) / 1000))
 
+    def in_words(self, x: float, y: float, z: float) -> str:
+        """Point of the fold frame as the rig file has it."""
+        return "(" + ", ".join(f"{value:.1f}" for value in np.round(self.in_body_mm(x, y, z), 1) + 0.0) + ")"
+
 
 def bracket_placement(rig: Rig, layout: Layout) -> BracketPlacement:
     """Numbers of a rig's fold bracket.
@@ -178,7 +196,7 @@ def bracket_placement(rig: Rig, layout: Layout) -> BracketPlacement:
         forward or too far to the side for M1.
     """
     gaze = rig.require_gaze()
-    body_from_fold = fold_frame(layout)
+    body_from_fold = layout.body_from_fold
     seat = fold_seat(rig).moved(body_from_fold.inv())
     place = f"mount.fold_anchor_mm = {gaze.mount.fold_anchor_mm}"
     _check_slope(seat, body_from_fold, place)
@@ -191,6 +209,7 @@ def bracket_placement(rig: Rig, layout: Layout) -> BracketPlacement:
         seat=seat,
         roof_mm=0.0,
         girder_mm=gaze.mount.wall_mm,
+        flange_turn_deg=_flange_turn_deg(rig, body_from_fold),
     )
     # A hinge's deck has its stiffeners over the roof, where the arm does not swing.
     girder = gaze.mount.wall_mm if gaze.joints.stow else _girder_mm(flat)
@@ -200,15 +219,6 @@ def bracket_placement(rig: Rig, layout: Layout) -> BracketPlacement:
     if refusal:
         raise ValueError(f"{place}: {refusal}")
     return placement
-
-
-def fold_frame(layout: Layout) -> RigidTransform:
-    """Pose of the fold frame in the body: the identity for a fold down, half a turn about the camera's axis for up."""
-    if layout.fold_direction[1] > 0:
-        return RigidTransform.identity()
-    pinhole = layout.body_from_camera.translation
-    turn = Rotation.from_rotvec(np.pi * layout.body_from_camera.rotation.apply([0, 0, 1]))
-    return RigidTransform.from_components(pinhole - turn.apply(pinhole), turn)
 
 
 def flange_corners_mm(seat: Seat) -> FloatArray:
@@ -259,40 +269,48 @@ def _bolted(placement: BracketPlacement) -> BracketPlacement:
     return placement if _refusal(holed) else holed
 
 
+def _flange_turn_deg(rig: Rig, body_from_fold: RigidTransform) -> float:
+    if not lies_along_body(rig, "fold"):
+        return 0.0
+    x, y, _ = body_from_fold.rotation.inv().apply([1.0, 0.0, 0.0])
+    return round(degrees(atan2(y, x)), 6)
+
+
 def _check_slope(seat: Seat, body_from_fold: RigidTransform, place: str) -> None:
     steep = float(np.degrees(np.arccos(np.clip(seat.normal[2], -1, 1))))
     if steep > STEEPEST_DEG:
-        up = float(body_from_fold.rotation.apply([0, 0, 1])[2]) > 0
+        roof = np.round(body_from_fold.rotation.apply([0, 0, 1]), 3)
+        words = {1.0: "up", -1.0: "down"}.get(float(roof[2]), f"{tuple((roof + 0.0).tolist())}, where M1's roof faces")
         raise ValueError(
-            f"{place}: expected a hull whose normal is within {STEEPEST_DEG:g} degrees of "
-            f"{'up' if up else 'down'}, got {steep:.0f} degrees"
+            f"{place}: expected a hull whose normal is within {STEEPEST_DEG:g} degrees of {words}, got {steep:.0f} "
+            "degrees"
         )
 
 
 def _refusal(placement: BracketPlacement) -> str:
-    """Why the anchor does not suit M1, empty when it does; numbers are those of the body frame, as in the rig file."""
+    """Why the anchor does not suit M1, with one that would, body frame; empty when it does."""
     x, y, z = placement.anchor_mm
     front = placement.pedestal_mm[0][1]
     rise = placement.roof_mm - float(flange_corners_mm(placement.seat)[:, 2].max())
     if rise > LARGEST_RISE_MM:
-        here, better = (placement.in_body_mm(x, y, level)[2] for level in (z, z + rise - LARGEST_RISE_MM))
         return (
-            f"expected z of at {'least' if better > here else 'most'} {better:.1f}, so that the roof over "
-            f"M1's cell is at most {LARGEST_RISE_MM:g} mm off the flange, got z = {here:g}"
+            f"expected an anchor such as {placement.in_words(x, y, z + rise - LARGEST_RISE_MM)}, so that the roof "
+            f"over M1's cell is at most {LARGEST_RISE_MM:g} mm off the flange, not {rise:.1f} mm"
         )
     # A flange over the cell must leave M1 its light.
     over_cell = float(flange_corners_mm(placement.seat)[:, 2].min()) > placement.upper_mm[1]
     furthest = placement.lower_mm[0] if over_cell and abs(y - placement.y_mm) <= ALIGNMENT_MM else placement.upper_mm[0]
     if front > furthest:
         return (
-            f"expected x of at most {x - front + furthest:.1f}, where the flange is behind "
-            f"{'the front' if furthest == placement.lower_mm[0] else 'the upper edge'} of M1's cell, got x = {x:g}"
+            f"expected an anchor such as {placement.in_words(x - front + furthest, y, z)}, where the flange is behind "
+            f"{'the front' if furthest == placement.lower_mm[0] else 'the upper edge'} of M1's cell, not "
+            f"{front - furthest:.1f} mm ahead of it"
         )
-    beside, room = abs(y - placement.y_mm), max(STEEPEST_GIRDER * (placement.upper_mm[0] - front), ALIGNMENT_MM)
-    if beside > room:
-        here = placement.in_body_mm(x, y, z)[1]
-        low, high = sorted(placement.in_body_mm(x, placement.y_mm + side * room, z)[1] for side in (-1, 1))
+    beside, room = y - placement.y_mm, max(STEEPEST_GIRDER * (placement.upper_mm[0] - front), ALIGNMENT_MM)
+    if abs(beside) > room:
+        nearest = placement.in_words(x, placement.y_mm + float(np.clip(beside, -room, room)), z)
         return (
-            f"expected y from {low:.1f} to {high:.1f}, so that the girders reach M1's cell from there, got y = {here:g}"
+            f"expected an anchor at most {room:.1f} mm beside the camera's view, such as {nearest}, so that the "
+            f"girders reach M1's cell from there, not {abs(beside):.1f} mm"
         )
     return ""

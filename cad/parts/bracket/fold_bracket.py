@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from math import hypot
 
 import numpy as np
-from build123d import Axis, Part, Plane, Solid
+from build123d import Axis, Part, Plane, Rot, Solid
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from cad.parts.bracket.bracket_placement import BOSS_WALL_MM, BracketPlacement
@@ -89,9 +89,11 @@ def pedestal(placement: BracketPlacement) -> Part:
     block = box((x_low, x_high), y_limits, (low, placement.roof_mm))
     block = block.fillet(ROOF_CORNER_MM, block.edges().filter_by(Axis.Z))
     # The hull's side is cut under the flange alone; beside it the block ends where the flange's box does, and above the
-    # highest point of the contact.
+    # highest point of the contact; beside one that is turned also above the bands, which lie on it.
     half_length, half_width = seat.length_mm / 2, seat.width_mm / 2
     under, over = seat.contact.range_mm
+    if placement.flange_turn_deg:
+        over = seat.height_mm
     beyond = [box((-FAR_MM, FAR_MM), (-FAR_MM, FAR_MM), (-2 * FAR_MM, under))]
     everywhere = (-FAR_MM, FAR_MM)
     for side in (-1, 1):
@@ -124,7 +126,7 @@ def _pockets(placement: BracketPlacement) -> list[Part]:
     if seat.attachment == "pads":
         # Tape carries by its area.
         return []
-    (x_low, x_high), (y_low, y_high) = placement.pedestal_mm
+    (x_low, x_high), (y_low, y_high) = placement.pocket_sides_mm
     low = float(placement.anchor_mm[2]) - FAR_MM
     if seat.strapped:
         half = (STRAP_PLACES_MM[1] - STRAP_PLACES_MM[0] - STRAP_WIDTH_MM) / 2 - wall
@@ -133,6 +135,8 @@ def _pockets(placement: BracketPlacement) -> list[Part]:
         if half < SMALLEST_POCKET_MM / 2:
             return []
     pocket = box((x_low + wall, x_high - wall), (y_low + wall, y_high - wall), (low, placement.roof_low_mm))
+    if placement.flange_turn_deg:
+        pocket = Rot(0, 0, placement.flange_turn_deg) * pocket
     place = location_mm(seat.body_from_seat)
     if seat.strapped:
         return [pocket]

@@ -130,13 +130,17 @@ def test_a_fold_up_holds_its_mirror_where_the_layout_says():
 def test_messages_of_a_fold_up_speak_of_the_rig_files_numbers():
     rig = folding_up(loaded("aqua2"))
     low = changed(rig, mount={"fold_anchor_mm": (270.0, 60.0, 120.0), "fold_normal": (0.0, 0.0, -1.0)})
-    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm = \(270.*z of at most 10\d\.\d.*got z = 120"):
+    with pytest.raises(
+        ValueError, match=r"mount\.fold_anchor_mm = \(270.*such as \(270\.0, 60\.0, 10\d\.\d\), so that the roof"
+    ):
         bracket_placement(low, Layout.from_rig(low))
     beside = changed(rig, mount={"fold_anchor_mm": (270.0, -60.0, -65.0)})
-    with pytest.raises(ValueError, match=r"expected y from -50\.\d to 170\.\d, so that the girders.*got y = -60"):
+    with pytest.raises(
+        ValueError, match=r"at most 110\.\d mm beside.*such as \(270\.0, -50\.\d, -65\.0\).*not 120\.0 mm"
+    ):
         bracket_placement(beside, Layout.from_rig(beside))
     ahead = changed(rig, mount={"fold_anchor_mm": (440.0, 60.0, -65.0)})
-    with pytest.raises(ValueError, match=r"expected x of at most 409\.\d.*the front of M1's cell, got x = 440"):
+    with pytest.raises(ValueError, match=r"such as \(409\.\d, 60\.0, -65\.0\).*the front of M1's cell, not 30\.\d mm"):
         bracket_placement(ahead, Layout.from_rig(ahead))
 
 
@@ -282,7 +286,9 @@ def test_the_train_with_m1_stowed_is_the_camera_alone():
 
 def test_a_hinge_without_room_is_named():
     near = changed(stowable("aqua2"), mount={"fold_anchor_mm": (340.0, 60.0, 65.0)})
-    with pytest.raises(ValueError, match=r"mount\.fold_anchor_mm.*expected x of at most 321\.\d.*got x = 340"):
+    with pytest.raises(
+        ValueError, match=r"mount\.fold_anchor_mm.*such as \(321\.\d, 60\.0, 65\.0\).*hinge.*18\.\d mm too far"
+    ):
         stow_hinge(near, Layout.from_rig(near))
     narrow = changed(stowable("aqua2", servo=True), fold_mirror={"width_mm": 40.0})
     with pytest.raises(ValueError, match=r"fold_mirror\.width_mm = 40: expected at least \d+, so that.*its servo fit"):
