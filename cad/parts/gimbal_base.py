@@ -183,7 +183,10 @@ def _over_anchor(placement: BasePlacement, seat: Seat) -> float:
     column = np.array(tuple(Plane(placement.body_from_base).z_dir))
     along = float(seat.normal @ column)
     sine = hypot(*(seat.normal - along * column))
-    return float(seat.contact.range_mm[1] + COLUMN_DEPTH_MM * sine / max(abs(along), 0.1))
+    beyond = COLUMN_DEPTH_MM * sine / max(abs(along), 0.1)
+    # On a steep hull the column's corner must not come out beside what the hull takes under the flange.
+    within = (seat.length_mm / 2 - COLUMN_DEPTH_MM / 2 * abs(along)) / max(sine, 1e-9)
+    return float(seat.contact.range_mm[1] + min(beyond, within))
 
 
 def _flare(placement: BasePlacement, seat: Seat) -> Part:

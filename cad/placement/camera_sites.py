@@ -23,6 +23,10 @@ BACKING_MM = 60.0
 """The hull comes within this behind at least half of the port's disc: a camera needs something to be held by."""
 
 
+HOUSING_MM = 60.0
+"""Nominal: how far a camera goes back from its port's face."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class CameraSite:
     """A place for the camera.
@@ -30,6 +34,10 @@ class CameraSite:
     Attributes
     ----------
     pinhole_mm : tuple of three floats
+    ahead_mm : float
+        From the pinhole to the port's outer face.
+    radius_mm : float
+        Of what the camera takes up about its view at least, `HOUSING_MM` back from that face: of the port without rim.
     behind_nose_mm : float
         How far the port's face is behind the hull's foremost point.
     gap_mm : float
@@ -37,8 +45,26 @@ class CameraSite:
     """
 
     pinhole_mm: tuple[float, float, float]
+    ahead_mm: float
+    radius_mm: float
     behind_nose_mm: float = 0.0
     gap_mm: float = 0.0
+
+    def room_mm(self, points_mm: FloatArray) -> float:
+        """How far points, shape (n, 3), are from the camera at least, where they are beside it; negative within."""
+        away = points_mm - self.pinhole_mm
+        beside = (away[:, 0] < self.ahead_mm) & (away[:, 0] > self.ahead_mm - HOUSING_MM)
+        return float(np.hypot(*away[beside, 1:].T).min(initial=np.inf)) - self.radius_mm
+
+
+def pinned_site(rig: Rig, pinhole_mm: tuple[float, float, float]) -> CameraSite:
+    """The place of a rig's camera where the user has chosen it."""
+    return CameraSite(pinhole_mm=pinhole_mm, ahead_mm=port_ahead_mm(rig), radius_mm=port_radius_mm(rig) - RIM_MM)
+
+
+def port_ahead_mm(rig: Rig) -> float:
+    """From a rig's pinhole to the middle of its port's outer face, along the view."""
+    return float(1000 * window_centre(rig)[2])
 
 
 def port_radius_mm(rig: Rig) -> float:
@@ -52,7 +78,7 @@ def port_radius_mm(rig: Rig) -> float:
 
 def camera_sites(rig: Rig, space: HullField, y_mm: float) -> list[CameraSite]:
     """Places for a rig's camera in the plane of one y, from the bottom of the hull to its top."""
-    ahead = float(1000 * window_centre(rig)[2])
+    ahead = port_ahead_mm(rig)
     fronts = _fronts_mm(space)
     y, z = space.axis(1), space.axis(2)
     nose = float(np.nanmax(fronts))
@@ -71,7 +97,14 @@ def camera_sites(rig: Rig, space: HullField, y_mm: float) -> list[CameraSite]:
             continue
         pinhole = (round(face - ahead, 1), round(y_mm, 1), round(float(level), 1))
         behind = nose + PROUD_MM - face
-        sites.append(CameraSite(pinhole_mm=pinhole, behind_nose_mm=behind, gap_mm=float(gaps.mean())))
+        site = CameraSite(
+            pinhole_mm=pinhole,
+            ahead_mm=ahead,
+            radius_mm=radius - RIM_MM,
+            behind_nose_mm=behind,
+            gap_mm=float(gaps.mean()),
+        )
+        sites.append(site)
     return sites
 
 

@@ -18,7 +18,7 @@ from cad.parts.gimbal_dimensions import GimbalDimensions
 from cad.parts.mirrors import cell_front_mm, tray_depth_mm, tray_foot_mm, tray_half_width_mm, tray_head_mm
 from cad.placement.camera_sites import CameraSite
 from cad.placement.hull_field import HullField
-from cad.placement.seats import SeatFinder
+from cad.placement.seats import SeatFinder, flange_points_mm
 from optics.coverage.sphere import cell_directions
 from optics.kernels.arrays import FloatArray
 from optics.search.objectives import rig_with
@@ -26,6 +26,8 @@ from rigs import Rig
 
 FOLD_STEEPEST_DEG, BASE_STEEPEST_DEG = 38.0, 33.0
 """Between a seat's normal and the vertical; the bracket itself refuses 60 degrees, but is a heavy wedge there."""
+STEEPEST_DECK_DEG, DECK_DEG = 50.0, 3.0
+"""A deck of the robot may be a seat although the camera leans more than the above, up to this; and what decks slope."""
 LARGEST_RISE_MM = 110.0
 """How far a bracket's seat may be below the top of M1's cell; the bracket refuses a pedestal of 150 mm to its roof."""
 FOLD_REACH_MM = 520.0
@@ -252,9 +254,13 @@ def _fold_seat(
         else:
             options.append((float(front - place[0]) + abs(rise), place))
     for arm, place in sorted(options, key=_arm):
-        seat = finder.seat(place, 1, FOLD_STEEPEST_DEG)
+        seat = finder.seat(place, 1, _steepest_deg(FOLD_STEEPEST_DEG, finder))
         if isinstance(seat, str):
             short.note(f"a seat for the bracket: {seat}")
+            continue
+        beside = site.room_mm(flange_points_mm(seat))
+        if beside < 0:
+            short.note("a seat for the bracket clear of the camera", -beside)
             continue
         level = max(seat.point_mm[2], head) + shape.dimensions.mount.wall_mm
         room = float(finder.space.distances_mm(_roof_mm(seat, [front, y, level], shape)).min())
@@ -298,9 +304,13 @@ def _base_seat(
         else:
             options.append((reach + height, place))
     for arm, place in sorted(options, key=_arm):
-        seat = finder.seat(place, -1, BASE_STEEPEST_DEG)
+        seat = finder.seat(place, -1, _steepest_deg(BASE_STEEPEST_DEG, finder))
         if isinstance(seat, str):
             short.note(f"a seat for the base: {seat}")
+            continue
+        beside = site.room_mm(flange_points_mm(seat))
+        if beside < 0:
+            short.note("a seat for the base clear of the camera", -beside)
             continue
         room = float(finder.space.distances_mm(_column_mm(seat, centre, shape)).min())
         room -= shape.dimensions.mount.clearance_mm + COLUMN_MM
@@ -309,6 +319,10 @@ def _base_seat(
             continue
         return seat, arm
     return None
+
+
+def _steepest_deg(usual_deg: float, finder: SeatFinder) -> float:
+    return max(usual_deg, min(finder.lean_deg + DECK_DEG, STEEPEST_DECK_DEG))
 
 
 def _arm(option: tuple[float, FloatArray]) -> float:

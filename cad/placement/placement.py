@@ -7,11 +7,12 @@ does the base, do the turning parts clear the hull), and the first that pass are
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from cad.assembly.assembly import build_assembly
 from cad.checks.kept_checks import kept_checks
@@ -19,7 +20,7 @@ from cad.parts.bracket.bracket_placement import bracket_placement
 from cad.parts.clearance_envelope import envelope_margins_mm
 from cad.parts.gimbal_base import base_placement, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions
-from cad.placement.camera_sites import CameraSite, camera_sites
+from cad.placement.camera_sites import camera_sites, pinned_site, port_ahead_mm
 from cad.placement.candidates import BASE_REACH_MM, FOLD_REACH_MM, Candidate, Shortfalls, candidates, mirror_shapes
 from cad.placement.fold_frame import (
     BASE_ANCHOR,
@@ -29,6 +30,7 @@ from cad.placement.fold_frame import (
     FOLD_ANCHOR,
     PLACED_KEYS,
     facing,
+    looking_ahead,
     pinned_seats,
     rig_of,
     turn_of,
@@ -38,25 +40,23 @@ from cad.placement.fold_frame import (
 from cad.placement.hull_field import HullField, hull_field
 from cad.placement.mirror_table import D1_MM, D2_MM, FIELD, mirror_table
 from cad.placement.seats import SeatFinder
+from cad.placement.wanted import Wanted, default_request, easier
 from optics.feasibility.feasibility import feasibility_problems
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
-from optics.sizing.gaze_range import GazeRange
 from optics.sizing.limits import Request
-from optics.sizing.window import fraction_window
-from optics.train import OpticalTrain
 from rigs import Rig
 
 ASKED, BUILT = 40, 4
 """Candidates whose parts are asked, and mounts that are built, before giving up."""
 SIDES_MM = 330.0
 """How far beside the camera's plane the hull is looked at."""
+ASLANT_DEG = 1.0
+"""A view further than this from the hull's plane of symmetry does not lie in it."""
+FOREMOST_MM = 1.0
+"""What of a hull is this near to its foremost point in the view is foremost too, as the whole of a flat side."""
 UPWARDS_MM = 30.0
 """What a fold up costs, in millimetres of arm: a vehicle is lifted, and stands in the air, by its top."""
-WINDOW = 0.2
-AZIMUTH_DEG, ELEVATION_DEG = (-60.0, 60.0), (-30.0, 30.0)
-"""What the mirrors are sized for: as `mirrorgaze size` by itself."""
-
 STAGES = (
     "M1 clear",
     "M1 on",
@@ -79,14 +79,6 @@ Log = Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wanted:
-    """What is asked of a placement: keys that stay, and what the mirrors are sized for."""
-
-    pinned: Collection[str]
-    request: Request
-
-
-@dataclass(frozen=True, kw_only=True)
 class Placement:
     """A rig whose camera, mirrors and anchors were found for its hull.
 
@@ -102,13 +94,6 @@ class Placement:
     rig: Rig
     reasons: dict[str, str]
     rejected: tuple[str, ...]
-
-
-def default_request(rig: Rig) -> Request:
-    """What mirrors are sized for when nobody says: the middle fifth of the image over a wide range ahead."""
-    first, second = (tuple(float(np.radians(end)) for end in ends) for ends in (AZIMUTH_DEG, ELEVATION_DEG))
-    gaze = GazeRange(first=(first[0], first[1]), second=(second[0], second[1]), in_joints=False)
-    return Request(window=fraction_window(OpticalTrain.bare(rig).camera, WINDOW), gaze=gaze)
 
 
 def place(
@@ -130,7 +115,8 @@ def place(
     pinned : collection of str
         Those of `PLACED_KEYS` that stay as the rig has them.
     request : Request, optional
-        What the mirrors are sized for; `default_request` by default.
+        What the mirrors are sized for, azimuth and elevation as of a camera that looks along the body's x;
+        `default_request` by default.
     log : callable
         Takes lines of progress.
 
@@ -186,7 +172,7 @@ def _ranked(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortfalls) 
 def _of_direction(
     rig: Rig, hull: trimesh.Trimesh, direction: str, wanted: Wanted, short: Shortfalls
 ) -> Iterator[Candidate]:
-    turn, folding = turn_of(direction), facing(rig, direction)
+    fold_from_body, folding = turn_of(rig, direction).inv(), facing(looking_ahead(rig), direction)
     table = mirror_table(folding, wanted.request)
     for condition, missing in table.rejected.items():
         short.note(condition, missing)
@@ -194,37 +180,51 @@ def _of_direction(
     if not len(designs):
         return
     shapes = mirror_shapes(folding, designs)
-    vertices = np.asarray(hull.vertices) * turn
-    # Half a turn keeps the triangles' sense.
+    vertices = fold_from_body.apply(np.asarray(hull.vertices))
     in_fold = trimesh.Trimesh(vertices, hull.faces, process=False)
-    middle = _middle_mm(vertices)
-    position = turned(rig.camera.position_mm, turn)
-    y = position[1] if CAMERA in wanted.pinned else middle
-    space = _space(in_fold, y)
-    finder = SeatFinder(solid=in_fold, space=space, pinned=pinned_seats(rig, wanted.pinned, turn))
-    sites = [CameraSite(pinhole_mm=position)] if CAMERA in wanted.pinned else camera_sites(rig, space, y)
+    position = turned(rig.camera.position_mm, fold_from_body)
+    y = position[1] if CAMERA in wanted.pinned else _plane_mm(vertices, fold_from_body)
+    port = position[0] + port_ahead_mm(rig) if CAMERA in wanted.pinned else np.inf
+    space = _space(in_fold, y, port)
+    finder = SeatFinder(
+        solid=in_fold,
+        space=space,
+        pinned=pinned_seats(rig, wanted.pinned, fold_from_body),
+        lean_deg=float(np.degrees(np.arccos(min(abs(fold_from_body.apply([0.0, 0.0, 1.0])[2]), 1.0)))),
+    )
+    sites = [pinned_site(rig, position)] if CAMERA in wanted.pinned else camera_sites(rig, space, y)
     if not sites:
         short.note("a nose in the plane of symmetry for the camera's port")
     for site in sites:
         yield from candidates(site, shapes, finder, short)
 
 
-def _middle_mm(vertices: FloatArray) -> float:
-    """The plane of symmetry: y = 0 where the hull's box is about that."""
+def _plane_mm(vertices: FloatArray, fold_from_body: Rotation) -> float:
+    """Plane of one y in which the camera goes: of symmetry, or where a hull is foremost that is looked at aslant.
+
+    That of symmetry is y = 0 where the hull's box is about that.
+    """
+    if abs(fold_from_body.apply([0.0, 1.0, 0.0])[1]) < np.cos(np.radians(ASLANT_DEG)):
+        foremost = vertices[:, 0] > vertices[:, 0].max() - FOREMOST_MM
+        return round(float(vertices[foremost, 1].mean()), 1)
     low, high = vertices[:, 1].min(), vertices[:, 1].max()
     middle = float(low + high) / 2
     return 0.0 if abs(middle) < 0.02 * (high - low) else round(middle, 1)
 
 
-def _space(hull: trimesh.Trimesh, y_mm: float) -> HullField:
-    """Distances around the front of a hull, as far as arms and mirrors reach."""
+def _space(hull: trimesh.Trimesh, y_mm: float, port_mm: float) -> HullField:
+    """Distances around the front of a hull, as far as arms and mirrors reach.
+
+    The camera is in the plane of `y_mm`, its port at `port_mm` along x, or wherever the hull ends.
+    """
     vertices = np.asarray(hull.vertices)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     reach = max(FOLD_REACH_MM, BASE_REACH_MM)
     ahead = float(D1_MM.max()) + SIDES_MM / 2
+    rear = max(low[0] - 50, min(high[0], port_mm) - reach - 50)
     return hull_field(
         _manifold(hull),
-        np.array([max(low[0] - 50, high[0] - reach - 50), max(low[1] - 50, y_mm - SIDES_MM), low[2] - D2_MM.max() / 2]),
+        np.array([rear, max(low[1] - 50, y_mm - SIDES_MM), low[2] - D2_MM.max() / 2]),
         np.array([high[0] + ahead, min(high[1] + 50, y_mm + SIDES_MM), high[2] + 80]),
     )
 
@@ -307,12 +307,13 @@ def _nothing_fits(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortf
     count, least = short.found[binding]
     lacking = f", by {_lack_text(least)} at best" if np.isfinite(least) else ""
     found = f"expected a hull with room for a mount, found none: {binding} turned away the last {count}{lacking}"
-    for words, other, changed in _easier(rig, wanted):
+    for words, other, changed in easier(rig, wanted):
         ranked = _ranked(other, hull, changed, Shortfalls())
         body = _manifold(hull)
         if any(not _refusal(rig_of(other, item, way, changed.pinned), body) for way, item in ranked[:ASKED]):
             return f"{found}; there is room {words}"
-    return f"{found}; try another {CAMERA} (new: --camera-mm) or other axes of the hull (new: --forward, --up)"
+    view = "" if rig.camera == looking_ahead(rig).camera else ", another view (new: --look)"
+    return f"{found}; try another {CAMERA} (new: --camera-mm){view} or other axes of the hull (new: --forward, --up)"
 
 
 def _lack_text(lack_mm: float) -> str:
@@ -323,17 +324,3 @@ def _stage(condition: str) -> int:
     """How far a candidate came that a condition turned away."""
     known = [number for number, name in enumerate(STAGES) if condition.startswith(name)]
     return known[0] if known else len(STAGES)
-
-
-def _easier(rig: Rig, wanted: Wanted) -> Iterator[tuple[str, Rig, Wanted]]:
-    """What could be asked for instead, the smallest concession first."""
-    for key in sorted(wanted.pinned):
-        yield f"without {key} pinned", rig, replace(wanted, pinned=frozenset(wanted.pinned) - {key})
-    low, high = wanted.request.gaze.second
-    half = replace(wanted.request.gaze, second=(low / 2, high / 2))
-    request = replace(wanted.request, gaze=half)
-    span = f"{np.degrees(low / 2):g} to {np.degrees(high / 2):g}"
-    yield f"for a gaze over elevations of {span} degrees only", rig, replace(wanted, request=request)
-    bed = tuple(2 * side for side in rig.require_gaze().mount.printer_bed_mm)
-    larger = rig.with_gaze(mount={"printer_bed_mm": bed})
-    yield f"with a printer of {bed[0]:g} x {bed[1]:g} x {bed[2]:g} mm (mount.printer_bed_mm)", larger, wanted

@@ -39,11 +39,14 @@ class SeatFinder:
         The same, as distances.
     pinned : mapping of int to Anchor
         The only seat on a side, up (1) or down (-1), where the user has chosen it.
+    lean_deg : float
+        Between z of the frame and the body's: the slope that level decks of the robot have here.
     """
 
     solid: trimesh.Trimesh
     space: HullField
     pinned: Mapping[int, Anchor] = field(default_factory=dict)
+    lean_deg: float = 0.0
     found: dict[tuple[float, float, float, int], Anchor | str] = field(default_factory=dict)
 
     def places(self, y_mm: float, side: int, low_x_mm: float, high_x_mm: float) -> list[FloatArray]:
@@ -109,6 +112,13 @@ class SeatFinder:
         low, high = self._limits_mm
         near = ((low <= point_mm + NEAR_MM) & (high >= point_mm - NEAR_MM)).all(axis=1)
         return trimesh.Trimesh(np.asarray(self.solid.vertices), np.asarray(self.solid.faces)[near], process=False)
+
+
+def flange_points_mm(seat: Anchor) -> FloatArray:
+    """Points of the plane under a flange, in the frame that the seat is given in, shape (n, 3)."""
+    sides = [np.linspace(-size / 2, size / 2, FIT_STEPS) for size in (FLANGE_LENGTH_MM, FLANGE_WIDTH_MM)]
+    points = np.stack(np.meshgrid(*sides, [0.0]), axis=-1).reshape(-1, 3)
+    return np.asarray(1000 * _pose(np.array(seat.point_mm), np.array(seat.normal)).apply(points / 1000))
 
 
 def _plane_normal(local: trimesh.Trimesh) -> FloatArray | None:

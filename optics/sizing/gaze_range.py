@@ -11,8 +11,12 @@ from numpy.typing import NDArray
 from optics.gaze.kinematics import inverse_gaze
 from optics.kernels.arrays import FloatArray
 from optics.layout import ROUNDING_DEG, Layout
+from rigs import Camera
 
 Interval = tuple[float, float]
+
+AZIMUTH_DEG, ELEVATION_DEG = 60.0, 30.0
+"""How far to both sides of the camera's view a gaze is wanted when nobody says."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +56,13 @@ class GazeRange:
         return cls(first=first, second=second, in_joints=True)
 
     @classmethod
-    def of_degrees(cls, azimuth_deg: Interval, elevation_deg: Interval) -> GazeRange:
-        """Directions, from and to in degrees."""
+    def about_view(
+        cls, camera: Camera, azimuth_deg: Interval | None = None, elevation_deg: Interval | None = None
+    ) -> GazeRange:
+        """Directions, from and to in degrees; where nobody says, about those of the camera's view."""
+        low, high = np.clip([camera.pitch_deg - ELEVATION_DEG, camera.pitch_deg + ELEVATION_DEG], -90, 90).tolist()
+        azimuth_deg = azimuth_deg or (camera.yaw_deg - AZIMUTH_DEG, camera.yaw_deg + AZIMUTH_DEG)
+        elevation_deg = elevation_deg or (low, high)
         first, second = ((math.radians(low), math.radians(high)) for low, high in (azimuth_deg, elevation_deg))
         return cls(first=first, second=second, in_joints=False)
 

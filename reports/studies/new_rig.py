@@ -36,6 +36,7 @@ def new_rig_on_hull(
     keep: str = "all",
     camera_mm: tuple[float, float, float] | None = None,
     camera_from: str | None = None,
+    look_deg: tuple[float, float] | None = None,
     log: Log,
 ) -> tuple[TakenHull, Placement]:
     """Write a rig whose hull is a file, with camera, mirrors and anchors placed on it.
@@ -60,6 +61,8 @@ def new_rig_on_hull(
         Where the camera's pinhole is, body frame; found at the nose by default.
     camera_from : str, optional
         Name of a camera of the hull's file (a link of a URDF, a sensor of an SDF) that says where the pinhole is.
+    look_deg : tuple of two floats, optional
+        Where the camera looks: yaw to the left and pitch up, degrees; as the preset's by default.
     log : callable
         Takes lines of progress.
 
@@ -91,6 +94,8 @@ def new_rig_on_hull(
         # Whatever mark the template has here: this place is the user's.
         position.comment("as given" if camera_from is None else f"of {camera_from} in {hull.name}")
         document["camera"]["position_mm"] = position
+    if look_deg is not None:
+        _put_view(document, look_deg)
     log("hull: making a solid of it ...")
     solid = closed_surface(file_hull_solid(section))
     document["hull"]["window"] = "cut"
@@ -100,6 +105,13 @@ def new_rig_on_hull(
     placement = place_document(document, file.parent, solid, pinned=pinned, log=log)
     save_new_rig(document, file)
     return taken, placement
+
+
+def _put_view(document: tomlkit.TOMLDocument, look_deg: tuple[float, float]) -> None:
+    """Write where the camera looks."""
+    for key, angle, meaning in zip(("yaw_deg", "pitch_deg"), look_deg, ("to the left", "up"), strict=True):
+        document["camera"][key] = angle
+        document["camera"][key].comment(f"as given: {meaning}")
 
 
 def _check_options(

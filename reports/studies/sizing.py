@@ -36,7 +36,6 @@ from rigs import Rig, RigError, load_document, save_document
 
 USUAL_WINDOW = 0.2
 """Share of the image's sides that is to see every gaze, where nothing else is asked for."""
-USUAL_AZIMUTH_DEG, USUAL_ELEVATION_DEG = (-60.0, 60.0), (-30.0, 30.0)
 
 DISTANCE_FACTORS = (0.7, 0.85, 1.0, 1.15, 1.3, 1.45, 1.6)
 """Of the rig's own d1 and d2, over which the trade-off is drawn."""
@@ -69,10 +68,8 @@ def write_sizing(rig: Rig, sizing: Sizing, folder: Path, *, log: Log) -> None:
 
 def usual_request(rig: Rig) -> Request:
     """What `mirrorgaze size` asks for without options."""
-    return Request(
-        window=fraction_window(camera_from_spec(rig.camera), USUAL_WINDOW),
-        gaze=GazeRange.of_degrees(USUAL_AZIMUTH_DEG, USUAL_ELEVATION_DEG),
-    )
+    window = fraction_window(camera_from_spec(rig.camera), USUAL_WINDOW)
+    return Request(window=window, gaze=GazeRange.about_view(rig.camera))
 
 
 def sizing_results(rig: Rig, folder: Path) -> tuple[SizingResults, list[Path]]:
@@ -87,7 +84,7 @@ def sizing_results(rig: Rig, folder: Path) -> tuple[SizingResults, list[Path]]:
         SizedMirror(name=name, present=present, needed=size)
         for name, present, size in zip(("M1", "M2"), _sizes(rig), needed, strict=True)
     )
-    (left, right), (low, high) = USUAL_AZIMUTH_DEG, USUAL_ELEVATION_DEG
+    left, right, low, high = (math.degrees(end) for end in (*request.gaze.first, *request.gaze.second))
     width, height = request.window.size_px
     results = SizingResults(
         view=f"a window of {width:.0f} x {height:.0f} px in the middle of the image at every gaze of azimuth {left:g} "

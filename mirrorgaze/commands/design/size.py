@@ -34,12 +34,19 @@ def size(
         ),
     ] = "0.2",
     azimuth_deg: Annotated[
-        tuple[float, float],
-        typer.Option(help="Range of the gaze azimuth, from and to, in degrees; 0 is ahead, left is positive."),
-    ] = (-60.0, 60.0),
+        tuple[float, float] | None,
+        typer.Option(
+            help="Range of the gaze azimuth, from and to, in degrees; 0 is ahead, left is positive.",
+            show_default="60 to both sides of the camera's view",
+        ),
+    ] = None,
     elevation_deg: Annotated[
-        tuple[float, float], typer.Option(help="Range of the gaze elevation, from and to, in degrees; up is positive.")
-    ] = (-30.0, 30.0),
+        tuple[float, float] | None,
+        typer.Option(
+            help="Range of the gaze elevation, from and to, in degrees; up is positive.",
+            show_default="30 below and above the camera's view",
+        ),
+    ] = None,
     margin_mm: Annotated[
         float, typer.Option(help="Margin added all around for printing and lip, in millimetres.")
     ] = 2.0,
@@ -87,7 +94,7 @@ def size(
         loaded = loaded.with_gaze(fold_mirror=both, gaze_mirror=both)
     request = Request(
         window=parsed_window(window, OpticalTrain.bare(loaded)),
-        gaze=GazeRange.of_degrees(azimuth_deg, elevation_deg),
+        gaze=GazeRange.about_view(loaded.camera, azimuth_deg, elevation_deg),
         margin_m=margin_mm / 1000,
         angle_tolerance=math.radians(angle_tolerance_deg),
     )

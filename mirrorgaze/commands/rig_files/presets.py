@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -81,6 +82,14 @@ def new(
     camera_from: Annotated[
         str | None, typer.Option(metavar="LINK", help="Place the camera where this camera of a URDF or SDF file is.")
     ] = None,
+    look: Annotated[
+        str | None,
+        typer.Option(
+            metavar="YAW,PITCH",
+            help="Let the camera look this way, in degrees: yaw to the left of ahead, pitch up.",
+            show_default="ahead",
+        ),
+    ] = None,
     dive: Annotated[
         bool, typer.Option("--dive", help="Write a commented dive file instead; --from then names its rig.")
     ] = False,
@@ -101,6 +110,7 @@ def new(
     Example:
       mirrorgaze new reef-camera --from bluerov2
       mirrorgaze new glider --hull glider.stl --unit mm --forward +y
+      mirrorgaze new inspector --hull rov.stl --camera-mm 620 0 -40 --look 30,-10
       mirrorgaze new harbour --dive --from glider.toml
     """
     from rigs.new_rig import create_rig_file
@@ -114,6 +124,7 @@ def new(
             "--keep": keep,
             "--camera-mm": camera_mm,
             "--camera-from": camera_from,
+            "--look": look,
         }
         given = [f"{option} {value}" for option, value in told.items() if value is not None]
         if given:
@@ -140,12 +151,27 @@ def new(
         keep=keep or "all",
         camera_mm=camera_mm,
         camera_from=camera_from,
+        look_deg=None if look is None else _look_deg(look),
         log=print_step,
     )
     typer.echo(taken.describe())
     print_hull_notes(placement.rig)
     print_placement(placement)
     typer.echo(f"{file}: written; look at it: mirrorgaze show {file}; check its mount: mirrorgaze check {file} --cad")
+
+
+def _look_deg(text: str) -> tuple[float, float]:
+    """Yaw and pitch from the words of the command line."""
+    try:
+        yaw, pitch = (float(part) for part in text.split(","))
+    except ValueError:
+        yaw = pitch = math.nan
+    if not (abs(yaw) <= 180 and abs(pitch) <= 90):
+        raise ValueError(
+            f"--look {text}: expected YAW,PITCH in degrees, yaw from -180 to 180 (to the left), pitch from -90 to 90 "
+            "(up), such as 30,-10"
+        )
+    return yaw, pitch
 
 
 def _new_dive(name: str, file: Path, rig: str | None, hull: str | None) -> None:

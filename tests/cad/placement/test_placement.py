@@ -1,14 +1,19 @@
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from cad.placement import placement
-from cad.placement.candidates import Shortfalls
+from cad.placement.candidates import Shortfalls, _steepest_deg
 from cad.placement.fold_frame import CAMERA, DIRECTION, FOLD_ANCHOR
-from cad.placement.placement import Wanted, default_request, place
+from cad.placement.placement import place
+from cad.placement.seats import SeatFinder
+from cad.placement.wanted import Wanted, default_request, easier
 from rigs import FileHull, Rig
 from tests.cad.placement.conftest import RADIUS_MM
 
@@ -36,6 +41,44 @@ def test_a_pinned_anchor_is_the_only_seat(rig: Rig, capsule: trimesh.Trimesh) ->
     wanted = Wanted(pinned={FOLD_ANCHOR, DIRECTION}, request=default_request(rig))
     ranked = placement._ranked(pinned, capsule, wanted, Shortfalls())
     assert {candidate.fold.point_mm for _, candidate in ranked} == {(380.0, 0.0, RADIUS_MM)}
+
+
+def test_a_hull_that_is_turned_with_its_camera_gets_the_same_candidates(rig: Rig, capsule: trimesh.Trimesh) -> None:
+    """The hull's field and seats are looked at from the camera: what differs is rounding, and which cells it moves."""
+    camera = rig.camera.model_copy(update={"position_mm": (480.0, 0.0, 10.0)})
+    straight = rig.model_copy(update={"camera": camera})
+    turn = Rotation.from_euler("ZYX", [30.0, 20.0, 0.0], degrees=True)
+    position = tuple(turn.apply(camera.position_mm).tolist())
+    angles = {"yaw_deg": 30.0, "pitch_deg": -20.0, "position_mm": position}
+    turned = rig.model_copy(update={"camera": camera.model_copy(update=angles)})
+    hull = trimesh.Trimesh(turn.apply(capsule.vertices), capsule.faces, process=False)
+    wanted = Wanted(pinned={CAMERA, DIRECTION}, request=default_request(rig))
+    _, expected = placement._ranked(straight, capsule, wanted, Shortfalls())[0]
+    _, found = placement._ranked(turned, hull, wanted, Shortfalls())[0]
+    np.testing.assert_allclose(found.shape.design, expected.shape.design)
+    np.testing.assert_allclose(found.fold.point_mm, expected.fold.point_mm, atol=0.2)
+    np.testing.assert_allclose(found.base.point_mm, expected.base.point_mm, atol=0.2)
+
+
+def test_a_camera_that_looks_aslant_goes_where_the_hull_is_foremost_in_its_view() -> None:
+    """On a ball that is where the skin faces the view, in the plane through its centre."""
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=100.0).apply_translation((0.0, 50.0, 0.0))
+    for yaw, expected in ((30.0, 50 * np.cos(np.radians(30))), (0.0, 50.0)):
+        turn = Rotation.from_euler("z", -yaw, degrees=True)
+        found = placement._plane_mm(turn.apply(ball.vertices), turn)
+        assert found == pytest.approx(expected, abs=2)
+
+
+def test_where_nothing_fits_a_camera_may_be_turned_less(rig: Rig) -> None:
+    camera = rig.camera.model_copy(update={"pitch_deg": -70.0})
+    wanted = Wanted(pinned=(), request=default_request(rig))
+    words = [words for words, *_ in easier(rig.model_copy(update={"camera": camera}), wanted)]
+    assert words[:2] == ["with camera.pitch_deg = -35", "with camera.pitch_deg = 0"]
+    assert not any("pitch" in words for words, *_ in easier(rig, wanted))
+
+
+def test_decks_count_as_seats_of_a_camera_that_leans(finder: SeatFinder) -> None:
+    assert [_steepest_deg(33.0, replace(finder, lean_deg=lean)) for lean in (0.0, 20.0, 40.0, 90.0)] == [33, 33, 43, 50]
 
 
 def test_an_unknown_pin_is_refused(rig: Rig, capsule: trimesh.Trimesh) -> None:

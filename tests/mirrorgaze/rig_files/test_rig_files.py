@@ -125,6 +125,7 @@ def test_new_writes_where_it_is_told(here):
             ["reef", "--hull", "box", "--unit", "mm", "--up", "+z"],
             "--unit mm --up +z: expected with the file",
         ),
+        (["reef", "--hull", "box", "--look", "30,0"], "--look 30,0: expected with the file"),
         (["reef", "--hull", "box", "--from", "aqua2"], "expected --from or the shape of a hull, got both"),
     ],
 )
@@ -143,6 +144,9 @@ def test_new_writes_nothing_on_bad_input(here, arguments, words):
             "mine.stl: expected --unit mm or cm or inch: the file does not say what its numbers mean, and",
         ),
         (["--unit", "ft"], "mine.stl: --unit ft: expected mm, cm, m, inch"),
+        (["--unit", "mm", "--look", "30"], "--look 30: expected YAW,PITCH in degrees, yaw from -180 to 180"),
+        (["--unit", "mm", "--look", "0,-95"], "--look 0,-95: expected YAW,PITCH in degrees"),
+        (["--unit", "mm", "--look", "left,0"], "--look left,0: expected YAW,PITCH in degrees"),
         (["--unit", "mm", "--forward", "+x", "--up", "-x"], "--forward +x and --up -x: expected two different axes"),
         (
             ["--unit", "ft", "--keep", "smallest", "--forward", "q", "--camera-mm", *"000", "--camera-from", "a"],

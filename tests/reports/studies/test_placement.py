@@ -74,6 +74,27 @@ def test_without_its_mark_a_key_is_pinned(file: Path, monkeypatch: pytest.Monkey
     assert "# placed: asked" in (tmp_path / "eel.toml").read_text(encoding="utf-8")
 
 
+def test_a_camera_that_looks_elsewhere_is_written_before_it_is_placed(
+    file: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def kept(rig: Rig, hull: trimesh.Trimesh, *, pinned: set[str], log: object) -> Placement:
+        assert (rig.camera.position_mm, rig.camera.yaw_deg, rig.camera.pitch_deg) == ((480.0, 0.0, 10.0), 30.0, -20.0)
+        assert pinned == {CAMERA}
+        return Placement(rig=rig, reasons={}, rejected=())
+
+    monkeypatch.setattr(studied, "place", kept)
+    new_rig_on_hull(
+        "eel",
+        tmp_path / "eel.toml",
+        file.with_suffix(".stl"),
+        camera_mm=(480.0, 0.0, 10.0),
+        look_deg=(30.0, -20.0),
+        log=_silent,
+    )
+    text = (tmp_path / "eel.toml").read_text(encoding="utf-8")
+    assert "yaw_deg = 30.0 # as given: to the left\npitch_deg = -20.0 # as given: up\n" in text
+
+
 def test_presets_and_files_with_everything_pinned_are_refused(file: Path, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"expected a rig file of yours.*mirrorgaze new"):
         place_rig_file("torpedo", log=_silent)

@@ -16,13 +16,20 @@ from rigs import Rig
 RIG = Rig.load("aqua2")
 
 
+def test_the_usual_request_is_about_the_cameras_view():
+    camera = RIG.camera.model_copy(update={"yaw_deg": 30.0, "pitch_deg": -70.0})
+    gaze = usual_request(RIG.model_copy(update={"camera": camera})).gaze
+    assert [math.degrees(value) for value in (*gaze.first, *gaze.second)] == pytest.approx([-30, 90, -90, -40])
+
+
 def test_the_usual_request_is_what_the_command_asks_for_without_options():
     asked = {name: each.default for name, each in inspect.signature(size).parameters.items()}
     request = usual_request(RIG)
     width, height = request.window.size_px
     assert (width / RIG.camera.width_px, height / RIG.camera.height_px) == (float(asked["window"]),) * 2
-    for name, interval in (("azimuth_deg", request.gaze.first), ("elevation_deg", request.gaze.second)):
-        assert [math.degrees(value) for value in interval] == pytest.approx(list(asked[name]))
+    assert (asked["azimuth_deg"], asked["elevation_deg"]) == (None, None)
+    found = [math.degrees(value) for value in (*request.gaze.first, *request.gaze.second)]
+    assert found == pytest.approx([-60, 60, -30, 30])
     assert 1000 * request.margin_m == asked["margin_mm"]
     assert math.degrees(request.angle_tolerance) == asked["angle_tolerance_deg"]
 
