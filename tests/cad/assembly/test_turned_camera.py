@@ -18,10 +18,12 @@ from cad.export.drawings.drawings import _to_draw
 from cad.parts.bands import band_hardware
 from cad.parts.bracket.bracket_placement import bracket_placement
 from cad.parts.bracket.fold_bracket import fold_bracket_solid
+from cad.parts.stow_hinge import stow_hinge
 from cad.shapes import cylinder
 from optics.layout import Layout
 from optics.mesh import Group
 from rigs import FileHull, Rig
+from rigs.mounting import StowJoint
 
 CORNER_MM = 1e-6
 """Double precision on lengths below a metre, with room for the kernel's own rounding (1e-7 mm)."""
@@ -93,6 +95,14 @@ def test_its_drawings_and_its_ways_out_are_along_its_own_axes(ahead, turned):
     parts = {part.name: part for part in assembly.parts}
     bench = Bench(assembly=assembly, parts=parts, surfaces={}, bodies={}, clusters=[], loose={})
     np.testing.assert_allclose(_directions(bench, "gimbal_base")[0], pose.rotation.apply([0, 0, 1]), atol=1e-12)
+
+
+def test_its_hinge_swings_as_that_of_a_camera_that_looks_ahead(ahead, turned):
+    assembly, pose = turned
+    rigs = [rig.with_gaze(joints={"stow": StowJoint(max_deg=90.0)}) for rig in (ahead.rig, assembly.rig)]
+    straight, found = (stow_hinge(rig, Layout.from_rig(rig)).body_from_stowing(0.7) for rig in rigs)
+    expected = pose * straight * pose.inv()
+    np.testing.assert_allclose(found.as_matrix(), expected.as_matrix(), rtol=0, atol=1e-12)
 
 
 def shared_mm3(first, second) -> float:

@@ -14,13 +14,22 @@ from scipy.ndimage import label
 from cad.checks.sequence.screw_keys import KEYS_MM
 from cad.overlaps import manifold_mm
 from cad.parts.cable import free_cable_mm, yoke_tie_mm
-from cad.parts.gimbal_base import CORNER_MM, base_placement, tie_on_beam_mm
+from cad.parts.gimbal_base import (
+    COLUMN_DEPTH_MM,
+    CORNER_MM,
+    base_placement,
+    flange_seat,
+    gimbal_base_solid,
+    tie_on_beam_mm,
+)
 from cad.parts.gimbal_dimensions import PAN_BUSHING, GimbalDimensions
 from cad.parts.hardware import INSERT_RELIEF_MM, insert, nominal_diameter_mm
 from cad.parts.servo import HORN_SCREW, ear_hole_positions
 from cad.parts.yoke import ROOT_FILLET_MM
 from cad.shapes import SMALLEST_FILLET_MM, box, filleted
+from optics.layout import Layout
 from optics.mesh import Group
+from rigs import Rig
 
 PITCH_MM = 0.5
 ROUND_CELLS = 1.2
@@ -46,6 +55,22 @@ def test_the_arms_and_the_column_grow_out_of_fillets(built):
     placement = base_placement(dimensions, layout)
     across = np.array(tuple((placement.body_from_base * Axis.Y.location).z_axis.direction))
     assert rounded(built.part("gimbal_base").solid, CORNER_MM, across) != []
+
+
+@pytest.mark.parametrize("slope_deg", [38.0, 55.0])
+def test_the_column_meets_a_steep_hull_under_its_whole_width(slope_deg):
+    """One solid, which nowhere stands out of the plane under the flange, and is in it on both sides of the column."""
+    slope = np.radians(slope_deg)
+    normal = np.array([np.sin(slope), 0.0, -np.cos(slope)])
+    rig = Rig.load("bluerov2")
+    rig = rig.with_gaze(mount={"base_plane": None, "base_normal": tuple(normal.tolist())})
+    dimensions = GimbalDimensions.from_rig(rig)
+    placement = base_placement(dimensions, Layout.from_rig(rig))
+    base = gimbal_base_solid(dimensions, placement, flange_seat(rig, placement))
+    heights = [(np.array(tuple(v)) - rig.gaze.mount.base_anchor_mm) @ normal for v in base.vertices()]
+    assert min(heights) == pytest.approx(0, abs=1e-6)
+    across = [v.X for v, height in zip(base.vertices(), heights, strict=True) if height < 1e-6]
+    assert max(across) - min(across) > COLUMN_DEPTH_MM
 
 
 def test_a_fillet_that_does_not_fit_is_made_smaller_by_quarters_and_never_left_out():

@@ -32,11 +32,13 @@ SHARES = st.floats(0, 1)
 
 
 def turned(rig: Rig) -> Rig:
-    """The rig with reversed joints and offsets, and with M1 folding up: every sign in the chain counts."""
+    """The rig with reversed joints and offsets, M1 folding up and the camera turned: every sign in the chain counts."""
     pan = rig.gaze.joints.pan.model_copy(update={"sign": -1, "offset_deg": 12.0})
     tilt = rig.gaze.joints.tilt.model_copy(update={"sign": -1, "offset_deg": -7.0})
     fold = rig.gaze.fold_mirror.model_copy(update={"direction": "up"})
-    return rig.with_gaze(joints={"pan": pan, "tilt": tilt}, fold_mirror=fold)
+    camera = rig.camera.model_copy(update={"yaw_deg": 25.0, "pitch_deg": -35.0, "roll_deg": 10.0})
+    folded = rig.with_gaze(joints={"pan": pan, "tilt": tilt}, fold_mirror=fold)
+    return folded.model_copy(update={"camera": camera})
 
 
 @pytest.fixture(scope="module", params=["as it is", "turned"])
