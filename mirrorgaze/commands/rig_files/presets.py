@@ -128,7 +128,7 @@ def new(
         }
         given = [f"{option} {value}" for option, value in told.items() if value is not None]
         if given:
-            raise ValueError(f"{' '.join(given)}: expected with the file of a hull only")
+            raise ValueError(f"{' '.join(given)}: expected beside the file of a hull; add --hull FILE")
         if dive:
             _new_dive(name, file, preset, hull)
             return
