@@ -76,6 +76,9 @@ def main(arguments: Sequence[str]) -> int:
         expected = f"expected robots among {', '.join(listed)}" if unknown else "expected a folder with hulls"
         print(f"{expected}, got {', '.join(unknown) or options.hulls}", file=sys.stderr)
         return 2
+    if options.page is not None and not _has_marks(options.page):
+        print(f"{options.page}: expected a page with the lines {BEGIN!r} and {END!r}", file=sys.stderr)
+        return 2
     robots = [_robot(key, listed[key], options.hulls, options.output) for key in options.names or listed]
     for robot in robots:
         _take_through(robot, lambda line: print(line, file=sys.stderr, flush=True))
@@ -234,10 +237,13 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
+def _has_marks(page: Path) -> bool:
+    """Whether there is a page with the lines between which the table goes."""
+    return page.is_file() and BEGIN in (text := page.read_text(encoding="utf-8")) and END in text
+
+
 def _put_into(page: Path, table: str) -> None:
     """Replace what stands between the marks of a page."""
-    before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end):
-        raise ValueError(f"{page}: expected the lines {BEGIN!r} and {END!r}, got a page without them")
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    after = rest.partition(END)[2]
     page.write_text(f"{before}{BEGIN}\n\n{table}\n{END}{after}", encoding="utf-8")
