@@ -10,6 +10,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from cad.assembly.meshes import rig_meshes
 from cad.export.drawings.manifest import rig_text
 from cad.hulls.files.triangles import hull_files
 from dives.dive import Dive
@@ -19,6 +20,7 @@ from dives.metrics.frames import Frames
 from dives.metrics.search_time import search_time_metrics
 from dives.path_files import copied_path_files, path_files
 from dives.recorder import FRAMES, OVERLAY, ROWS, VIDEO
+from dives.robot_view import robot_view
 from rigs import Rig
 from rigs.atomic_files import as_digests_say, atomic_file, digest_of, write_text
 from tracking.log import LOG, read_log, write_table
@@ -66,7 +68,7 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
             written.append(part.name)
     recorded = copied_path_files(dive, folder).model_copy(update={"rig": RIG_FILE})
     write_text(folder / DIVE_FILE, recorded.as_toml())
-    searched = search_time_metrics(rig, dive.loop_variant(), Frames.of(table))
+    searched = search_time_metrics(rig, dive.loop_variant(), Frames.of(table), robot_view(rig, rig_meshes(rig)))
     write_text(folder / METRICS_FILE, json_text(dive_metrics(table) | searched | light))
     written += path_files(recorded).values()
     if dive.video == "frames":

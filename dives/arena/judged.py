@@ -18,6 +18,7 @@ from dives.metrics.holding import Loss, losses, not_found_causes, runs
 from dives.metrics.pointing import pointing_metrics
 from dives.metrics.search_time import search_time_metrics
 from dives.planning.availability import availability
+from dives.robot_view import robot_view
 from optics.mesh import PartMesh
 from rigs import Rig
 
@@ -50,7 +51,7 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
     on = followed_thing(frames, np.array(table["detected_thing"].to_pylist(), dtype=np.str_))
     counted = [loss for loss in losses(frames) if _seconds(frames, available, loss) >= SHORTEST_LOSS_S]
     recovered = [loss for loss in counted if loss.reacquired]
-    searched = search_time_metrics(rig, dive.loop_variant(), frames)
+    searched = search_time_metrics(rig, dive.loop_variant(), frames, robot_view(rig, parts))
     acquired_s = None if frames.acquired is None else float(frames.time_s[frames.acquired])
     return {
         "available_s": float(lasts[available].sum()),

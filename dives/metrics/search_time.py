@@ -1,8 +1,8 @@
 """How long a search should take beside how long it took: expected from the plan, planned for this target, measured.
 
 All times count from the first image that is no functional check, at which the search begins with the joints in the
-middle of their ranges. The planned search runs at the servos' speeds and is broken off by nothing; a target is looked
-at when its direction lies in the crop's field of view, whatever hides it there.
+middle of their ranges. The planned search is broken off by nothing; a target is looked at when the gaze mirror shows
+its direction past the robot, whatever else hides it there.
 """
 
 from __future__ import annotations
@@ -13,14 +13,16 @@ from dives.metrics.frames import Frames, unit_vectors
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
-from rigs import Rig
+from rigs import ImageSensorSpec, Rig
 from tracking.control.crop_scale import crop_scale, level_pose
-from tracking.control.search import OVERLAP, Search
-from tracking.control.search_plan import in_view, likely_directions
+from tracking.control.gaze_view import GazeView
+from tracking.control.search import Search
+from tracking.control.search_plan import likely_directions
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import Variant
 from tracking.perception import Crop, ExactCorners
+from tracking.perception.robot_view import RobotView
 
 SEARCH_DEFINITIONS = {
     "expected_first_look_s": "mean time until the search has a target in its view that stands still anywhere within"
@@ -37,7 +39,9 @@ LONGEST_SEARCH_S = 120.0
 """A direction that is not seen by then is counted with this time; searches of the presets see all in 60 s."""
 
 
-def search_time_metrics(rig: Rig, variant: Variant, frames: Frames) -> dict[str, object]:
+def search_time_metrics(
+    rig: Rig, variant: Variant, frames: Frames, robot_view: RobotView | None = None
+) -> dict[str, object]:
     """Everything of `SEARCH_DEFINITIONS`.
 
     Parameters
@@ -47,32 +51,45 @@ def search_time_metrics(rig: Rig, variant: Variant, frames: Frames) -> dict[str,
     variant : Variant
         Whose search it is.
     frames : Frames
+    robot_view : RobotView, optional
+        Where the crop shows the robot, as the loop was told.
     """
-    gimbal, view = Gimbal(Layout.from_rig(rig)), level_view(rig, variant)
     looking = np.flatnonzero(frames.looking)
     if len(looking) == 0:
         return dict.fromkeys(SEARCH_DEFINITIONS)
+    gimbal, view = Gimbal(Layout.from_rig(rig)), gaze_view(rig, variant, robot_view)
     times_s = frames.time_s[looking] - frames.time_s[looking[0]]
     azimuth, elevation = (frames.numbers[f"true_{angle}_deg"][looking] for angle in ("azimuth", "elevation"))
     true = gimbal.in_gimbal(unit_vectors(azimuth, elevation))
     planned = _gazes(rig, variant, view, times_s)
-    seen = [in_view(gimbal, q, direction[np.newaxis], view)[0] for q, direction in zip(planned, true, strict=True)]
+    seen = [view.shows_at(q, direction[np.newaxis])[0] for q, direction in zip(planned, true, strict=True)]
     return {
-        "expected_first_look_s": expected_first_look_s(rig, variant),
+        "expected_first_look_s": expected_first_look_s(rig, variant, robot_view),
         "planned_first_look_s": _first(times_s, np.array(seen)),
         "first_visible_s": _first(times_s, frames.visible[looking]),
     }
 
 
-def expected_first_look_s(rig: Rig, variant: Variant) -> float:
+def expected_first_look_s(rig: Rig, variant: Variant, robot_view: RobotView | None = None) -> float:
     """Mean over where a target may be of the time until the search first has it in view, seconds."""
-    gimbal, view = Gimbal(Layout.from_rig(rig)), level_view(rig, variant)
-    there = likely_directions(gimbal, (1 - OVERLAP) * view)
+    gimbal, view = Gimbal(Layout.from_rig(rig)), gaze_view(rig, variant, robot_view)
+    there = likely_directions(gimbal, view)
     times_s = np.arange(0.0, LONGEST_SEARCH_S, STEP_S)
     first = np.full(len(there.probability), LONGEST_SEARCH_S)
     for time_s, q in zip(times_s[::-1].tolist(), _gazes(rig, variant, view, times_s)[::-1], strict=True):
-        first[in_view(gimbal, q, there.direction, view)] = time_s
+        first[view.shows_at(q, there.direction)] = time_s
     return float(first @ there.probability)
+
+
+def gaze_view(rig: Rig, variant: Variant, robot_view: RobotView | None) -> GazeView:
+    """What each pose of a rig shows."""
+    corners = ExactCorners(rig)
+    return GazeView(
+        Gimbal(Layout.from_rig(rig)),
+        LinesOfSight(rig, variant.target_distance_m),
+        lambda q: Crop.of(corners.corners(q)),
+        robot_view,
+    )
 
 
 def level_view(rig: Rig, variant: Variant) -> FloatArray:
@@ -85,10 +102,16 @@ def level_view(rig: Rig, variant: Variant) -> FloatArray:
     )
 
 
-def _gazes(rig: Rig, variant: Variant, view: FloatArray, times_s: FloatArray) -> FloatArray:
+def _gazes(rig: Rig, variant: Variant, view: GazeView, times_s: FloatArray) -> FloatArray:
     """Joint values of the search at times from 0 on, shape (n, 2)."""
     gimbal = Gimbal(Layout.from_rig(rig))
-    search = Search(gimbal, JointSpeeds.from_rig(rig), view, likely_first=variant.likely_first)
+    search = Search(
+        gimbal,
+        JointSpeeds.from_rig(rig),
+        level_view(rig, variant),
+        likely=view if variant.likely_first else None,
+        interval_s=1 / (rig.image_sensor or ImageSensorSpec()).frame_rate_hz,
+    )
     search.begin(gimbal.middle)
     steps_s = np.diff(times_s, prepend=0.0).tolist()
     return np.array([search.advance(seconds, gimbal.middle) for seconds in steps_s])

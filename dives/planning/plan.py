@@ -14,6 +14,7 @@ from dives.metrics.holding import runs
 from dives.metrics.search_time import expected_first_look_s
 from dives.paths import body_pose, target_pose
 from dives.planning.availability import Availability, availability, covered_cells
+from dives.robot_view import robot_view
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -137,7 +138,7 @@ def plan_dive(dive: Dive, rig: Rig, parts: Sequence[PartMesh]) -> DivePlan:
         rate_deg_per_s=np.degrees(np.linalg.norm(turning, axis=1)),
         within_speeds=_within_speeds(rig, there.direction, turning),
         covered=covered_cells(rig, parts),
-        expected_first_look_s=expected_first_look_s(rig, dive.loop_variant()),
+        expected_first_look_s=expected_first_look_s(rig, dive.loop_variant(), robot_view(rig, parts)),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from tracking.control.follower import Observation
+from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
@@ -41,6 +42,8 @@ class GazeFollower:
     ----------
     lines_of_sight : LinesOfSight
     pointing : Pointing
+    view : GazeView
+        What each pose shows.
     scale : array, shape (2,)
         Radians of gaze to a pixel of the crop along x and y, at a level gaze.
     noise : DirectionNoise
@@ -54,6 +57,7 @@ class GazeFollower:
         self,
         lines_of_sight: LinesOfSight,
         pointing: Pointing,
+        view: GazeView,
         scale: FloatArray,
         noise: DirectionNoise,
         *,
@@ -61,7 +65,7 @@ class GazeFollower:
         row_time_s: float,
     ):
         self._lines_of_sight, self._pointing, self._latency_s = lines_of_sight, pointing, latency_s
-        self._row_time_s = row_time_s
+        self._row_time_s, self._view = row_time_s, view
         self._rates: FloatArray = np.zeros(2)
         self._before: tuple[float, FloatArray] | None = None
         self._rad_per_px = math.sqrt(scale.prod())
@@ -142,7 +146,8 @@ class GazeFollower:
         gone = not self._seen and not self.waits_at_the_end
         left = gone and last is not None and self._pointing.past_the_end(last[0].direction)
         ahead_s = images * observation.interval_s
-        return self._pointing.command(bearing, ahead_s, observation.q, seen=self._seen, left=left)
+        q = self._pointing.command(bearing, ahead_s, observation.q, seen=self._seen, left=left)
+        return self._view.past_robot(q, bearing.after(ahead_s).direction)
 
     def _take_in(self, blobs: tuple[Blob, ...], observation: Observation) -> None:
         """Correct direction and evidence by what was taken for the target."""

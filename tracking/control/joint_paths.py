@@ -32,9 +32,15 @@ class JointPath:
     def through(cls, q: ArrayLike, speeds: JointSpeeds) -> JointPath:
         """Path through joint values, shape (n, 2), at given speeds; those that repeat are dropped."""
         points = np.asarray(q, dtype=np.float64)
-        times = move_time(speeds, points[:-1], points[1:])
-        moved = np.concatenate([[True], times > 0])
-        return cls(q=points[moved], time_s=np.concatenate([[0.0], np.cumsum(times[times > 0])]))
+        return cls.timed(points, np.concatenate([[0.0], move_time(speeds, points[:-1], points[1:])]))
+
+    @classmethod
+    def timed(cls, q: ArrayLike, taken_s: ArrayLike) -> JointPath:
+        """Path through joint values, shape (n, 2), each so long after the one before; those that repeat are dropped."""
+        points, times = np.asarray(q, dtype=np.float64), np.asarray(taken_s, dtype=np.float64)
+        moved = times > 0
+        moved[0] = True
+        return cls(q=points[moved], time_s=np.cumsum(times[moved]))
 
     @property
     def duration_s(self) -> float:

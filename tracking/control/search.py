@@ -8,9 +8,10 @@ import numpy as np
 
 from optics.gaze.motion import JointSpeeds, move_time
 from optics.kernels.arrays import FloatArray
+from tracking.control.gaze_view import GazeView
 from tracking.control.joint_paths import raster_path
 from tracking.control.lost_target import LostTarget
-from tracking.control.search_plan import likely_path
+from tracking.control.search_plan import likely_path, slowed
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
 
@@ -29,16 +30,31 @@ class Search:
         The servos'.
     view : array, shape (2,)
         Field of view of the crop across and upwards, radians.
-    likely_first : bool
-        Whether likely places come first (`likely_path`); else a raster is run to and fro.
+    likely : GazeView, optional
+        What each pose shows: likely places come first (`likely_path`). Without it a raster is run to and fro.
+    interval_s : float
+        From image to image.
     """
 
-    def __init__(self, gimbal: Gimbal, speeds: JointSpeeds, view: FloatArray, *, likely_first: bool = False):
+    def __init__(
+        self,
+        gimbal: Gimbal,
+        speeds: JointSpeeds,
+        view: FloatArray,
+        *,
+        likely: GazeView | None = None,
+        interval_s: float = 1 / 30,
+    ):
         self._gimbal, self._speeds, self._step = gimbal, speeds, (1 - OVERLAP) * view
-        # Lost images leave no gap: from one to the next the gaze goes on by no more than a step.
-        self._longest_s = min(float(self._step[0]) / speeds.pan, float(self._step[1]) / (2 * speeds.tilt))
-        self._likely_first = likely_first
-        self._path = (likely_path if likely_first else raster_path)(gimbal, speeds, self._step)
+        # Lost images leave no gap: from one to the next a sweep goes on by no more than a step.
+        sweeping = speeds if likely is None else slowed(speeds, self._step, interval_s)[0]
+        self._longest_s = min(float(self._step[0]) / sweeping.pan, float(self._step[1]) / (2 * sweeping.tilt))
+        self._likely_first = likely is not None
+        self._path = (
+            raster_path(gimbal, speeds, self._step)
+            if likely is None
+            else likely_path(gimbal, likely, self._step, speeds, interval_s)
+        )
         self._lost: LostTarget | None = None
         self._time_s = 0.0
         self._approach_s = 0.0

@@ -66,6 +66,13 @@ class Gimbal:
         pan, tilt = self.angles(q)
         return np.asarray(self._body_from_gimbal @ _spherical(pan, 2 * tilt))
 
+    def from_gaze(self, pan: float, tilt: float, right: float, down: float) -> FloatArray:
+        """Unit vector, body frame, of a point of the gaze's tangent plane, so far to its right and down."""
+        # The axes of right and down are derivatives of the gaze: by pan, of a level gaze to the left, and by tilt, up.
+        left, up = _spherical(pan + math.pi / 2, 0.0), _spherical(pan, 2 * tilt + math.pi / 2)
+        ray = self._body_from_gimbal @ (_spherical(pan, 2 * tilt) - right * left - down * up)
+        return np.asarray(ray / math.sqrt(ray @ ray))
+
     def in_gimbal(self, direction: ArrayLike) -> FloatArray:
         """Components in the gimbal's frame of a direction of the body frame, shape (3,)."""
         return np.asarray(np.asarray(direction, dtype=np.float64) @ self._body_from_gimbal)

@@ -18,6 +18,7 @@ from tracking.control.crop_follower import CropFollower
 from tracking.control.crop_scale import crop_scale, level_pose
 from tracking.control.follower import Follower, Observation
 from tracking.control.gaze_follower import GazeFollower
+from tracking.control.gaze_view import GazeView
 from tracking.control.joint_paths import check_path
 from tracking.control.paper_law import error
 from tracking.control.pointing import Pointing
@@ -98,6 +99,7 @@ class TrackingLoop:
             raise ValueError(f"expected a camera that sees the gaze mirror at a level gaze, got rig {rig.name!r}")
         crop = self._crop_at(level_pose(self._gimbal))
         view = scale * [crop.width_px, crop.height_px]
+        shown = GazeView(self._gimbal, lines_of_sight, self._crop_at, robot_view)
         self._follower: Follower
         if variant.law == "gaze":
             pointing = Pointing(self._gimbal, speeds, float(view.min()) / 2)
@@ -105,6 +107,7 @@ class TrackingLoop:
             self._follower = GazeFollower(
                 lines_of_sight,
                 pointing,
+                shown,
                 scale,
                 variant.direction_noise,
                 latency_s=latency_s,
@@ -115,7 +118,13 @@ class TrackingLoop:
             self._follower = CropFollower(
                 self._gimbal, scale, variant.centroid_noise, literal=literal, gains=variant.gains
             )
-        self._search = Search(self._gimbal, speeds, view, likely_first=variant.likely_first)
+        self._search = Search(
+            self._gimbal,
+            speeds,
+            view,
+            likely=shown if variant.likely_first else None,
+            interval_s=1 / (rig.image_sensor or ImageSensorSpec()).frame_rate_hz,
+        )
         check_s = variant.behaviour.check_s
         self._check = check_path(self._gimbal, speeds, check_s) if check_s > 0 else None
         self._state = BehaviourState()

@@ -53,6 +53,19 @@ class RobotView:
         fine = np.asarray(cv2.resize(depth, (width_px, height_px), interpolation=cv2.INTER_LINEAR))
         return (fine > -MARGIN_CELLS).astype(np.uint8) * np.uint8(255)
 
+    def depth_in(self, q: FloatArray, across: FloatArray, down: FloatArray) -> FloatArray:
+        """`depth` at joint values, shape (n, 2), in the cells that hold places of the crop from 0 to 1, shape (n,).
+
+        Of the joint values of the grid the nearest count.
+        """
+        rows, columns = self.depth.shape[2:]
+        pan, tilt = (
+            np.rint(np.interp(each, nodes, np.arange(len(nodes)))).astype(int)
+            for each, nodes in zip(q.T, (self.q1, self.q2), strict=True)
+        )
+        row, column = (down * rows).astype(int), (across * columns).astype(int)
+        return np.asarray(self.depth[pan, tilt, row, column], dtype=np.float64)
+
 
 def _place(values: FloatArray, value: float) -> tuple[int, float]:
     """Position of the interval of rising values in which one lies, and how far along it, from 0 to 1."""

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from dives.metrics.frames import Frames
-from dives.metrics.search_time import SEARCH_DEFINITIONS, expected_first_look_s, level_view, search_time_metrics
+from dives.metrics.search_time import (
+    SEARCH_DEFINITIONS,
+    expected_first_look_s,
+    gaze_view,
+    level_view,
+    search_time_metrics,
+)
 from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
@@ -22,15 +28,18 @@ BETWEEN_LOOKS_S = 0.1
 
 def test_expected_time_is_the_plans():
     """From the planned path alone, without a search that runs it."""
-    gimbal, view = Gimbal(Layout.from_rig(RIG)), level_view(RIG, DEFAULT)
-    step = (1 - OVERLAP) * view
-    there = likely_directions(gimbal, step)
-    first = first_seen_s(gimbal, likely_path(gimbal, JointSpeeds.from_rig(RIG), step), there, view)
+    gimbal, view = Gimbal(Layout.from_rig(RIG)), gaze_view(RIG, DEFAULT, None)
+    step = (1 - OVERLAP) * level_view(RIG, DEFAULT)
+    there = likely_directions(gimbal, view)
+    path = likely_path(gimbal, view, step, JointSpeeds.from_rig(RIG), 1 / 30)
+    first = first_seen_s(path, there, view)
     seen = np.isfinite(first)
     assert there.probability[~seen].sum() < 0.005
     planned_s = first[seen] @ there.probability[seen] / there.probability[seen].sum()
-    # What the first run leaves out is found in the next one, within half a minute.
-    assert expected_first_look_s(RIG, DEFAULT) == pytest.approx(planned_s, abs=BETWEEN_LOOKS_S + 0.005 * 30)
+    # What the first run leaves out is found in the next one.
+    assert expected_first_look_s(RIG, DEFAULT) == pytest.approx(
+        planned_s, abs=BETWEEN_LOOKS_S + 0.005 * path.duration_s
+    )
 
 
 def test_a_likely_search_is_sooner_than_the_papers():

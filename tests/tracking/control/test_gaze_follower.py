@@ -11,11 +11,13 @@ from optics.layout import Layout
 from rigs import Rig
 from tracking.control.follower import Observation
 from tracking.control.gaze_follower import GazeFollower
+from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
 from tracking.perception import ACQUIRED_LOG_ODDS, Crop, ExactCorners
+from tracking.perception.robot_view import RobotView
 from tracking.records import Blob
 
 RIG = Rig.load("aqua2")
@@ -33,10 +35,13 @@ TURNING_S = math.radians(155) / JointSpeeds.from_rig(RIG).pan
 """Pan goes from -77.5 to 77.5 degrees."""
 
 
-def follower(row_time_s):
+SHOWN = GazeView(GIMBAL, SIGHT_LINES, lambda q: Crop.of(CORNERS.corners(q)))
+
+
+def follower(row_time_s, view=SHOWN):
     pointing = Pointing(GIMBAL, JointSpeeds.from_rig(RIG), half_view=math.radians(10))
     noise = VARIANTS["default"].direction_noise
-    return GazeFollower(SIGHT_LINES, pointing, np.full(2, 1e-3), noise, latency_s=0.05, row_time_s=row_time_s)
+    return GazeFollower(SIGHT_LINES, pointing, view, np.full(2, 1e-3), noise, latency_s=0.05, row_time_s=row_time_s)
 
 
 def observation(image, target, row_time_s):
@@ -235,3 +240,19 @@ def test_what_the_robot_hides_says_nothing():
     assert seen.shows((100.0, 20.0))
     assert not seen.shows((99.0, 20.0))
     assert not seen.shows((-0.5, 20.0))
+
+
+def test_a_gaze_keeps_the_target_beside_the_robot():
+    """The robot covers the right half of the crop at every pose: a target ahead is looked at left of it."""
+    q1, q2 = (np.array([low, high]) for low, high in zip(GIMBAL.lowest, GIMBAL.highest, strict=True))
+    depth = np.broadcast_to(np.arange(40) + 0.5 - 20, (2, 2, 30, 40)).astype(np.float16)
+    robot = RobotView(q1=q1, q2=q2, depth=depth)
+    seen, _ = observation(0, np.array([1.0, 0.0, 0.0]), 0.0)
+    gazes = []
+    for view in (SHOWN, GazeView(GIMBAL, SIGHT_LINES, lambda q: Crop.of(CORNERS.corners(q)), robot)):
+        following = follower(0.0, view)
+        following.expect(seen)
+        following.update(seen)
+        gazes.append(GIMBAL.gaze(following.follow(seen)))
+    assert math.degrees(math.acos(gazes[0][0])) < 0.5
+    assert gazes[1][1] < -math.sin(math.radians(1))

@@ -10,11 +10,14 @@ import pytest
 from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
+from tracking.control.gaze_view import GazeView
 from tracking.control.lost_target import GIVEN_UP_S, LostTarget
 from tracking.control.search import OVERLAP, Search
 from tracking.control.search_plan import in_view
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.lines_of_sight import LinesOfSight
+from tracking.perception import Crop, ExactCorners
 
 RIG = Rig.load("aqua2")
 GIMBAL = Gimbal(Layout.from_rig(RIG))
@@ -22,6 +25,8 @@ SPEEDS = JointSpeeds.from_rig(RIG)
 VIEW = np.radians([22.0, 17.0])
 STEP = (1 - OVERLAP) * VIEW
 INTERVAL_S = 1 / 30
+CORNERS = ExactCorners(RIG)
+SHOWN = GazeView(GIMBAL, LinesOfSight(RIG), lambda q: Crop.of(CORNERS.corners(q)))
 
 
 def direction(azimuth_deg, elevation_deg):
@@ -60,7 +65,7 @@ def found_after_s(searched, truth, q, longest_s=20.0):
     ],
 )
 def test_what_a_lost_target_can_have_done_is_looked_at_soon(turned_to_deg, soonest):
-    search = Search(GIMBAL, SPEEDS, VIEW, likely_first=True)
+    search = Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN)
     search.begin_lost(last_seen(10, 0, 20), 1.0)
     begin = GIMBAL.joint_values(math.radians(30), 0.0)
     assert found_after_s(search, lambda time_s: direction(*turned_to_deg), begin) < soonest
@@ -68,7 +73,7 @@ def test_what_a_lost_target_can_have_done_is_looked_at_soon(turned_to_deg, soone
 
 def test_what_comes_out_from_behind_something_is_met_where_it_went_in():
     """It was hidden while it stood: the places that did not show it are looked at again."""
-    search = Search(GIMBAL, SPEEDS, VIEW, likely_first=True)
+    search = Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN)
     search.begin_lost(last_seen(10, 0, 0), 1.0)
     hidden_s = 3.0
     truth = lambda time_s: direction(10, 0) if time_s > hidden_s else direction(180, -80)  # noqa: E731
@@ -97,7 +102,7 @@ def test_images_count_while_it_is_waited_for_where_it_is_predicted():
 
 
 def test_after_a_while_it_may_be_anywhere():
-    search, everything = (Search(GIMBAL, SPEEDS, VIEW, likely_first=True) for _ in range(2))
+    search, everything = (Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN) for _ in range(2))
     search.begin_lost(last_seen(0, 0, 0), GIVEN_UP_S - 1.5 * INTERVAL_S)
     for _ in range(2):
         search.advance(INTERVAL_S, GIMBAL.middle)

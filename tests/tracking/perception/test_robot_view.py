@@ -42,6 +42,13 @@ def test_beyond_the_grid_its_edge_holds():
     assert reach_px(view, -3.0) == [8 * (4 + MARGIN_CELLS)]
 
 
+def test_the_depth_of_a_cell_is_that_of_the_nearest_known_pose():
+    view = edge_at(4.0, 6.0, 12.0)
+    q = np.array([[-0.6, 0.3], [0.4, 0.9], [3.0, 0.3]])
+    depth = view.depth_in(q, across=np.array([0.0, 0.52, 0.99]), down=np.array([0.0, 0.5, 0.99]))
+    np.testing.assert_allclose(depth, [4 - 0.5, 6 - 10.5, 12 - 19.5])
+
+
 def test_what_is_ignored_is_not_detected_and_what_lies_beside_is():
     crop = np.full((240, 320, 3), WATER, dtype=np.uint8)
     crop[50:110, 40:100] = crop[50:110, 200:260] = RED
