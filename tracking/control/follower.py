@@ -91,8 +91,8 @@ class Follower(Protocol):
     def last_seen(self) -> tuple[Bearing, float] | None:
         """Where the target was last seen, and at which time, seconds; None when it does not know directions."""
 
-    def forget(self) -> None:
-        """Drop the estimate."""
+    def forget(self, *, candidate: bool) -> None:
+        """Drop the estimate, of a candidate that was never tracked or of what was."""
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""

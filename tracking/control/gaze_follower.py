@@ -202,9 +202,9 @@ class GazeFollower:
         """Angle that the radius of a disc of an area of the crop subtends, radians."""
         return math.sqrt(area_px / math.pi) * self._rad_per_px
 
-    def forget(self) -> None:
-        """Drop the estimate; of what was doubted, remember where it was."""
-        if self.doubted and self.direction is not None and self._before is not None:
+    def forget(self, *, candidate: bool) -> None:
+        """Drop the estimate; of what was doubted, or a candidate, remember where it was."""
+        if (self.doubted or candidate) and self.direction is not None and self._before is not None:
             self._evidence.drop(self.direction, self._before[0])
         self._evidence.begin_again()
         self._filter.forget()

@@ -6,9 +6,9 @@ mean is asked for. Contrast, outline and whether it has moved count together unt
 for a while: then it is *trusted*, and looks that fade, as before the sun, are believed for as long as its contrast
 alone is above even. What never gets there within its probation, what falls below even before, and what is seen in
 less than a third of the images that should show it, is dropped, and its direction is remembered as clutter: the
-search does not end there again. A thing that moves with the robot, as its mount, keeps its direction in the body's
-frame, and what stands around a hovering robot nearly does; a robot that swims on leaves clutter behind, so it is
-forgotten.
+search does not end there again. What was above even still, or was not seen again before it could be judged, is so for a
+shorter time. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and what stands
+around a hovering robot nearly does; a robot that swims on leaves clutter behind, so it is forgotten.
 """
 
 from __future__ import annotations
@@ -55,16 +55,20 @@ SHARE_MEMORY_S, LEAST_SHARE = 1.0, 1 / 3
 CLUTTER_S = 30.0
 """How long clutter is remembered: the time of a search of everything within reach."""
 
+UNDECIDED_S = 5.0
+"""The same of what was above even when it was dropped, or not seen again before it could be judged: it must not hold
+the search again at once, but may be the target."""
+
 CLUTTER_RAD = math.radians(3.0)
 """Within which what was dropped is recognised: twice what a hovering robot sways by."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClutterPlace:
-    """Where something was that was not the target: unit vector, body frame, shape (3,), and when it was dropped."""
+    """Where something was that was not the target: unit vector, body frame, shape (3,), and until when that counts."""
 
     direction: FloatArray
-    dropped_s: float
+    until_s: float
 
 
 @dataclass
@@ -104,6 +108,12 @@ class TrackEvidence:
         if self.trusted:
             return self.contrast < 0
         return self.age_s > PROBATION_S or (self.age_s > JUDGED_S and self.together < 0)
+
+    @property
+    def _below_even(self) -> bool:
+        """Whether contrast, or all marks together, speak against what is followed, or too few images showed it."""
+        assert self.contrast is not None and self.together is not None  # something is followed
+        return self.share < LEAST_SHARE or self.contrast < 0 or (not self.trusted and self.together < 0)
 
     @property
     def likely(self) -> bool:
@@ -151,13 +161,14 @@ class TrackEvidence:
         self.age_s, self.share, self.trusted = 0.0, 1.0, False
 
     def drop(self, direction: FloatArray, time_s: float) -> None:
-        """What is followed is not the target: remember where it is."""
-        self.clutter.append(ClutterPlace(direction=direction, dropped_s=time_s))
+        """What is followed is not the target, or was not found again: remember where it is."""
+        lasting_s = CLUTTER_S if self._below_even else UNDECIDED_S
+        self.clutter.append(ClutterPlace(direction=direction, until_s=time_s + lasting_s))
         self.begin_again()
 
     def is_clutter(self, direction: FloatArray, time_s: float) -> bool:
         """Whether something was dropped in a direction, a unit vector, not too long ago."""
-        self.clutter = [each for each in self.clutter if time_s - each.dropped_s < CLUTTER_S]
+        self.clutter = [each for each in self.clutter if time_s < each.until_s]
         return any(float(each.direction @ direction) > math.cos(CLUTTER_RAD) for each in self.clutter)
 
     def snapshot(self) -> dict[str, Any]:
@@ -169,7 +180,7 @@ class TrackEvidence:
             "share": self.share,
             "trusted": self.trusted,
             "first": None if self.first is None else self.first.tolist(),
-            "clutter": [[each.direction.tolist(), each.dropped_s] for each in self.clutter],
+            "clutter": [[each.direction.tolist(), each.until_s] for each in self.clutter],
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -178,8 +189,7 @@ class TrackEvidence:
             setattr(self, name, snapshot[name])
         self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
         self.clutter = [
-            ClutterPlace(direction=np.array(direction), dropped_s=dropped_s)
-            for direction, dropped_s in snapshot["clutter"]
+            ClutterPlace(direction=np.array(direction), until_s=until_s) for direction, until_s in snapshot["clutter"]
         ]
 
 

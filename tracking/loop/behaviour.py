@@ -10,8 +10,8 @@
 What was seen in few images is not waited for longer than it was seen, if `earned` says so: a speck that looked like the
 target for a tenth of a second would stop a search for four.
 
-While scanning, a target that was seen but not yet often enough is a candidate: it is already followed, and an image
-without it takes one of its images away again. While predicting, an image that does not show the place where the
+While scanning, a target that was seen but not yet often enough is a candidate: it is already followed, and given up
+after `look_frames` images running without it. While predicting, an image that does not show the place where the
 target is expected, because the mirror is still on its way there, says nothing; those images do not count.
 """
 
@@ -33,6 +33,8 @@ class BehaviourSettings:
         Duration of the functional check, seconds; 0 leaves it out. The paper's takes the first 30 s.
     confirm_frames : int
         Images that a target must be seen in before it is tracked; the paper's first is enough.
+    look_frames : int
+        Images running without a candidate after which the search goes on.
     predict_frames : int
         Images that a lost target is looked for where it is predicted; the paper's 30.
     unseen_frames : int
@@ -45,6 +47,7 @@ class BehaviourSettings:
 
     check_s: float = 30.0
     confirm_frames: int = 1
+    look_frames: int = 0
     predict_frames: int = 30
     unseen_frames: int = 0
     wait_frames: int = 0
@@ -58,7 +61,7 @@ class BehaviourSettings:
             problems.append(f"expected confirm_frames of at least 1, got {self.confirm_frames}")
         problems += [
             f"expected {name} of at least 0, got {getattr(self, name)}"
-            for name in ("predict_frames", "unseen_frames", "wait_frames")
+            for name in ("look_frames", "predict_frames", "unseen_frames", "wait_frames")
             if getattr(self, name) < 0
         ]
         if problems:
@@ -73,9 +76,9 @@ class BehaviourState:
     ----------
     mode : Mode
     hits : int
-        While scanning: in how many images a candidate was seen, less those it was missed in.
+        While scanning: in how many images a candidate was seen.
     missed : int
-        While predicting: images without the target that count.
+        Images running without a candidate; while predicting: images without the target that count.
     unseen : int
         While predicting: images that do not.
     waited : int
@@ -130,9 +133,12 @@ def next_state(
     if doubted:
         return BehaviourState(mode=Mode.SCAN)
     if state.mode is Mode.SCAN:
-        hits = min(state.hits + 1, settings.confirm_frames) if found else max(state.hits - 1, 0)
+        if not found:
+            looks_on = state.hits > 0 and state.missed < settings.look_frames
+            return replace(state, missed=state.missed + 1) if looks_on else BehaviourState(mode=Mode.SCAN)
+        hits = min(state.hits + 1, settings.confirm_frames)
         confirmed = hits >= settings.confirm_frames and likely
-        return BehaviourState(mode=Mode.TRACK, seen=hits) if confirmed else replace(state, hits=hits)
+        return BehaviourState(mode=Mode.TRACK, seen=hits) if confirmed else BehaviourState(mode=Mode.SCAN, hits=hits)
     if found:
         return BehaviourState(mode=Mode.TRACK, seen=state.seen + 1)
     return _predicted(replace(state, mode=Mode.PREDICT), settings, expected=expected, beyond_reach=beyond_reach)

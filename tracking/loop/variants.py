@@ -110,7 +110,13 @@ VARIANTS = {
             contrast=True,
             # Wherever the paper's servos stand, they have met the check within 2 s: from then on the driver knows them.
             behaviour=BehaviourSettings(
-                check_s=3.0, confirm_frames=3, predict_frames=15, unseen_frames=15, wait_frames=300, earned=True
+                check_s=3.0,
+                confirm_frames=3,
+                look_frames=4,
+                predict_frames=15,
+                unseen_frames=15,
+                wait_frames=300,
+                earned=True,
             ),
         ),
     )

@@ -117,7 +117,7 @@ def test_what_was_doubted_is_not_acquired_again():
         following.expect(seen)
         following.update(weighed(seen, 1.5 if image < 3 else -3.0))
     assert following.doubted
-    following.forget()
+    following.forget(candidate=False)
     seen, _ = observation(IMAGES, target, 0.0)
     following.expect(seen)
     assert following.update(weighed(seen, 3.0)) == ()
@@ -240,6 +240,21 @@ def test_what_the_robot_hides_says_nothing():
     assert seen.shows((100.0, 20.0))
     assert not seen.shows((99.0, 20.0))
     assert not seen.shows((-0.5, 20.0))
+
+
+def test_a_candidate_that_is_not_seen_again_is_passed_by_for_a_while():
+    seen, _ = observation(0, np.array([1.0, 0.0, 0.0]), 0.0)
+    following = follower(0.0)
+    following.expect(seen)
+    assert following.update(weighed(seen, 3.0))
+    following.forget(candidate=True)
+    assert following.update(weighed(seen, 3.0)) == ()
+    # What was tracked and lost is searched there first.
+    tracked = follower(0.0)
+    tracked.expect(seen)
+    tracked.update(weighed(seen, 3.0))
+    tracked.forget(candidate=False)
+    assert tracked.update(weighed(seen, 3.0))
 
 
 def test_a_gaze_keeps_the_target_beside_the_robot():

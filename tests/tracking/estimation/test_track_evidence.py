@@ -17,6 +17,7 @@ from tracking.estimation.track_evidence import (
     MOVED_RAD,
     PROBATION_S,
     SHARE_MEMORY_S,
+    UNDECIDED_S,
     TrackEvidence,
 )
 
@@ -156,6 +157,14 @@ def test_what_was_dropped_is_clutter_there_and_for_a_while():
     assert not evidence.is_clutter(turned(1.1 * CLUTTER_RAD), 6.0)
     assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * CLUTTER_S)
     assert not evidence.is_clutter(AHEAD, 5.0 + CLUTTER_S)
+
+
+def test_what_was_above_even_is_passed_for_a_while_only():
+    """A ball in murky water is not trusted within its probation; a speck was not seen again before it was judged."""
+    for evidence in (followed(0.5, 0.0, 60), followed(1.5, 0.0, 1)):
+        evidence.drop(AHEAD, 5.0)
+        assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * UNDECIDED_S)
+        assert not evidence.is_clutter(AHEAD, 5.0 + UNDECIDED_S)
 
 
 def test_a_snapshot_holds_all_of_it():

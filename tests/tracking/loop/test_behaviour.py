@@ -40,11 +40,13 @@ def test_the_papers_behaviour():
 
 
 def test_a_candidate_must_be_seen_often_enough():
-    """Three images; one without it takes one away."""
-    settings = BehaviourSettings(confirm_frames=3)
-    assert modes(run(settings, "tt.tt")) == "sssst"
-    assert [state.hits for state in run(settings, "tt..t")] == [1, 2, 1, 0, 1]
-    assert modes(run(settings, "t.t.t.t.")) == "s" * 8
+    """Three images, with at most two running without it between them."""
+    settings = BehaviourSettings(confirm_frames=3, look_frames=2)
+    assert modes(run(settings, "tt.t")) == "ssst"
+    assert modes(run(settings, "t..t..t")) == "sssssst"
+    assert [state.hits for state in run(settings, "tt...t")] == [1, 2, 2, 2, 0, 1]
+    assert modes(run(settings, "tt...tt")) == "s" * 7
+    assert [state.hits for state in run(BehaviourSettings(confirm_frames=3), "tt.t")] == [1, 2, 0, 1]
 
 
 def test_a_target_found_again_while_predicted_needs_no_confirmation():
