@@ -168,7 +168,6 @@ def servo(**numbers: object):
         (changed(servos={"tilt": servo(shaft_offset_mm=14.0)}), "servos.tilt.shaft_offset_mm"),
         (changed(servos={"pan": servo(size_mm=(31.0, 15.0, 8.0))}), "servos.pan.size_mm"),
         (changed(servos={"pan": servo(size_mm=(31.0, 4.0, 20.0))}), "servos.pan.size_mm"),
-        (changed(camera={"yaw_deg": 10.0}), "camera.yaw_deg"),
     ],
 )
 def test_numbers_that_make_no_mount_are_refused_by_their_key(rig, key):

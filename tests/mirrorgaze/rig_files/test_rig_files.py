@@ -123,9 +123,9 @@ def test_new_writes_where_it_is_told(here):
         (["reef", "--hull", "mine.stl"], "mine.stl: expected a file, found nothing"),
         (
             ["reef", "--hull", "box", "--unit", "mm", "--up", "+z"],
-            "--unit mm --up +z: expected with the file",
+            "--unit mm --up +z: expected beside the file",
         ),
-        (["reef", "--hull", "box", "--look", "30,0"], "--look 30,0: expected with the file"),
+        (["reef", "--hull", "box", "--look", "30,0"], "--look 30,0: expected beside the file"),
         (["reef", "--hull", "box", "--from", "aqua2"], "expected --from or the shape of a hull, got both"),
     ],
 )
