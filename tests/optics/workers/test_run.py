@@ -36,9 +36,10 @@ def test_the_same_bytes_whatever_the_workers_and_who_dies(workers, kills, tmp_pa
     assert sorted((each.name, each.value, each.failure) for each in ends) == [(str(n), n * n, None) for n in range(6)]
     found = {file.name: file.read_bytes() for file in (tmp_path / "out").glob("*.square")}
     assert found == {f"{number}.square": str(number**2).encode() for number in range(6)}
-    # What was killed was tried again; another one may have died with it before it was handed over.
+    # What was killed was tried again. A kill may cost one piece more, done by that worker and not handed over yet; that
+    # may be one that was killed before.
     tried = [len((tmp_path / f"out/{number}.tried").read_bytes()) for number in range(6)]
-    assert all(times == 2 for number, times in enumerate(tried) if number in kills)
+    assert all(times >= 2 for number, times in enumerate(tried) if number in kills)
     assert sum(tried) <= 6 + 2 * len(kills)
 
 
