@@ -95,8 +95,10 @@ def shade(path: Path, inputs: Inputs) -> FrameArrays:
     seen_normal = dr.select(
         path.surface_seen, state.world.turn_back(Array3f32(0, 0, -1)), dr.select(lit, flat_normal, 0)
     )
+    # In a shadow whose table is coarse the light that the water before it lacks may come out as more than there is.
+    seen = [dr.maximum(a + dr.select(lit, b, 0), 0) for a, b in zip(path.rgb, reflected, strict=True)]
     return FrameArrays(
-        rgb=[inputs.rays.gain * (a + dr.select(lit, b, 0)) for a, b in zip(path.rgb, reflected, strict=True)],
+        rgb=[inputs.rays.gain * s for s in seen],
         label=_label(path, label, on_group),
         truth=TruthArrays(
             distance=path.distance,

@@ -7,15 +7,21 @@ import pytest
 from scipy.interpolate import interpn
 from scipy.spatial.transform import RigidTransform
 
+from cad.assembly.meshes import rig_meshes
 from optics.kernels.backend import Array3f32, Float32
 from optics.kernels.packing import pairs_of
+from rigs import Rig
 from scenes.baking.ambient import Surroundings
 from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_scene import prepare
 from scenes.baking.robot_light import RobotLight
 from scenes.baking.robot_shadow_on_world import shadow_on_world
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.shadow_table import AZIMUTHS, DISTANCES, ELEVATIONS, ROW, distances_m, hidden_from_surface
 from scenes.light.forward_cone import lengths_over_radius
+from scenes.renderer import FastRenderer
+from scenes.stage.frame import Label
+from scenes.stage.scene import make_scene
 
 DEPTH_M, RADIUS_M = 5.0, 0.3
 
@@ -95,3 +101,17 @@ def test_kernel_weighs_nodes_by_distance_facing_and_depth():
         place, facing = (Array3f32(*(Float32(float(x)) for x in v)) for v in (way * distance, each))
         kept = hidden_from_surface(shadow, light, place, facing, Float32(6.5))
         np.testing.assert_allclose([float(k[0]) for k in kept], wanted, rtol=2e-3, atol=1e-6)
+
+
+def test_a_shadow_never_takes_more_light_than_there_is():
+    """Just above a tank's floor aqua2's shadow, and the light that the water before it lacks, would be more than all.
+
+    A camera takes no negative radiance. Nor is there nothing but shadow: most of the floor is lit.
+    """
+    rig = Rig.load("aqua2")
+    scene = make_scene(rig, world="tank", depth_m=1.0, jerlov_type="IB")
+    renderer = FastRenderer(prepare(scene, rig, rig_meshes(rig), quality=LightQuality.coarse()))
+    low = RigidTransform.from_translation(renderer.scene.world_from_body.translation + [0.0, 0.0, -0.8])
+    frame = renderer.render(q1=0.0, q2=0.0, world_from_body=low)
+    assert frame.radiance.min() >= 0
+    assert np.mean(frame.radiance[frame.label == Label.WORLD] > 0) > 0.9
