@@ -8,6 +8,7 @@ from build123d import Axis, Part, Solid
 
 from cad.hulls.files.step import is_one_solid
 from cad.hulls.hull_mesh import posed, read_hull_solid, read_hull_surface
+from cad.hulls.mesh_repair import welded
 from cad.hulls.open_frame import open_frame
 from cad.hulls.port_boss import port_boss
 from cad.hulls.step_file import step_solid
@@ -121,4 +122,6 @@ def closed_surface(solid: Solid | trimesh.Trimesh) -> trimesh.Trimesh:
     if isinstance(solid, trimesh.Trimesh):
         return solid
     points, corners = solid.tessellate(STEP_TOLERANCE_MM)
-    return trimesh.Trimesh([tuple(point) for point in points], corners, process=False)
+    # Along seams and at the poles of round faces corners come twice, and with them triangles without area.
+    vertices = np.array([tuple(point) for point in points])
+    return trimesh.Trimesh(*welded(vertices, np.array(corners, dtype=np.int64)), process=False)

@@ -27,7 +27,7 @@ from cad.hulls.wrapping.wrap import Wrap, wrapped
 from optics.kernels.cache import load_or_make, result_key
 from rigs import FileHull, Rig
 
-HULL_MESH_VERSION = 4
+HULL_MESH_VERSION = 5
 """Raised when reading, repair or simplification make another surface, solid or other notes of the same file."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
@@ -38,6 +39,7 @@ def new_rig_on_hull(
     camera_from: str | None = None,
     look_deg: tuple[float, float] | None = None,
     log: Log,
+    found: Callable[[TakenHull], None] = lambda taken: None,
 ) -> tuple[TakenHull, Placement]:
     """Write a rig whose hull is a file, with camera, mirrors and anchors placed on it.
 
@@ -65,6 +67,8 @@ def new_rig_on_hull(
         Where the camera looks: yaw to the left and pitch up, degrees; as the preset's by default.
     log : callable
         Takes lines of progress.
+    found : callable, optional
+        Takes what was found in the file, before a mount is looked for.
 
     Returns
     -------
@@ -85,6 +89,7 @@ def new_rig_on_hull(
     _check_options(hull, unit=unit, forward=forward, up=up, keep=keep, cameras=(camera_mm, camera_from))
     document = template(name, preset)
     taken = take(hull, unit=unit, forward=forward, up=up, log=log)
+    found(taken)
     section = taken.section().model_copy(update={"keep": keep})
     put_hull_file(document, section, folder=file.parent)
     if camera_from is not None:

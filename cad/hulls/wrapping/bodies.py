@@ -43,7 +43,8 @@ def kept_bodies(field: SolidField, keep: KeptBodies) -> Kept:
     """Leave out small bodies, and of the others keep all, keep all and join them, or keep the largest one."""
     labels, count = ndimage.label(field.values < 0)
     boxes = ndimage.find_objects(labels)
-    sides = np.array([max(side.stop - side.start for side in box) - 2 * OFFSET for box in boxes]) * field.cell
+    # Nodes that the surface winds around without being near are not grown by the offset.
+    sides = np.array([max(max(s.stop - s.start for s in box) - 2 * OFFSET, 1.0) for box in boxes]) * field.cell
     volumes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     wanted = sides >= SMALL * sides.max()
     if keep == "largest":

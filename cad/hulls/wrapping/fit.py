@@ -20,7 +20,7 @@ from optics.kernels.crossings import MISSED, CrossedSurface
 from optics.mesh import double_area_vectors
 
 MOST_TRIANGLES = 60_000
-"""That is tried for; up to twice as many are kept where fewer would cross each other."""
+"""That is tried for; up to twice as many are kept where fewer would cross each other, or the grid is made coarser."""
 FIRST_TOLERANCE, LARGEST_TOLERANCE, COARSER = 0.02, 0.4, 1.5
 """By how much of a cell the wrap may move to have fewer triangles, from the first attempt to the last."""
 GAP = 0.02
@@ -51,15 +51,17 @@ class _Held:
         return cls(surface=surface, start=samples.vertices[edges[:, 0]], end=samples.vertices[edges[:, 1]])
 
 
-def fitted(vertices: FloatArray, faces: Faces, samples: Samples, cell: float) -> trimesh.Trimesh:
+def fitted(vertices: FloatArray, faces: Faces, samples: Samples, cell: float) -> trimesh.Trimesh | None:
     """Draw the corners of a wrap towards what it holds; each as far as no edge then crosses anything.
 
     How far each may go is found by halving its way `HALVINGS` times; corners whose combination does not do step back
-    until it does.
-
+    until it does. None where it needs more than twice `MOST_TRIANGLES`.
     """
     held = _Held.of(samples)
-    vertices, faces = _simplified(vertices, faces, held, cell)
+    simple = _simplified(vertices, faces, held, cell)
+    if simple is None:
+        return None
+    vertices, faces = simple
     edges = edges_of(faces)
     way = _ways(vertices, samples, cell)
     reached, least, share = np.zeros(len(vertices)), np.ones(len(vertices)), np.ones(len(vertices))
@@ -128,8 +130,8 @@ def _ways(vertices: FloatArray, samples: Samples, cell: float) -> FloatArray:
     return np.asarray(share[:, np.newaxis] * (nearest - vertices))
 
 
-def _simplified(vertices: FloatArray, faces: Faces, held: _Held, cell: float) -> tuple[FloatArray, Faces]:
-    """Fewer triangles for a wrap that still holds its surface and stays out of itself, as far as there are such."""
+def _simplified(vertices: FloatArray, faces: Faces, held: _Held, cell: float) -> tuple[FloatArray, Faces] | None:
+    """Fewer triangles for a wrap that still holds its surface and stays out of itself; None where too many are left."""
     body = manifold(vertices, faces)
     assert body is not None
     found, tolerance = (vertices, faces), FIRST_TOLERANCE * cell
@@ -141,7 +143,7 @@ def _simplified(vertices: FloatArray, faces: Faces, held: _Held, cell: float) ->
             corners, triangles = np.array(fewer.vertices), np.array(fewer.faces, dtype=np.int64)
             if not _crossing(corners, triangles, edges_of(triangles), held).any():
                 found = corners, triangles
-    return found
+    return found if len(found[1]) <= 2 * MOST_TRIANGLES else None
 
 
 def _crossing(vertices: FloatArray, faces: Faces, edges: Faces, held: _Held) -> NDArray[np.bool_]:

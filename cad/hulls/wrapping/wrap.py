@@ -15,6 +15,8 @@ from cad.hulls.wrapping.solid_field import OFFSET, cell_of, samples_of, solid_fi
 from rigs.mounting import KeptBodies
 
 DEVIATION_PLACES = 40_000
+COARSER = 1.5
+"""From one grid to the next, where a wrap has too many triangles: it goes around each piece of a surface in tatters."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,10 +59,12 @@ def wrapped(surface: trimesh.Trimesh, keep: KeptBodies = "all") -> Wrap:
         Whether ``all`` bodies are kept, kept and ``joined`` by bars, or the ``largest`` alone.
     """
     vertices, faces = np.asarray(surface.vertices, dtype=np.float64), np.asarray(surface.faces, dtype=np.int64)
-    cell = cell_of(vertices, faces)
-    samples = samples_of(vertices, faces, cell)
-    kept = kept_bodies(solid_field(samples, cell), keep)
-    found = fitted(*kept.field.surface(), samples, cell)
+    cell, found = cell_of(vertices, faces), None
+    while found is None:
+        samples = samples_of(vertices, faces, cell)
+        kept = kept_bodies(solid_field(samples, cell), keep)
+        found = fitted(*kept.field.surface(), samples, cell)
+        cell *= 1.0 if found else COARSER
     spacing = max((found.area / DEVIATION_PLACES) ** 0.5, 1e-9 * cell)
     places, _ = lattice(np.asarray(found.vertices), np.asarray(found.faces), spacing)
     _, away = nearest_places(samples, places[:: max(1, len(places) // DEVIATION_PLACES)])

@@ -140,7 +140,7 @@ def new(
     from mirrorgaze.loading import print_hull_notes
     from reports.studies.new_rig import new_rig_on_hull
 
-    taken, placement = new_rig_on_hull(
+    _, placement = new_rig_on_hull(
         name,
         file,
         Path(hull),
@@ -153,8 +153,9 @@ def new(
         camera_from=camera_from,
         look_deg=None if look is None else _look_deg(look),
         log=print_step,
+        # Before the mount: where none fits, this says which unit or axis to look at.
+        found=lambda taken: typer.echo(taken.describe()),
     )
-    typer.echo(taken.describe())
     print_hull_notes(placement.rig)
     print_placement(placement)
     typer.echo(f"{file}: written; look at it: mirrorgaze show {file}; check its mount: mirrorgaze check {file} --cad")

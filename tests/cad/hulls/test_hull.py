@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import trimesh
-from build123d import Box, Pos, export_step
+from build123d import Box, Cylinder, Pos, Sphere, export_step
 
 from cad.assembly.assembly import build_assembly
 from cad.assembly.meshes import mesh_key
 from cad.checks.assembly_checks import assembly_problems
-from cad.hulls.hull import file_hull_solid, file_hull_surface
+from cad.hulls.hull import closed_surface, file_hull_solid, file_hull_surface
 from cad.hulls.wrapping import solid_field
 from rigs import BoxHull, FileHull
 
@@ -35,6 +37,14 @@ def test_a_step_is_a_solid_in_its_own_unit(tmp_path):
     box = hull.bounding_box()
     assert tuple(box.size) == pytest.approx((100, 200, 600), abs=1e-5)
     assert pytest.approx(5, abs=1e-6) == box.center().Z
+
+
+def test_triangles_of_a_round_solid_are_closed():
+    """Seams and poles of spheres have corners twice; what is open counts as no hull where places are looked for."""
+    capsule = Cylinder(90, 900) + Pos(0, 0, 450) * Sphere(90) + Pos(0, 0, -450) * Sphere(90)
+    surface = closed_surface(capsule.solid())
+    assert surface.is_watertight
+    assert surface.volume == pytest.approx(math.pi * 90**2 * (900 + 4 / 3 * 90), rel=2e-3)
 
 
 def test_a_step_of_two_solids_is_triangles_and_an_unknown_kind_of_file_is_refused(tmp_path):

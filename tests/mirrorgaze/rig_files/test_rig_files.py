@@ -168,6 +168,16 @@ def test_new_says_what_it_needs_of_a_hulls_file(here, arguments, words):
     assert [path.name for path in here.iterdir()] == ["mine.stl"]
 
 
+def test_new_says_what_it_took_the_file_for_when_no_mount_fits(here):
+    """Axes and unit are what a user looks at first then."""
+    trimesh.creation.box(extents=(140, 40, 40)).export(here / "mine.stl")
+    result = mirrorgaze("new", "reef", "--hull", "mine.stl", "--unit", "mm")
+    assert result.exit_code == 2
+    assert "expected a hull with room for a mount, found none" in result.stderr
+    assert "forward is +x" in result.stdout
+    assert [path.name for path in here.iterdir()] == ["mine.stl"]
+
+
 def test_new_does_not_overwrite(here):
     (here / "reef.toml").write_text("mine", encoding="utf-8")
     result = mirrorgaze("new", "reef")

@@ -111,7 +111,7 @@ def test_a_shadow_never_takes_more_light_than_there_is():
     rig = Rig.load("aqua2")
     scene = make_scene(rig, world="tank", depth_m=1.0, jerlov_type="IB")
     renderer = FastRenderer(prepare(scene, rig, rig_meshes(rig), quality=LightQuality.coarse()))
-    low = RigidTransform.from_translation(renderer.scene.world_from_body.translation + [0.0, 0.0, -0.8])
+    low = RigidTransform.from_translation(renderer.scene.world_from_body.translation - [0.0, 0.0, 0.8])
     frame = renderer.render(q1=0.0, q2=0.0, world_from_body=low)
     assert frame.radiance.min() >= 0
     assert np.mean(frame.radiance[frame.label == Label.WORLD] > 0) > 0.9

@@ -13,9 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cad.hulls.mesh_repair import NotClosedError, manifold
-from cad.hulls.wrapping import solid_field
+from cad.hulls.wrapping import fit, solid_field
+from cad.hulls.wrapping.bodies import kept_bodies
 from cad.hulls.wrapping.fit import GAP, check_that_it_stays_out_of_itself
-from cad.hulls.wrapping.solid_field import OFFSET
+from cad.hulls.wrapping.solid_field import OFFSET, SolidField
 from cad.hulls.wrapping.wrap import Wrap, wrapped
 from optics.kernels.crossings import MISSED, CrossedSurface
 
@@ -160,6 +161,30 @@ def test_bodies_are_kept_joined_or_left(monkeypatch):
     assert found["joined"].bars == pytest.approx([60 - 2 * OFFSET * cell], abs=2 * cell)
     assert found["largest"].surface.bounds[1, 0] < 150 + OFFSET * cell
     assert [round(part.middle[0]) for part in found["largest"].left_out] == pytest.approx([260, 0], abs=cell)
+
+
+def test_a_surface_in_tatters_gets_a_coarser_grid_and_not_more_triangles(monkeypatch):
+    """A ball of which a third of the triangles are missing, as if no simpler wrap could be found for it."""
+    ball = trimesh.creation.icosphere(3, radius=100.0)
+    tatters = trimesh.Trimesh(ball.vertices, ball.faces[np.arange(len(ball.faces)) % 3 > 0], process=False)
+    fine = wrapped(tatters)
+    monkeypatch.setattr(fit, "MOST_TRIANGLES", 1500)
+    monkeypatch.setattr(fit, "LARGEST_TOLERANCE", 0.0)
+    coarse = wrapped(tatters)
+    assert len(coarse.surface.faces) <= 2 * 1500 < len(fine.surface.faces)
+    assert coarse.closed > 1.4 * fine.closed
+    check_solid(coarse)
+    check_holds(coarse, tatters)
+
+
+def test_a_body_of_one_node_that_is_left_out_has_a_size():
+    """What a surface winds around without being near is not grown by the offset: nothing is smaller than a cell."""
+    values = np.ones((30, 12, 12), dtype=np.float32)
+    values[2:20, 3:9, 3:9] = -1
+    values[26, 6, 6] = -1
+    found = kept_bodies(SolidField(low=np.zeros(3), cell=2.0, values=values), "largest")
+    (small,) = found.left_out
+    assert small.side == pytest.approx(2.0)
 
 
 def hit_heights(mesh: trimesh.Trimesh, start: np.ndarray, end: np.ndarray) -> np.ndarray:
