@@ -18,9 +18,9 @@ from rich.table import Table
 
 from cad.assembly.meshes import rig_meshes
 from dives.evaluation.detector_evaluation import (
-    DETECTORS_BY_NAME,
     LEAST_RADIUS_PX,
     EvaluationImage,
+    evaluated_detector,
     evaluation_images,
     score,
 )
@@ -70,12 +70,14 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks detector", description=__doc__)
     parser.add_argument("--fit", action="store_true", help="fit the weights of the log odds again and print them")
     parser.add_argument("--images", type=int, default=IMAGES, help="of each case of the table")
+    parser.add_argument("--detector", action="append", default=[], help="one more, such as onnx:FILE; may be repeated")
     options = parser.parse_args(arguments)
     if options.fit:
         weights, bias = fitted(*_samples())
         print(f"WEIGHTS = {weights.round(2).tolist()}, BIAS = {bias:.2f}")
         return 0
-    Console().print(_table(options.images))
+    shown = ("red-ball", "contrast", *options.detector)
+    Console().print(_table(options.images, shown))
     return 0
 
 
@@ -138,12 +140,11 @@ def _images(name: str, seed: int, count: int) -> list[EvaluationImage]:
     return evaluation_images(renderer, count, seed, view=robot_view(rig, parts))
 
 
-def _table(count: int) -> Table:
-    shown = ("red-ball", "contrast")
+def _table(count: int, shown: Sequence[str]) -> Table:
     table = Table("world, water", "seen", *(f"{name}: found, wrong; false alarms" for name in shown))
     for case in CASES:
         images = _images(case, SEED, count)
-        scores = [score(images, DETECTORS_BY_NAME[name]) for name in shown]
+        scores = [score(images, evaluated_detector(name)) for name in shown]
         table.add_row(
             case,
             str(scores[0].seen),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from scipy.spatial.transform import RigidTransform
 
-from dives.path_files import path_files
+from dives.named_files import path_files
 from dives.paths import begins_s, body_pose, decoy_pose, path_places, target_pose
 from dives.specification import DiveSpecification
 from dives.trajectories.motions import FromFile, Legs, TargetPath, TravelFromFile
@@ -26,6 +26,7 @@ from scenes.worlds.catalogue import BUILT_IN
 from scenes.worlds.mesh_file import MESH_SUFFIXES
 from scenes.worlds.mitsuba_file import MITSUBA_SUFFIX
 from tracking.loop.variants import VARIANTS
+from tracking.perception.learned import LearnedModel
 
 STEP_M = 0.02
 """A path is looked at so often that the target moves by no more than this in between; a hull is thicker."""
@@ -54,7 +55,9 @@ def dive_problems(dive: DiveSpecification) -> list[Problem]:
             rig.water.of_type(dive.jerlov_type)
     for key, settings in (("detector", dive.detector_settings), ("offline_detector", dive.offline_settings)):
         with collecting(problems, key, None):
-            settings()
+            chosen = settings()
+            if chosen is not None and chosen.onnx is not None:
+                LearnedModel(chosen.onnx)
     if dive.variant not in VARIANTS:
         problems.append(Problem(place="variant", value=dive.variant, expected=f"one of {', '.join(sorted(VARIANTS))}"))
     if dive.offline_detector is not None and dive.video not in ("ffv1", "frames"):

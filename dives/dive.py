@@ -9,7 +9,7 @@ from typing import Any
 import tomlkit
 
 from dives.checks import dive_problems
-from dives.path_files import with_path_files
+from dives.named_files import with_named_files
 from dives.specification import DiveSpecification
 from rigs.documents.changes import with_values
 from rigs.documents.presets import Presets
@@ -126,4 +126,4 @@ def _with_own_files(dive: Dive, folder: Path) -> Dive:
         "target": target,
         "decoys": decoys,
     }
-    return with_path_files(dive.model_copy(update=own), lambda _, file: file_beside(file, folder))
+    return with_named_files(dive.model_copy(update=own), lambda _, file: file_beside(file, folder))

@@ -18,7 +18,7 @@ from dives.journal import FOLDER, Journal
 from dives.metrics import dive_metrics
 from dives.metrics.frames import Frames
 from dives.metrics.search_time import search_time_metrics
-from dives.path_files import copied_path_files, path_files
+from dives.named_files import copied_files, named_files
 from dives.recorder import FRAMES, OVERLAY, ROWS, VIDEO
 from dives.robot_view import robot_view
 from rigs import Rig
@@ -66,11 +66,11 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
         for part in hull_files(rig.file_hull.file):
             shutil.copyfile(part, folder / part.name)
             written.append(part.name)
-    recorded = copied_path_files(dive, folder).model_copy(update={"rig": RIG_FILE})
+    recorded = copied_files(dive, folder).model_copy(update={"rig": RIG_FILE})
     write_text(folder / DIVE_FILE, recorded.as_toml())
     searched = search_time_metrics(rig, dive.loop_variant(), Frames.of(table), robot_view(rig, rig_meshes(rig)))
     write_text(folder / METRICS_FILE, json_text(dive_metrics(table) | searched | light))
-    written += path_files(recorded).values()
+    written += named_files(recorded).values()
     if dive.video == "frames":
         written += [str(image.relative_to(folder)) for image in sorted((folder / FRAMES).glob("*.png"))]
     digests = {name: digest_of(folder / name) for name in sorted(written)}

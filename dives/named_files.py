@@ -1,4 +1,4 @@
-"""The files of paths that a dive names: found beside it, part of what it is, and copied to where it is recorded."""
+"""The files that a dive names, paths and learned models: found beside it, part of what it is, copied to its record."""
 
 from __future__ import annotations
 
@@ -22,10 +22,21 @@ def path_files(dive: DiveSpecification) -> dict[str, str]:
     return {whose: motion.file for whose, motion in moving.items() if isinstance(motion, FromFile | TravelFromFile)}
 
 
-def with_path_files(dive: SomeDive, name: Callable[[str, str], str]) -> SomeDive:
-    """The dive with other names of its paths' files: of whose path it is and the name until now."""
-    files = {whose: name(whose, file) for whose, file in path_files(dive).items()}
-    changes: dict[str, object] = {}
+def named_files(dive: DiveSpecification) -> dict[str, str]:
+    """Files of paths, and of the models of ``detector`` and ``offline_detector``, by what they are of."""
+    detectors = {"detector": dive.detector, "offline_detector": dive.offline_detector}
+    models = {name: each.onnx for name, each in detectors.items() if each is not None and each.onnx is not None}
+    return path_files(dive) | models
+
+
+def with_named_files(dive: SomeDive, name: Callable[[str, str], str]) -> SomeDive:
+    """The dive with other names of its files: of what each is and its name until now."""
+    files = {whose: name(whose, file) for whose, file in named_files(dive).items()}
+    changes: dict[str, object] = {
+        whose: getattr(dive, whose).model_copy(update={"onnx": files[whose]})
+        for whose in ("detector", "offline_detector")
+        if whose in files
+    }
     if "robot" in files:
         changes["robot"] = dive.robot.model_copy(update={"file": files["robot"]})
     if "target" in files:
@@ -41,17 +52,17 @@ def with_path_files(dive: SomeDive, name: Callable[[str, str], str]) -> SomeDive
 
 
 def digests(dive: DiveSpecification) -> dict[str, str]:
-    """SHA-256 of each of these files' content, by whose path it is."""
-    return {whose: hashlib.sha256(Path(file).read_bytes()).hexdigest() for whose, file in path_files(dive).items()}
+    """SHA-256 of each of these files' content, by what it is of."""
+    return {whose: hashlib.sha256(Path(file).read_bytes()).hexdigest() for whose, file in named_files(dive).items()}
 
 
-def copied_path_files(dive: SomeDive, folder: Path) -> SomeDive:
-    """Copy the files into a folder, as ``robot.csv`` and so on, and return the dive that names the copies."""
+def copied_files(dive: SomeDive, folder: Path) -> SomeDive:
+    """Copy the files into a folder, as ``robot.csv``, ``detector.onnx`` and so on; the dive that names the copies."""
 
     def copied(whose: str, file: str) -> str:
-        name = f"{whose.replace('[', '_').rstrip(']')}.csv"
+        name = f"{whose.replace('[', '_').rstrip(']')}{'.onnx' if whose.endswith('detector') else '.csv'}"
         if Path(file).resolve() != (folder / name).resolve():
             shutil.copyfile(file, folder / name)
         return name
 
-    return with_path_files(dive, copied)
+    return with_named_files(dive, copied)

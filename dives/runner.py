@@ -24,7 +24,7 @@ from dives.dive import Dive
 from dives.files import finish_dive, is_finished
 from dives.ground_truth_columns import GroundTruthColumns
 from dives.journal import Journal
-from dives.path_files import digests
+from dives.named_files import digests
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
 from dives.robot_view import robot_view

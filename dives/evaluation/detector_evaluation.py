@@ -24,6 +24,7 @@ from tracking.perception.colour import DEG_PER_STEP, DETECTORS, DetectorSettings
 from tracking.perception.contrast import ACQUIRED_LOG_ODDS, detect_by_contrast
 from tracking.perception.crop import Crop
 from tracking.perception.exact_corners import ExactCorners
+from tracking.perception.learned import LEARNED, LearnedModel, detect_by_model
 from tracking.perception.robot_view import RobotView
 from tracking.records import Detection
 
@@ -111,13 +112,32 @@ def by_window(settings: DetectorSettings) -> Detector:
 
 def by_contrast(each: EvaluationImage) -> Detection:
     """The default loop's detector, as long as nothing is followed: the likeliest blob, if it is likely enough."""
-    detection = detect_by_contrast(each.crop, ignored=each.robot)
+    return _acquired(detect_by_contrast(each.crop, ignored=each.robot))
+
+
+def by_model(file: str) -> Detector:
+    """The detector of a learned model, as the loop uses it as long as nothing is followed."""
+    model = LearnedModel(file)
+    return lambda each: _acquired(detect_by_model(each.crop, model, ignored=each.robot))
+
+
+def _acquired(detection: Detection) -> Detection:
+    """The likeliest blob alone, if it is likely enough."""
     return taken(detection, tuple(blob for blob in detection.blobs[:1] if blob.log_odds >= ACQUIRED_LOG_ODDS))
 
 
 DETECTORS_BY_NAME: dict[str, Detector] = {"contrast": by_contrast} | {
     name: by_window(settings) for name, settings in DETECTORS.items()
 }
+
+
+def evaluated_detector(name: str) -> Detector:
+    """The detector of a name, or of ``onnx:FILE``; `ValueError` when there is none of that name."""
+    if name.startswith(LEARNED):
+        return by_model(name.removeprefix(LEARNED))
+    if name not in DETECTORS_BY_NAME:
+        raise ValueError(f"detector {name!r}: expected one of {', '.join(DETECTORS_BY_NAME)}, {LEARNED}FILE")
+    return DETECTORS_BY_NAME[name]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -280,3 +280,13 @@ def test_keys_can_be_given_other_values():
     assert (dive.world, dive.target.start.azimuth_deg) == ("blue", 52.0)
     with pytest.raises(DiveError, match=r"target\.start\.azimuth = 52.0: expected a known key"):
         loaded_with("spiral", {"target.start.azimuth": 52.0})
+
+
+def test_a_learned_detector_lies_beside_the_dive_and_is_read_with_it(tmp_path):
+    text = GOOD + '\n[detector]\nonnx = "ball.onnx"\n'
+    (problem,) = problems(text, tmp_path)
+    assert problem.place == "detector"
+    assert problem.expected == "a model of ONNX, got no file ball.onnx"
+    (tmp_path / "ball.onnx").write_bytes(b"not a model")
+    (problem,) = problems(text, tmp_path)
+    assert "a model of ONNX in" in problem.expected

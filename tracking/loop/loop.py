@@ -29,15 +29,13 @@ from tracking.loop.behaviour import BehaviourState, next_state
 from tracking.loop.variants import Variant
 from tracking.perception import (
     RED_BALL,
-    RED_IN_WATER,
     CornerModel,
     CornerSamples,
     Crop,
     DetectorSettings,
     ExactCorners,
     InverseDistanceCorners,
-    detect,
-    detect_by_contrast,
+    detector_of,
     taken,
 )
 from tracking.perception.robot_view import RobotView
@@ -87,8 +85,7 @@ class TrackingLoop:
     ):
         speeds = JointSpeeds.from_rig(rig)
         self._variant = variant
-        self._detector = RED_BALL if detector is None else detector
-        self._by_contrast = variant.contrast and self._detector.window == RED_IN_WATER
+        self._detect = detector_of(RED_BALL if detector is None else detector, contrast=variant.contrast)
         self._robot_view = robot_view
         self._gimbal = Gimbal(Layout.from_rig(rig))
         self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
@@ -170,10 +167,7 @@ class TrackingLoop:
             robot=robot,
         )
         expected = self._follower.expect(observation)
-        if self._by_contrast:
-            detection = detect_by_contrast(image, self._detector.area_min_px, robot, expected)
-        else:
-            detection = detect(image, self._detector, robot)
+        detection = self._detect(image, robot, expected)
         looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
         observation = replace(observation, blobs=detection.blobs if looking else ())
         blobs = self._follower.update(observation)

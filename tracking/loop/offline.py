@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -16,7 +16,8 @@ from rigs import Rig
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.track_files import TrackFiles
 from tracking.loop.variants import VARIANTS, Variant
-from tracking.perception import DETECTORS, DetectorSettings
+from tracking.perception import DETECTORS, RED_BALL, DetectorSettings
+from tracking.perception.learned import LEARNED
 from tracking.protocols import CameraFrame, MirrorDriver
 from tracking.records import Mode
 
@@ -175,9 +176,11 @@ def variant_named(name: str, *, turning: bool) -> Variant:
 
 
 def detector_named(name: str) -> DetectorSettings:
-    """What a target of a name looks like; `ValueError` when there is none of that name."""
+    """What a target of a name looks like, or ``onnx:FILE`` tells; `ValueError` when there is none of that name."""
+    if name.startswith(LEARNED):
+        return replace(RED_BALL, onnx=name.removeprefix(LEARNED))
     if name not in DETECTORS:
-        raise ValueError(f"detector {name!r}: expected one of {', '.join(DETECTORS)}")
+        raise ValueError(f"detector {name!r}: expected one of {', '.join(DETECTORS)}, {LEARNED}FILE")
     return DETECTORS[name]
 
 

@@ -19,7 +19,9 @@ from tracking.perception.corner_error import corner_error, exact_samples, pose_g
 from tracking.perception.corner_samples import CornerSamples
 from tracking.perception.corners import CornerModel, InverseDistanceCorners
 from tracking.perception.crop import Crop
+from tracking.perception.detectors import detector_of
 from tracking.perception.exact_corners import ExactCorners
+from tracking.perception.learned import LearnedModel, detect_by_model
 
 __all__ = [
     "ACQUIRED_LOG_ODDS",
@@ -35,10 +37,13 @@ __all__ = [
     "DetectorSettings",
     "ExactCorners",
     "InverseDistanceCorners",
+    "LearnedModel",
     "colour_mask",
     "corner_error",
     "detect",
     "detect_by_contrast",
+    "detect_by_model",
+    "detector_of",
     "exact_samples",
     "find_blobs",
     "pose_grid",

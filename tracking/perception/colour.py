@@ -109,6 +109,9 @@ class DetectorSettings:
         4 pi area / perimeter^2 of a blob's outline, 1 for a disc.
     aspect_max : float
         Longer over shorter side of a blob's upright box. The crop stretches a ball: its shape changes with tilt.
+    onnx : str, optional
+        File of a learned model (`tracking.perception.learned`), which takes the place of window, smoothing, opening and
+        closing.
     """
 
     window: ColourWindow = field(default=RED_IN_WATER)
@@ -118,6 +121,7 @@ class DetectorSettings:
     area_min_px: float = 100.0
     circularity_min: float = 0.3
     aspect_max: float = 2.5
+    onnx: str | None = None
 
     def __post_init__(self) -> None:
         problems = [

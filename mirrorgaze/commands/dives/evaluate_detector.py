@@ -25,7 +25,9 @@ REEF = SceneOptions(world="reef")
 def evaluate_detector(
     rig: RigArgument,
     scene: SceneOptions = REEF,
-    detector: Annotated[str, typer.Option(help="Detector: contrast, red-ball, narrow-hue, wide-hue.")] = "contrast",
+    detector: Annotated[
+        str, typer.Option(help="Detector: contrast, red-ball, narrow-hue, wide-hue, onnx:FILE.")
+    ] = "contrast",
     images: Annotated[
         int, typer.Option(metavar="N", help="Number of images; every sixth is without the target.", min=1)
     ] = 60,
@@ -46,15 +48,14 @@ def evaluate_detector(
       mirrorgaze evaluate-detector aqua2 --world reef --detector wide-hue -o evaluation.png
     """
     from cad.assembly.meshes import rig_meshes
-    from dives.evaluation.detector_evaluation import DETECTORS_BY_NAME, evaluation_images, results_by_distance
+    from dives.evaluation.detector_evaluation import evaluated_detector, evaluation_images, results_by_distance
     from dives.robot_view import robot_view
     from mirrorgaze.loading import load_usable_rig
     from scenes.baking.lit_scene import prepare
     from scenes.image import check_image_path
     from scenes.renderer import FastRenderer
 
-    if detector not in DETECTORS_BY_NAME:
-        raise ValueError(f"expected --detector to be one of {', '.join(DETECTORS_BY_NAME)}, got {detector!r}")
+    chosen = evaluated_detector(detector)
     loaded = load_usable_rig(rig)
     loaded.require_gaze()
     if output is not None:
@@ -71,8 +72,8 @@ def evaluate_detector(
         shown = [each for each in taken if each.seen][:DRAWN]
         if not shown:
             raise ValueError(f"expected an image that shows the target to draw {output}, got none of {images}")
-        draw_detection(shown, DETECTORS_BY_NAME[detector], output)
-    results = results_by_distance(taken, DETECTORS_BY_NAME[detector])
+        draw_detection(shown, chosen, output)
+    results = results_by_distance(taken, chosen)
     if json:
         print_json(
             {

@@ -30,7 +30,9 @@ def redetect(
     recorded: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a finished dive with a lossless video.")],
     detector: Annotated[
         str | None,
-        typer.Option(help="Settings to start from: red-ball, narrow-hue, wide-hue.", show_default="the dive's"),
+        typer.Option(
+            help="Settings to start from: red-ball, narrow-hue, wide-hue, onnx:FILE.", show_default="the dive's"
+        ),
     ] = None,
     hue_from_deg: Annotated[float | None, typer.Option(help="First hue of the target, in degrees.")] = None,
     hue_to_deg: Annotated[

@@ -25,7 +25,8 @@ def track(
     rig: Annotated[str, typer.Option(metavar="RIG", help="Preset name or rig file of the camera.")],
     variant: Annotated[str, typer.Option(help="Variant of the loop: default, paper, paper-literal.")] = "default",
     detector: Annotated[
-        str, typer.Option(help="Detector settings: red-ball (in water), narrow-hue (near), wide-hue.")
+        str,
+        typer.Option(help="Detector: red-ball (in water), narrow-hue (near), wide-hue, onnx:FILE (a learned model)."),
     ] = "red-ball",
     joints: Annotated[
         Path | None,

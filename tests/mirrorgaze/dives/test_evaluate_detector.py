@@ -33,8 +33,9 @@ def test_results_by_distance_and_in_all(here):
         (["bench"], "expected a rig with mirrors, got 'bench'"),
         (
             ["aqua2", "--detector", "blue-ball"],
-            "expected --detector to be one of contrast, red-ball, narrow-hue, wide-hue",
+            "detector 'blue-ball': expected one of contrast, red-ball, narrow-hue, wide-hue, onnx:FILE",
         ),
+        (["aqua2", "--detector", "onnx:missing.onnx"], "expected a model of ONNX, got no file missing.onnx"),
         (["aqua2", "--world", "moon"], "moon"),
         (["aqua2", "-o", "evaluation.jpg"], "evaluation.jpg"),
         (["aqua2", "--target", "missing.ply"], "missing.ply"),

@@ -1,0 +1,36 @@
+"""Which detector a loop looks with: a learned model, the contrast with what is around, or a window of colours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracking.perception.clusters import detect
+from tracking.perception.colour import RED_IN_WATER, DetectorSettings, Mask
+from tracking.perception.contrast import detect_by_contrast
+from tracking.perception.learned import LearnedModel, detect_by_model
+from tracking.records import Detection
+
+Detector = Callable[[NDArray[np.uint8], Mask | None, tuple[float, float] | None], Detection]
+"""Finds what may be the target in a crop: gets the crop, the pixels of the robot itself, and where in the crop a target
+is expected."""
+
+
+def detector_of(settings: DetectorSettings, *, contrast: bool) -> Detector:
+    """The detector of settings: their learned model's if they name one; else by their window of colours.
+
+    With `contrast` the contrast takes the window's place as long as the window is the usual one, `RED_IN_WATER`.
+
+    Raises
+    ------
+    ValueError, FileNotFoundError
+        For a model that cannot be used (`LearnedModel`).
+    """
+    if settings.onnx is not None:
+        model = LearnedModel(settings.onnx)
+        return lambda crop, ignored, _: detect_by_model(crop, model, settings, ignored)
+    if contrast and settings.window == RED_IN_WATER:
+        return lambda crop, ignored, expected: detect_by_contrast(crop, settings.area_min_px, ignored, expected)
+    return lambda crop, ignored, _: detect(crop, settings, ignored)
