@@ -84,6 +84,23 @@ class MirrorShape:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Prospect:
+    """A camera site and distances that clear the hull, before seats are looked for.
+
+    Attributes
+    ----------
+    site : CameraSite
+    shape : MirrorShape
+    hidden : float
+        Share of all directions in which the hull is, seen from M2.
+    """
+
+    site: CameraSite
+    shape: MirrorShape
+    hidden: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Candidate:
     """One way to put the mirrors on the hull, in the fold frame.
 
@@ -142,39 +159,42 @@ def mirror_shapes(rig: Rig, designs: FloatArray) -> list[MirrorShape]:
     return shapes
 
 
-def candidates(
-    site: CameraSite, shapes: Sequence[MirrorShape], finder: SeatFinder, short: Shortfalls
-) -> Iterator[Candidate]:
-    """Candidates of one camera site: for the best distances the nearest seats that hold.
+def prospects(site: CameraSite, shapes: Sequence[MirrorShape], space: HullField, short: Shortfalls) -> list[Prospect]:
+    """The best distances of one camera site, by what can be said without their seats.
 
     Parameters
     ----------
     site : CameraSite
     shapes : sequence of MirrorShape
         Distances and sizes that go together (`cad.placement.mirror_table`).
-    finder : SeatFinder
-        Of the hull, in the fold frame.
+    space : HullField
+        The hull, in the fold frame.
     short : Shortfalls
-        What turned candidates away is added to it.
+        What turned shapes away is added to it.
     """
-    clear = _clear(site, shapes, finder.space, short)
+    clear = _clear(site, shapes, space, short)
     if not clear:
-        return
-    hidden = _hidden(site.pinhole_mm + np.stack([shape.gimbal_mm for shape in clear]), finder.space)
+        return []
+    hidden = _hidden(site.pinhole_mm + np.stack([shape.gimbal_mm for shape in clear]), space)
     costs = np.array([shape.design[:2].sum() for shape in clear]) + HIDDEN_MM * hidden
-    for number in np.argsort(costs, kind="stable")[:KEPT]:
-        shape = clear[number]
-        fold = _fold_seat(site, shape, finder, short)
-        base = _base_seat(site, shape, finder, short) if fold else None
+    best = np.argsort(costs, kind="stable")[:KEPT]
+    return [Prospect(site=site, shape=clear[number], hidden=float(hidden[number])) for number in best]
+
+
+def seated(found: Sequence[Prospect], finder: SeatFinder, short: Shortfalls) -> Iterator[Candidate]:
+    """Candidates: those of the prospects that have seats, with the nearest ones that hold."""
+    for each in found:
+        fold = _fold_seat(each.site, each.shape, finder, short)
+        base = _base_seat(each.site, each.shape, finder, short) if fold else None
         if fold and base:
             yield Candidate(
-                site=site,
-                shape=shape,
+                site=each.site,
+                shape=each.shape,
                 fold=fold[0],
                 base=base[0],
                 fold_arm_mm=fold[1],
                 base_arm_mm=base[1],
-                hidden=float(hidden[number]),
+                hidden=each.hidden,
             )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -48,6 +49,7 @@ class SeatFinder:
     pinned: Mapping[int, Anchor] = field(default_factory=dict)
     lean_deg: float = 0.0
     found: dict[tuple[float, float, float, int], Anchor | str] = field(default_factory=dict)
+    refused: list[tuple[tuple[float, float, float], float, str]] = field(default_factory=list)
 
     def places(self, y_mm: float, side: int, low_x_mm: float, high_x_mm: float) -> list[FloatArray]:
         """Points near the surface where it faces up (side = 1) or down (-1) with headroom, along a line of one y."""
@@ -76,7 +78,16 @@ class SeatFinder:
         key = (x, y, z, side)
         if key not in self.found:
             self.found[key] = self._seat(point_mm, side, steepest_deg)
-        return self.found[key]
+        seat = self.found[key]
+        return seat if isinstance(seat, str) else self._refusal(seat) or seat
+
+    def refuse(self, point_mm: tuple[float, float, float], why: str, within_mm: float = 0.0) -> None:
+        """Give out no more the seat at a point, and those within a distance of it, for a reason; pinned ones stay."""
+        self.refused.append((point_mm, within_mm, why))
+
+    def _refusal(self, seat: Anchor) -> str:
+        reasons = (why for point, within, why in self.refused if math.dist(point, seat.point_mm) <= within)
+        return next(reasons, "")
 
     def _seat(self, near_mm: FloatArray, side: int, steepest_deg: float) -> Anchor | str:
         piece, upright = self._piece(near_mm), np.array([0.0, 0.0, float(side)])
@@ -103,15 +114,23 @@ class SeatFinder:
         return Anchor(point_mm=(x, y, z), normal=(nx, ny, nz))
 
     @cached_property
+    def _corners_mm(self) -> FloatArray:
+        """Corners of each triangle, in the order of their lowest x, shape (m, 3, 3)."""
+        corners = np.asarray(self.solid.triangles)
+        return np.asarray(corners[np.argsort(corners[:, :, 0].min(axis=1))])
+
+    @cached_property
     def _limits_mm(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest coordinates of each triangle."""
-        triangles = np.asarray(self.solid.triangles)
-        return triangles.min(axis=1), triangles.max(axis=1)
+        return self._corners_mm.min(axis=1), self._corners_mm.max(axis=1)
 
     def _piece(self, point_mm: FloatArray) -> trimesh.Trimesh:
+        """Triangles within `NEAR_MM` of a point along each axis; of large hulls that is a small part."""
         low, high = self._limits_mm
-        near = ((low <= point_mm + NEAR_MM) & (high >= point_mm - NEAR_MM)).all(axis=1)
-        return trimesh.Trimesh(np.asarray(self.solid.vertices), np.asarray(self.solid.faces)[near], process=False)
+        last = np.searchsorted(low[:, 0], point_mm[0] + NEAR_MM, side="right")
+        near = ((low[:last] <= point_mm + NEAR_MM) & (high[:last] >= point_mm - NEAR_MM)).all(axis=1)
+        corners = self._corners_mm[:last][near].reshape(-1, 3)
+        return trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
 
 
 def flange_points_mm(seat: Anchor) -> FloatArray:

@@ -8,10 +8,10 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from cad.placement import placement
 from cad.placement.candidates import Shortfalls, _steepest_deg
 from cad.placement.fold_frame import CAMERA, DIRECTION, FOLD_ANCHOR
 from cad.placement.placement import place
+from cad.placement.ranking import Ranking, _plane_mm
 from cad.placement.seats import SeatFinder
 from cad.placement.wanted import Wanted, default_request, easier
 from rigs import FileHull, Rig
@@ -29,7 +29,7 @@ def rig(capsule: trimesh.Trimesh, tmp_path_factory: pytest.TempPathFactory) -> R
 def test_what_is_pinned_stays_and_the_cheapest_comes_first(rig: Rig, capsule: trimesh.Trimesh) -> None:
     camera = rig.camera.model_copy(update={"position_mm": (480.0, 0.0, 10.0)})
     wanted = Wanted(pinned={CAMERA, DIRECTION}, request=default_request(rig))
-    ranked = placement._ranked(rig.model_copy(update={"camera": camera}), capsule, wanted, Shortfalls())
+    ranked = Ranking(rig.model_copy(update={"camera": camera}), capsule, wanted, Shortfalls()).found
     assert ranked
     assert {(direction, candidate.site.pinhole_mm) for direction, candidate in ranked} == {("down", (480.0, 0.0, 10.0))}
     costs = [candidate.cost_mm for _, candidate in ranked]
@@ -39,7 +39,7 @@ def test_what_is_pinned_stays_and_the_cheapest_comes_first(rig: Rig, capsule: tr
 def test_a_pinned_anchor_is_the_only_seat(rig: Rig, capsule: trimesh.Trimesh) -> None:
     pinned = rig.with_gaze(mount={"fold_anchor_mm": (380.0, 0.0, RADIUS_MM), "fold_plane": None})
     wanted = Wanted(pinned={FOLD_ANCHOR, DIRECTION}, request=default_request(rig))
-    ranked = placement._ranked(pinned, capsule, wanted, Shortfalls())
+    ranked = Ranking(pinned, capsule, wanted, Shortfalls()).found
     assert {candidate.fold.point_mm for _, candidate in ranked} == {(380.0, 0.0, RADIUS_MM)}
 
 
@@ -53,8 +53,8 @@ def test_a_hull_that_is_turned_with_its_camera_gets_the_same_candidates(rig: Rig
     turned = rig.model_copy(update={"camera": camera.model_copy(update=angles)})
     hull = trimesh.Trimesh(turn.apply(capsule.vertices), capsule.faces, process=False)
     wanted = Wanted(pinned={CAMERA, DIRECTION}, request=default_request(rig))
-    _, expected = placement._ranked(straight, capsule, wanted, Shortfalls())[0]
-    _, found = placement._ranked(turned, hull, wanted, Shortfalls())[0]
+    _, expected = Ranking(straight, capsule, wanted, Shortfalls()).found[0]
+    _, found = Ranking(turned, hull, wanted, Shortfalls()).found[0]
     np.testing.assert_allclose(found.shape.design, expected.shape.design)
     np.testing.assert_allclose(found.fold.point_mm, expected.fold.point_mm, atol=0.2)
     np.testing.assert_allclose(found.base.point_mm, expected.base.point_mm, atol=0.2)
@@ -65,7 +65,7 @@ def test_a_camera_that_looks_aslant_goes_where_the_hull_is_foremost_in_its_view(
     ball = trimesh.creation.icosphere(subdivisions=4, radius=100.0).apply_translation((0.0, 50.0, 0.0))
     for yaw, expected in ((30.0, 50 * np.cos(np.radians(30))), (0.0, 50.0)):
         turn = Rotation.from_euler("z", -yaw, degrees=True)
-        found = placement._plane_mm(turn.apply(ball.vertices), turn)
+        found = _plane_mm(turn.apply(ball.vertices), turn)
         assert found == pytest.approx(expected, abs=2)
 
 
