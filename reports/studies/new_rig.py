@@ -6,17 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
-import numpy as np
 import tomlkit
 
+from cad.hulls.files.found import FoundCamera
 from cad.hulls.files.taken import TakenHull, option_problems, take_hull
 from cad.hulls.files.triangles import read_hull_file
 from cad.hulls.hull import closed_surface, file_hull_solid
-from cad.hulls.hull_mesh import body_from_file
 from cad.placement.fold_frame import CAMERA
 from cad.placement.placement import Placement
 from reports.progress import Log
 from reports.studies.placement import place_document, put_vehicle
+from rigs import Rig
 from rigs.files import load_document
 from rigs.mounting import KeptBodies
 from rigs.new_rig import PLAIN_RIG, check_new_file, put_hull_file, rig_document, save_new_rig
@@ -62,7 +62,8 @@ def new_rig_on_hull(
     camera_mm : tuple of three floats, optional
         Where the camera's pinhole is, body frame; found at the nose by default.
     camera_from : str, optional
-        Name of a camera of the hull's file (a link of a URDF, a sensor of an SDF) that says where the pinhole is.
+        Name of a camera of the hull's file (a link of a URDF, a sensor of an SDF) that says where the pinhole is, and
+        where it looks unless that is given.
     look_deg : tuple of two floats, optional
         Where the camera looks: yaw to the left and pitch up, degrees; as the preset's by default.
     log : callable
@@ -93,14 +94,19 @@ def new_rig_on_hull(
     section = taken.section().model_copy(update={"keep": keep})
     put_hull_file(document, section, folder=file.parent)
     if camera_from is not None:
-        camera_mm = _camera_of(taken, camera_from)
+        camera = _camera_of(taken, camera_from)
+        camera_mm = taken.pinhole_mm(camera)
+        if look_deg is None:
+            _put_view(document, taken.view_deg(camera), f"of {camera_from}")
     if camera_mm is not None:
         position = tomlkit.item(list(camera_mm))
         # Whatever mark the template has here: this place is the user's.
         position.comment("as given" if camera_from is None else f"of {camera_from} in {hull.name}")
         document["camera"]["position_mm"] = position
     if look_deg is not None:
-        _put_view(document, look_deg)
+        _put_view(document, look_deg, "as given")
+    # What is wrong with the rig is said before minutes go by on its hull.
+    Rig.parse(tomlkit.dumps(document), source=f"rig {name!r}", folder=file.parent)
     log("hull: making a solid of it ...")
     solid = closed_surface(file_hull_solid(section))
     document["hull"]["window"] = "cut"
@@ -112,11 +118,13 @@ def new_rig_on_hull(
     return taken, placement
 
 
-def _put_view(document: tomlkit.TOMLDocument, look_deg: tuple[float, float]) -> None:
-    """Write where the camera looks."""
-    for key, angle, meaning in zip(("yaw_deg", "pitch_deg"), look_deg, ("to the left", "up"), strict=True):
-        document["camera"][key] = angle
-        document["camera"][key].comment(f"as given: {meaning}")
+def _put_view(document: tomlkit.TOMLDocument, angles_deg: tuple[float, ...], source: str) -> None:
+    """Write where the camera looks: yaw, pitch, and roll where there is one."""
+    meanings = {"yaw_deg": "to the left", "pitch_deg": "up", "roll_deg": "clockwise, seen from behind"}
+    for (key, meaning), angle in zip(meanings.items(), angles_deg, strict=False):
+        if angle or key in document["camera"]:
+            document["camera"][key] = angle
+            document["camera"][key].comment(f"{source}: {meaning}")
 
 
 def _check_options(
@@ -147,8 +155,8 @@ def template(name: str, preset: str | None) -> tomlkit.TOMLDocument:
     return document
 
 
-def _camera_of(taken: TakenHull, name: str) -> tuple[float, float, float]:
-    """Position of a camera of the hull's file in the body frame, millimetres."""
+def _camera_of(taken: TakenHull, name: str) -> FoundCamera:
+    """A camera of the hull's file by its name."""
     cameras = {camera.name: camera for camera in taken.found.cameras}
     if name not in cameras:
         has = f"{', '.join(sorted(cameras))}; name one of them, or" if cameras else "none;"
@@ -156,9 +164,7 @@ def _camera_of(taken: TakenHull, name: str) -> tuple[float, float, float]:
             f"--camera-from {name}: expected a camera of {taken.found.file.name}, which has {has} say where the "
             "pinhole is: --camera-mm X Y Z"
         )
-    pose = body_from_file(taken.section())
-    x, y, z = (np.round(1000 * pose.apply(cameras[name].position_mm / 1000), 1) + 0.0).tolist()
-    return x, y, z
+    return cameras[name]
 
 
 def take(

@@ -81,6 +81,8 @@ def choose_axes(found: FoundHull, *, forward: str | None = None, up: str | None 
     if upward is None:
         upward, shape_because = _up_by_shape(points, length)
         up_because = f"{up_because}{shape_because}"
+    elif up is None:
+        up_because += _doubt_of_up(points, length, upward)
     if forward is not None:
         ahead, ahead_because = forward, "as given"
     else:
@@ -88,6 +90,9 @@ def choose_axes(found: FoundHull, *, forward: str | None = None, up: str | None 
         ahead_because = f"{length_because}; {nose_because}"
         if found.forward is not None and found.forward[1] == length:
             doubt = f"; the fuller end is {ahead}" if ahead != found.forward else ""
+            longest, _ = _longest(found, upward)
+            if longest != length:
+                doubt = f"; but {longest} is the longest side: --forward +{longest} or -{longest} if that is the length"
             ahead, ahead_because = found.forward, f"by the convention of the format (REP 103){doubt}"
     return HullAxes(forward=ahead, up=upward, forward_because=ahead_because, up_because=up_because)
 
@@ -109,6 +114,11 @@ def _length(found: FoundHull, forward: str | None, up: str | None) -> tuple[str,
         return forward[1], "as given"
     if found.forward is not None and (up is None or up[1] != found.forward[1]):
         return found.forward[1], "by the convention of the format (REP 103)"
+    return _longest(found, up)
+
+
+def _longest(found: FoundHull, up: str | None) -> tuple[str, str]:
+    """Letter of the longest side across up, x before y before z where sides are as long, and that in words."""
     lengths = {letter: side for letter, side in zip("xyz", found.size, strict=True) if up is None or letter != up[1]}
     longest = max(lengths.values())
     first = next(letter for letter, side in lengths.items() if side >= AS_LONG * longest)
@@ -121,13 +131,31 @@ def _length(found: FoundHull, forward: str | None, up: str | None) -> tuple[str,
 def _up_by_shape(points: FloatArray, length: str) -> tuple[str, str]:
     """Up among the two axes across the length: the one whose mirror image is less like the shape."""
     across = [letter for letter in "xyz" if letter != length]
-    unlike = {letter: _unlike_its_mirror_image(points, "xyz".index(letter)) for letter in across}
-    lateral = min(across, key=lambda letter: unlike[letter])
-    other = next(letter for letter in across if letter != lateral)
-    if unlike[lateral] <= MIRRORED * unlike[other]:
-        return f"+{other}", f"left and right are mirror images along {lateral}"
+    lateral = _lateral_by_shape(points, across)
+    if lateral is not None:
+        return f"+{_other(across, lateral)}", f"left and right are mirror images along {lateral}"
     upward = across[-1]
     return f"+{upward}", f"the shape does not say, {upward} by default"
+
+
+def _lateral_by_shape(points: FloatArray, across: list[str]) -> str | None:
+    """The one of two axes along which the shape is like its mirror image, if it is not along the other as well."""
+    unlike = {letter: _unlike_its_mirror_image(points, "xyz".index(letter)) for letter in across}
+    lateral = min(across, key=lambda letter: unlike[letter])
+    return lateral if unlike[lateral] <= MIRRORED * unlike[_other(across, lateral)] else None
+
+
+def _other(pair: list[str], one: str) -> str:
+    return next(letter for letter in pair if letter != one)
+
+
+def _doubt_of_up(points: FloatArray, length: str, upward: str) -> str:
+    """What the shape says against the file's axis for up: programs write y up without turning what they write."""
+    lateral = _lateral_by_shape(points, [letter for letter in "xyz" if letter != length])
+    if lateral != upward[1]:
+        return ""
+    other = next(letter for letter in "xyz" if letter not in (length, lateral))
+    return f"; but left and right are mirror images along {lateral}: --up +{other} if the file was not turned for it"
 
 
 def _nose(points: FloatArray, length: str) -> tuple[str, str]:

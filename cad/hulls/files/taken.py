@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cad.hulls.files.axes import HullAxes, axis_problems, choose_axes
-from cad.hulls.files.found import EXPORT_AGAIN, FoundHull
+from cad.hulls.files.found import EXPORT_AGAIN, FoundCamera, FoundHull
 from cad.hulls.files.openings import Openings, openings
 from cad.hulls.files.units import MILLIMETRES, check_size, length_text, plausible_units
 from optics.kernels.arrays import FloatArray
@@ -23,6 +23,8 @@ USUAL_MM = (200.0, 4000.0)
 """Most vehicles; among units that make a plausible one, mm or m that makes a usual one is taken."""
 USUAL_UNITS = ("mm", "m")
 DIGITS_MM = 3
+CAMERA_DIGITS = 1
+"""Of a camera's millimetres and degrees."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +67,24 @@ class TakenHull:
         x, y, z = (float(value) for value in np.round(-middle, DIGITS_MM) + 0.0)
         return x, y, z
 
+    def pinhole_mm(self, camera: FoundCamera) -> tuple[float, float, float]:
+        """Where a camera of the file is in the body."""
+        place = self.axes.body_from_file @ camera.position_mm + self.position_mm
+        x, y, z = (np.round(place, CAMERA_DIGITS) + 0.0).tolist()
+        return x, y, z
+
+    def view_deg(self, camera: FoundCamera) -> tuple[float, float, float]:
+        """Yaw to the left, pitch up and roll clockwise of a camera of the file in the body, degrees."""
+        look, top = self.axes.body_from_file @ camera.look, self.axes.body_from_file @ camera.top
+        level = float(np.hypot(look[0], look[1]))
+        # Straight up or down there is no yaw: all of the turn is roll.
+        yaw = float(np.arctan2(look[1], look[0])) if level > 1e-6 else 0.0
+        upright = np.array([-look[2] * np.cos(yaw), -look[2] * np.sin(yaw), level])
+        roll = np.arctan2(top @ np.cross(look, upright), top @ upright)
+        angles = np.degrees([yaw, np.arctan2(look[2], level), roll])
+        first, second, third = (np.round(angles, CAMERA_DIGITS) + 0.0).tolist()
+        return first, second, third
+
     def section(self, file: Path | None = None) -> FileHull:
         """The rig's table `hull`, with the file as the rig shall name it."""
         yaw, pitch, roll = turn_deg(self.axes.body_from_file)
@@ -93,8 +113,8 @@ class TakenHull:
         if found.mass_kg is not None:
             yield f"  mass: {found.mass_kg:.4g} kg in all links"
         for camera in found.cameras:
-            x, y, z = camera.position_mm
-            yield f"  camera {camera.name} at {x:.0f}, {y:.0f}, {z:.0f} mm"
+            x, y, z = self.pinhole_mm(camera)
+            yield f"  camera {camera.name} at {x:.0f}, {y:.0f}, {z:.0f} mm, {view_text(self.view_deg(camera))}"
 
 
 def take_hull(
@@ -144,7 +164,7 @@ def found_text(found: FoundHull) -> str:
 def sizes_text(found: FoundHull) -> str:
     """The longest side in each unit, of what does not say what its numbers mean."""
     longest = float(found.size.max())
-    return f"longest side {longest:.3g}: {_in_units(longest, list(MILLIMETRES))}"
+    return f"longest side {_number(longest)}: {_in_units(longest, list(MILLIMETRES))}"
 
 
 def openings_text(found: Openings, unit_mm: float) -> str:
@@ -156,6 +176,12 @@ def openings_text(found: Openings, unit_mm: float) -> str:
     if found.crowded_edges:
         said.append(f"{found.crowded_edges} edges with more than two triangles")
     return ", ".join([*said, "closed"] if found.closed else said)
+
+
+def view_text(angles_deg: tuple[float, float, float]) -> str:
+    """Where a camera looks in words, by its yaw, pitch and roll in the body."""
+    turned = [f"{name} {angle:g}" for name, angle in zip(("yaw", "pitch", "roll"), angles_deg, strict=True) if angle]
+    return f"{', '.join(turned)} degrees" if turned else "looking ahead"
 
 
 def turn_deg(body_from_file: FloatArray) -> tuple[float, float, float]:
@@ -197,8 +223,13 @@ def _choose_unit(found: FoundHull, unit: str | None) -> tuple[Unit | None, str]:
         raise ValueError(f"expected a vehicle of 100 mm to 20 m, got {sizes_text(found)}; scale it, or say --unit")
     raise ValueError(
         f"expected --unit {' or '.join(better)}: the file does not say what its numbers mean, and its longest side "
-        f"{longest:.3g} would be {_in_units(longest, better)}"
+        f"{_number(longest)} would be {_in_units(longest, better)}"
     )
+
+
+def _number(value: float) -> str:
+    """Three digits, and of thousands all that stand before the point."""
+    return f"{value:.0f}" if 1000 <= value < 1e6 else f"{value:.3g}"
 
 
 def _in_units(longest: float, units: list[Unit]) -> str:

@@ -10,6 +10,7 @@ import trimesh
 
 from cad.placement.fold_frame import BASE_ANCHOR, CAMERA, FOLD_ANCHOR, PLACED_KEYS
 from cad.placement.placement import Placement
+from reports.studies import new_rig
 from reports.studies import placement as studied
 from reports.studies.new_rig import new_rig_on_hull
 from reports.studies.placement import pinned_keys, place_rig_file, placement_rows
@@ -93,6 +94,26 @@ def test_a_camera_that_looks_elsewhere_is_written_before_it_is_placed(
     )
     text = (tmp_path / "eel.toml").read_text(encoding="utf-8")
     assert "yaw_deg = 30.0 # as given: to the left\npitch_deg = -20.0 # as given: up\n" in text
+
+
+def test_a_camera_of_the_robot_brings_where_it_looks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(studied, "place", lambda rig, hull, **given: Placement(rig=rig, reasons={}, rejected=()))
+    link = '<link name="b"><visual><geometry><box><size>1 0.3 0.3</size></box></geometry></visual>{}</link>'
+    eye = '<sensor name="eye" type="camera"><pose>0.4 0.1 0 0 0.35 0.5</pose></sensor>'
+    (tmp_path / "r.sdf").write_text(f'<sdf version="1.9"><model name="r">{link.format(eye)}</model></sdf>')
+    new_rig_on_hull("eel", tmp_path / "eel.toml", tmp_path / "r.sdf", camera_from="eye", log=_silent)
+    camera = Rig.load(tmp_path / "eel.toml").camera
+    assert camera.position_mm == (400.0, 100.0, 0.0)
+    assert (camera.yaw_deg, camera.pitch_deg, camera.roll_deg) == pytest.approx((28.6, -20.1, 0.0), abs=0.06)
+    assert "# of eye: to the left" in (tmp_path / "eel.toml").read_text(encoding="utf-8")
+
+
+def test_a_name_that_no_rig_can_have_is_refused_before_the_hull_is_worked_on(
+    file: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(new_rig, "file_hull_solid", lambda section: pytest.fail("a solid was made"))
+    with pytest.raises(ValueError, match=r"name = 'Eel\.1': expected lower-case letters"):
+        new_rig_on_hull("Eel.1", tmp_path / "eel.toml", file.with_suffix(".stl"), log=_silent)
 
 
 def test_presets_and_files_with_everything_pinned_are_refused(file: Path, tmp_path: Path) -> None:

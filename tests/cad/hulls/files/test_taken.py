@@ -10,11 +10,13 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from cad.hulls.files.axes import AXES, HullAxes, axis_vector, choose_axes
-from cad.hulls.files.found import Piece, found_hull
+from cad.hulls.files.found import FoundCamera, Piece, found_hull
 from cad.hulls.files.openings import surface_openings
-from cad.hulls.files.taken import take_hull, turn_deg
+from cad.hulls.files.taken import sizes_text, take_hull, turn_deg, view_text
 from cad.hulls.files.triangles import read_hull_file
 from cad.hulls.hull_mesh import body_from_file
+from optics.layout import camera_pose
+from rigs import Rig
 
 PAIRS = [(forward, up) for forward, up in product(AXES, AXES) if forward[1] != up[1]]
 
@@ -80,6 +82,38 @@ def test_what_the_file_says_counts_unless_it_would_stand_on_end(tmp_path):
     wrong = choose_axes(found(turned(torpedo(), "+y", "+z"), tmp_path / "a.dae", up="+y"))
     assert (wrong.forward, wrong.up) == ("+y", "+z")
     assert wrong.up_because.startswith("the file says +y, but its longest side would stand on end; ")
+
+
+def test_what_the_shape_says_against_the_file_is_said(tmp_path):
+    """A z-up mesh in a format of y up, as most programs write it; a robot whose length is along y."""
+    unturned = choose_axes(found(torpedo(), tmp_path / "a.glb", up="+y"))
+    assert unturned.up == "+y"
+    assert unturned.up_because.endswith("images along y: --up +z if the file was not turned for it")
+    says = {"up": "+z", "forward": "+x", "has_frame": True}
+    across = choose_axes(found(turned(torpedo(), "+y", "+z"), tmp_path / "a.sdf", **says))
+    assert across.forward == "+x"
+    assert across.forward_because.endswith("but y is the longest side: --forward +y or -y if that is the length")
+
+
+@pytest.mark.parametrize("angles", [(0, 0, 0), (30, -20, 0), (-170, 60, 45), (0, -90, 0), (0, 90, 180), (90, 0, -135)])
+def test_a_camera_of_a_robot_has_the_angles_of_the_rig(tmp_path, angles):
+    """Its line of sight and what is up in its image, as the rig's layout turns them."""
+    keys = dict(zip(("yaw_deg", "pitch_deg", "roll_deg"), map(float, angles), strict=True))
+    turn = camera_pose(Rig.load("aqua2").camera.model_copy(update=keys)).rotation
+    file_from_body = np.array([(0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+    look, top = (file_from_body @ turn.apply(axis) for axis in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
+    eye = FoundCamera(name="eye", position_mm=file_from_body @ (300.0, 20.0, -5.0), look=look, top=top)
+    robot = found(turned(torpedo(), "+y", "+z"), tmp_path / "a.sdf", unit_mm=1000.0, has_frame=True, cameras=(eye,))
+    taken = take_hull(robot, forward="+y", up="+z")
+    assert taken.view_deg(eye) == pytest.approx(angles, abs=0.05)
+    assert taken.pinhole_mm(eye) == pytest.approx((300, 20, -5))
+    assert f"camera eye at 300, 20, -5 mm, {view_text(tuple(map(float, angles)))}" in taken.describe()
+
+
+def test_a_large_number_is_written_out(tmp_path):
+    assert sizes_text(found(trimesh.creation.box(extents=(1234.5, 30, 30)), tmp_path / "a.stl")).startswith(
+        "longest side 1234: 1.234 m with mm"
+    )
 
 
 def test_what_the_user_says_counts_first(tmp_path):
