@@ -19,8 +19,8 @@ HULL_LINEAR_TOLERANCE_MM = 0.2
 """A hull is large, seen from afar and on most rays' way: fewer triangles."""
 ANGULAR_TOLERANCE_RAD = 0.24
 """Between neighbouring chords: 26 around a hole, whose area they then give to 1 %."""
-PINCH_MM = 0.02
-"""A solid that touches itself along less than this, where an edge ends in a face, touches itself in a point."""
+PINCH_MM = LINEAR_TOLERANCE_MM
+"""A solid that touches itself along less, where an edge ends in a face, touches itself in a point."""
 WELD_MM = 1e-6
 """Neighbouring faces of a solid are tessellated one by one; their shared vertices agree to rounding only."""
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cad.assembly.assembly import Assembly
-from cad.checks.attachment import attachment_findings, holding_findings, joint_findings
+from cad.checks.attachment import attachment_findings, holding_findings, housing_findings, joint_findings
 from cad.checks.clearance.admissible import AdmissibleRegion, admissible_region
 from cad.checks.clearance.axes import axis_findings
 from cad.checks.clearance.clearance import RESOLUTION_MM, clearance_bodies, pair_finding
@@ -97,6 +97,7 @@ def assembly_problems(assembly: Assembly, *, grid_steps: int = GRID_STEPS) -> li
         return [finding.problem for finding in solid if finding.problem is not None]
     findings = [finding for mesh in assembly.printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
+    findings += housing_findings(rig, meshes)
     findings += holding_findings(rig, meshes)
     findings += joint_findings(rig, meshes)
     problems = [finding.problem for finding in findings if finding.problem is not None]
@@ -126,6 +127,7 @@ def assembly_checks(assembly: Assembly, *, log: Log = lambda line: None, until_p
     findings += [wall_finding(mesh, mount) for mesh in printed]
     findings += [finding for mesh in printed for finding in print_findings(mesh, mount)]
     findings += attachment_findings(rig, _hull(meshes), assembly.layout)
+    findings += housing_findings(rig, meshes)
     findings += holding_findings(rig, meshes)
     findings += joint_findings(rig, meshes)
     findings += stowing_findings(assembly)

@@ -1,4 +1,4 @@
-"""Whether the mount sits on its hull and leaves the port its view."""
+"""Whether the mount sits on its hull, and leaves the port its view and the camera its room."""
 
 from __future__ import annotations
 
@@ -11,22 +11,24 @@ from scipy.spatial.transform import Rotation
 
 from cad.finding import Finding, Sense
 from cad.hulls.anchors import LARGEST_GAP_MM, anchor_problems, base_anchor, fold_anchor, nearest_on_surface
+from cad.hulls.camera_housing import HOUSING_MM, housing_body, housing_radius_mm
 from cad.hulls.window import window_body
 from cad.loads.holding import holdings
 from cad.loads.joint_strength import joint_strength
-from cad.overlaps import manifold_mm
+from cad.overlaps import OVERLAP_TOLERANCE_MM3, manifold_mm
 from cad.parts.contact import ROUGH_MM, SHEET_MM, SurfaceContact
 from cad.parts.flange import fold_seat
 from cad.parts.gimbal_base import base_placement, flange_seat
 from cad.parts.gimbal_dimensions import GimbalDimensions
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
-from optics.mesh import PartMesh
+from optics.mesh import Group, PartMesh, Role
 from optics.mirror_outline import mirror_outline
 from rigs import DomePortSpec, FlatPortSpec, Problem, Rig
 
 ANCHOR_CHECK = "anchor on the hull"
 VIEW_CHECK = "view of the port"
+HOUSING_CHECK = "room for the camera"
 BEDDING_CHECK = "bedding under the flange"
 HOLDING_CHECK = "attachment holds"
 JOINT_CHECK = "joint holds"
@@ -126,6 +128,40 @@ def joint_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
             note=f"{load}: {screws}, {strength.stress_pa / 1e6:.1f} MPa in its plates; M1 tilts by at most "
             f"{np.degrees(strength.tilt_rad):.3f} degrees",
             problem=problem if strength.margin < 1 else None,
+        )
+    ]
+
+
+def housing_findings(rig: Rig, meshes: Sequence[PartMesh]) -> list[Finding]:
+    """No fixed part, nor the end of a screw, in the camera behind its port.
+
+    Our own hulls are solid there, and what is in them is found as parts in each other; the hull of a file has a hole or
+    is a sheet.
+    """
+    radius = housing_radius_mm(rig)
+    if rig.file_hull is None or not radius:
+        return []
+    housing = housing_body(rig)
+    fixed = [mesh for mesh in meshes if mesh.group is Group.FIXED and mesh.role is not Role.HULL]
+    shared = {mesh.name: (housing ^ manifold_mm(mesh)).volume() for mesh in fixed}
+    name = max(shared, key=lambda part: shared[part])
+    end = "base" if "base" in name or "gimbal" in name else "fold"
+    problem = Problem(
+        place=f"mount.{end}_anchor_mm",
+        value=f"{shared[name]:.0f} mm³ of {name} in the camera",
+        expected=f"nothing of the mount within {radius:g} mm of the camera's view, {HOUSING_MM:g} mm back from its "
+        "port's face; take another anchor, or move the camera",
+    )
+    return [
+        Finding(
+            check=HOUSING_CHECK,
+            subject=name,
+            figure=shared[name],
+            unit="mm³",
+            limit=OVERLAP_TOLERANCE_MM3,
+            sense=Sense.AT_MOST,
+            note=f"in a cylinder of {2 * radius:g} mm, {HOUSING_MM:g} mm back from the port's face",
+            problem=problem if shared[name] > OVERLAP_TOLERANCE_MM3 else None,
         )
     ]
 

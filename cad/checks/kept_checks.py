@@ -18,7 +18,7 @@ from cad.finding import Finding, Sense
 from optics.kernels.cache import load_or_make, result_key
 
 KIND = "mount checks"
-CHECKS_VERSION = 4
+CHECKS_VERSION = 5
 """Raised when a check finds another figure for the same mount, another limit or other words."""
 NOT_CHECKED: Mapping[str, IncEx | bool] = {
     "name": True,

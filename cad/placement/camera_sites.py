@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.hulls.camera_housing import HOUSING_MM, housing_radius_mm, port_ahead_mm
 from cad.placement.hull_field import HullField
-from optics.feasibility.envelope import window_centre
 from optics.kernels.arrays import FloatArray
-from rigs import FlatPortSpec, Rig
+from rigs import Rig
 
 PROUD_MM = 5.0
 """How far the port's outer face stands in front of the skin: as on the presets."""
@@ -21,10 +21,6 @@ DEEPEST_MM = 250.0
 """A port further behind the foremost point of the hull than this is not at the nose."""
 BACKING_MM = 60.0
 """The hull comes within this behind at least half of the port's disc: a camera needs something to be held by."""
-
-
-HOUSING_MM = 60.0
-"""Nominal: how far a camera goes back from its port's face."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,21 +55,12 @@ class CameraSite:
 
 def pinned_site(rig: Rig, pinhole_mm: tuple[float, float, float]) -> CameraSite:
     """The place of a rig's camera where the user has chosen it."""
-    return CameraSite(pinhole_mm=pinhole_mm, ahead_mm=port_ahead_mm(rig), radius_mm=port_radius_mm(rig) - RIM_MM)
-
-
-def port_ahead_mm(rig: Rig) -> float:
-    """From a rig's pinhole to the middle of its port's outer face, along the view."""
-    return float(1000 * window_centre(rig)[2])
+    return CameraSite(pinhole_mm=pinhole_mm, ahead_mm=port_ahead_mm(rig), radius_mm=housing_radius_mm(rig))
 
 
 def port_radius_mm(rig: Rig) -> float:
     """Radius of what a port takes up on the hull."""
-    port = rig.port
-    if port.shape == "none":
-        return RIM_MM
-    radius = port.aperture_diameter_mm / 2
-    return radius + RIM_MM if isinstance(port, FlatPortSpec) else port.inner_radius_mm + port.thickness_mm + RIM_MM
+    return housing_radius_mm(rig) + RIM_MM
 
 
 def camera_sites(rig: Rig, space: HullField, y_mm: float) -> list[CameraSite]:

@@ -10,7 +10,8 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from cad.placement.camera_sites import camera_sites, pinned_site, port_ahead_mm
+from cad.hulls.camera_housing import port_ahead_mm
+from cad.placement.camera_sites import camera_sites, pinned_site
 from cad.placement.candidates import (
     BASE_REACH_MM,
     FOLD_REACH_MM,

@@ -20,12 +20,14 @@ def pinched(along_mm: float) -> trimesh.Trimesh:
     return trimesh.Trimesh(np.vstack([corners, other[2:]]), np.vstack([faces, second]), process=False)
 
 
-def test_a_surface_that_touches_itself_along_next_to_nothing_is_closed():
-    mesh = pinched(0.013)
+@pytest.mark.parametrize("along_mm", [0.013, 0.0226])
+def test_a_surface_that_touches_itself_along_next_to_nothing_is_closed(along_mm):
+    """The second is of a bracket on a robot's low-poly hull, where a strut's edge ended in the roof."""
+    mesh = pinched(along_mm)
     closed = without_pinches(mesh)
     assert not mesh.is_watertight
     assert closed.is_watertight
-    assert closed.volume == pytest.approx(mesh.volume, abs=10 * 10 * 0.013)
+    assert closed.volume == pytest.approx(mesh.volume, abs=10 * 10 * along_mm)
 
 
 def test_a_surface_that_touches_itself_along_an_edge_is_not():

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from cad.placement.camera_sites import HOUSING_MM, PROUD_MM, CameraSite, camera_sites
+from cad.hulls.camera_housing import HOUSING_MM
+from cad.placement.camera_sites import PROUD_MM, CameraSite, camera_sites
 from cad.placement.seats import SeatFinder
 from rigs import Rig
 from tests.cad.placement.conftest import LENGTH_MM, RADIUS_MM

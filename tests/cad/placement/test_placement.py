@@ -36,6 +36,23 @@ def test_what_is_pinned_stays_and_the_cheapest_comes_first(rig: Rig, capsule: tr
     assert costs == sorted(costs)
 
 
+def test_where_a_seat_is_refused_the_next_one_is_tried(rig: Rig, capsule: trimesh.Trimesh) -> None:
+    """On a hull that is a seat all along, the nearest seat was once all that a design had."""
+    camera = rig.camera.model_copy(update={"position_mm": (480.0, 0.0, 10.0)})
+    wanted = Wanted(pinned={CAMERA, DIRECTION}, request=default_request(rig))
+    ranking = Ranking(rig.model_copy(update={"camera": camera}), capsule, wanted, Shortfalls())
+    given = iter(ranking)
+    direction, first = next(given)
+    ranking.refuse(direction, first.base.point_mm, "too near", 23.0)
+    again = [candidate for _, candidate in ranking.found if candidate.shape is first.shape]
+    assert len(again) == 1
+    assert again[0].fold == first.fold
+    assert again[0].base_arm_mm > first.base_arm_mm
+    left = [candidate.base.point_mm for _, candidate in given]
+    assert left
+    assert min(np.linalg.norm(np.subtract(point, first.base.point_mm)) for point in left) > 23
+
+
 def test_a_pinned_anchor_is_the_only_seat(rig: Rig, capsule: trimesh.Trimesh) -> None:
     pinned = rig.with_gaze(mount={"fold_anchor_mm": (380.0, 0.0, RADIUS_MM), "fold_plane": None})
     wanted = Wanted(pinned={FOLD_ANCHOR, DIRECTION}, request=default_request(rig))

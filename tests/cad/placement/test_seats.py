@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -34,3 +36,11 @@ def test_places_are_on_the_surface_and_have_headroom(finder: SeatFinder) -> None
     assert len(places) == pytest.approx(300 / 12, abs=2)
     assert_allclose([z for _, _, z in places], RADIUS_MM, atol=finder.space.step_mm)
     assert_allclose([z for _, _, z in finder.places(0.0, -1, 50.0, 350.0)], -RADIUS_MM, atol=finder.space.step_mm)
+
+
+def test_a_seat_that_is_refused_is_given_no_more_and_its_neighbours_are(finder: SeatFinder) -> None:
+    ours = replace(finder, refused=[])
+    seats = [ours.seat(np.array([x, 0.0, RADIUS_MM]), 1, 30) for x in (200.0, 212.0, 224.0)]
+    ours.refuse(seats[0].point_mm, "too near", 15.0)
+    again = [ours.seat(np.array([x, 0.0, RADIUS_MM]), 1, 30) for x in (200.0, 212.0, 224.0)]
+    assert again == ["too near", "too near", seats[2]]
