@@ -160,11 +160,24 @@ def _put(bench: Bench, name: str, host: str) -> Step:
     carried = pieces.bring(name, moving)
     joined = bench.join(name, host)
     small = bench.held_by(joined)
+    if bench.parts[host].role is Role.HULL:
+        title = _onto_hull(bench, name, moving, small)
+    else:
+        verb = VERBS.get(bench.parts[name].role, "Join")
+        title = f"{verb} the {_words(name)} {'into' if verb == 'Slide' else 'to'} the {_words(host)}"
     pieces.add(small, joined, carried)
-    verb = "Fasten" if bench.parts[host].role is Role.HULL else VERBS.get(bench.parts[name].role, "Join")
-    into = "into" if verb == "Slide" else "to"
     extra = f", with {_listed(bench, small)}" if small else ""
-    return pieces.step(f"{verb} the {_words(name)} {into} the {_words(host)}{extra}", name, bench.ordered(still))
+    return pieces.step(f"{title}{extra}", name, bench.ordered(still))
+
+
+def _onto_hull(bench: Bench, name: str, moving: set[str], small: Sequence[str]) -> str:
+    """What is done with a part at the hull; bands that go around both ends hold the first one too, a step later."""
+    bands = [piece for piece in small or bench.loose if bench.parts[piece].wraps]
+    around = {part for band in bands for part in bench.loose[band] if bench.parts[part].printed}
+    if not small and around & moving:
+        return f"Hold the {_words(name)} to the hull, for the bands of a later step"
+    others = [f" and the {_words(part)}" for part in bench.ordered(around - moving)]
+    return f"Fasten the {_words(name)}{''.join(others)} to the hull"
 
 
 class _Pieces:

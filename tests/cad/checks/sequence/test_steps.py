@@ -52,7 +52,7 @@ def test_a_step_builds_on_what_was_done(built_steps):
 
 def test_the_order_is_that_of_the_manual(built_steps):
     """Inserts and bushings first; tilt servo from outside after the holder, M2 last of the gimbal, then the hull."""
-    _, found = built_steps
+    assembly, found = built_steps
     brought = [step.part for step in found if not step.title.startswith("Press")]
     assert [step.title.startswith("Press") for step in found] == sorted(
         (step.title.startswith("Press") for step in found), reverse=True
@@ -63,6 +63,14 @@ def test_the_order_is_that_of_the_manual(built_steps):
     assert {"tilt_shaft_screw", "tilt_ear_1_screw"} <= set(by_part["tilt_servo"].added)
     assert "pan_shaft_screw" in by_part["pan_servo"].added
     assert {"pivot_sleeve", "pivot_washer", "pivot_screw"} <= set(by_part["mirror_holder"].added)
+    if any(part.wraps for part in assembly.parts):
+        # Bands go around both ends: nothing fastens the first one before the second is there.
+        assert by_part["fold_bracket"].title == "Hold the fold bracket to the hull, for the bands of a later step"
+        assert by_part["gimbal_base"].title.startswith(
+            "Fasten the gimbal base and the fold bracket to the hull, with 2 x "
+        )
+    else:
+        assert by_part["fold_bracket"].title.startswith("Fasten the fold bracket to the hull, with 4 x ")
     shift = by_part["tilt_servo"].moves[0].shift_m
     assert shift @ [0, 1, 0] == pytest.approx(np.linalg.norm(shift)), "the tilt servo comes from outside"
 
