@@ -6,7 +6,8 @@ does the base, do the turning parts clear the hull), and the first that pass are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections import Counter
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -117,25 +118,25 @@ def place(
     short = Shortfalls()
     log("placing: looking for places ...")
     ranking = Ranking(rig, hull, wanted, short)
-    body, built = manifold_of(hull), 0
+    body, failed = manifold_of(hull), list[str]()
     for direction, candidate in islice(ranking, ASKED):
         placed = rig_of(rig, candidate, direction, pinned)
         problem, apart_mm = _refusal(placed, body), 0.0
         if not problem:
-            built += 1
-            log(f"placing: building mount {built} ...")
+            log(f"placing: building mount {len(failed) + 1} ...")
             problem, apart_mm = _problem(placed, log), FLANGE_WIDTH_MM / 2
             if not problem:
                 reasons = _reasons(candidate, direction, wanted)
                 return Placement(rig=placed, reasons=reasons, rejected=_sentences(short))
             log(f"placing: turned away, {problem}")
+            failed.append(problem)
         short.note(problem)
         for end in ("fold", "base"):
             if _is_of(end, problem):
                 ranking.refuse(direction, getattr(candidate, end).point_mm, problem, apart_mm)
-        if built == BUILT:
+        if len(failed) == BUILT:
             break
-    raise ValueError(_nothing_fits(rig, hull, wanted, short))
+    raise ValueError(_nothing_fits(rig, hull, wanted, short, failed=failed, log=log))
 
 
 def _refusal(rig: Rig, hull: manifold3d.Manifold) -> str:
@@ -201,18 +202,33 @@ def _sentences(short: Shortfalls) -> tuple[str, ...]:
     )
 
 
-def _nothing_fits(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortfalls) -> str:
-    """What binds, and the nearest thing that would fit."""
-    binding = max(short.found, key=lambda condition: (_stage(condition), -np.nan_to_num(short.found[condition][1])))
-    count, least = short.found[binding]
-    lacking = f", by {_lack_text(least)} at best" if np.isfinite(least) else ""
+def _nothing_fits(
+    rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, short: Shortfalls, *, failed: Sequence[str], log: Log
+) -> str:
+    """What binds, and the nearest thing that would fit; `failed` says why mounts were turned away as built."""
+    if failed:
+        ((binding, count),) = Counter(failed).most_common(1)
+        lacking = " that were built"
+    else:
+        binding = max(short.found, key=lambda condition: (_stage(condition), -np.nan_to_num(short.found[condition][1])))
+        count, least = short.found[binding]
+        lacking = f", by {_lack_text(least)} at best" if np.isfinite(least) else ""
     found = f"expected a hull with room for a mount, found none: {binding} turned away the last {count}{lacking}"
     for words, other, changed in easier(rig, wanted):
-        ranked, body = Ranking(other, hull, changed, Shortfalls()).found[:ASKED], manifold_of(hull)
-        if any(not _refusal(rig_of(other, item, way, changed.pinned), body) for way, item in ranked):
+        if _would_fit(other, hull, changed, build=bool(failed), log=log):
             return f"{found}; there is room {words}"
     view = "" if rig.camera == looking_ahead(rig).camera else ", another view (new: --look)"
     return f"{found}; try another {CAMERA} (new: --camera-mm){view} or other axes of the hull (new: --forward, --up)"
+
+
+def _would_fit(rig: Rig, hull: trimesh.Trimesh, wanted: Wanted, *, build: bool, log: Log) -> bool:
+    """Whether the parts let a candidate stand, and the cheapest of these passes as it is built, where that is asked."""
+    body = manifold_of(hull)
+    for direction, candidate in Ranking(rig, hull, wanted, Shortfalls()).found[:ASKED]:
+        placed = rig_of(rig, candidate, direction, wanted.pinned)
+        if not _refusal(placed, body):
+            return not build or not _problem(placed, log)
+    return False
 
 
 def _lack_text(lack_mm: float) -> str:

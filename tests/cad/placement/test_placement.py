@@ -8,6 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from cad.placement import placement
 from cad.placement.candidates import Shortfalls, _steepest_deg
 from cad.placement.fold_frame import CAMERA, DIRECTION, FOLD_ANCHOR
 from cad.placement.placement import place
@@ -108,6 +109,25 @@ def test_where_nothing_fits_what_binds_is_named(rig: Rig, capsule: trimesh.Trime
     camera = rig.camera.model_copy(update={"position_mm": (200.0, 0.0, 0.0)})
     with pytest.raises(ValueError, match=rf"M1's cell clear of the hull.*there is room without {CAMERA} pinned"):
         place(rig.model_copy(update={"camera": camera}), capsule, pinned={CAMERA, DIRECTION})
+
+
+def test_where_mounts_fail_as_they_are_built_only_what_was_built_is_advised(
+    rig: Rig, capsule: trimesh.Trimesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mount that a larger printer alone would make: a smaller gaze range has room as well, but fails as built."""
+
+    def problem(asked: Rig, log: object) -> str:
+        bed = asked.require_gaze().mount.printer_bed_mm[0]
+        return "" if bed > 300 else "mount.printer_bed_mm = 'too tall': expected less"
+
+    monkeypatch.setattr(placement, "_problem", problem)
+    monkeypatch.setattr(placement, "BUILT", 2)
+    monkeypatch.setattr(placement, "easier", lambda rig, wanted: list(easier(rig, wanted))[-2:])
+    camera = rig.camera.model_copy(update={"position_mm": (480.0, 0.0, 10.0)})
+    pinned = {CAMERA, DIRECTION}
+    said = "too tall.* turned away the last 2 that were built; there is room with a printer of 600 x 600 x 600 mm"
+    with pytest.raises(ValueError, match=said):
+        place(rig.model_copy(update={"camera": camera}), capsule, pinned=pinned)
 
 
 def test_a_camera_far_from_the_hull_has_no_seat_within_reach(rig: Rig, capsule: trimesh.Trimesh) -> None:
