@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from functools import cache
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.backend import mi
+
+_SHARED: dict[tuple[int, int], Any] = {}
 
 
 def mesh_scene(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Any:
@@ -24,6 +27,20 @@ def mesh_scene(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Any
     faces : array, shape (m, 3)
     """
     return mi.load_dict({"type": "scene", "beside": _first_scene(), "mesh": _mesh(vertices_m, faces)}, optimize=False)
+
+
+def shared_scene(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Any:
+    """As `mesh_scene`, of arrays whose values nobody changes: one scene for all who ask, while both arrays live.
+
+    The search tree of a reef takes half a second: light is found with the one that images are rendered with.
+    """
+    key = id(vertices_m), id(faces)
+    if key not in _SHARED:
+        _SHARED[key] = mesh_scene(vertices_m, faces)
+        for array in (vertices_m, faces):
+            # Before its number can be that of another array.
+            weakref.finalize(array, _SHARED.pop, key, None).atexit = False
+    return _SHARED[key]
 
 
 def first_faces(

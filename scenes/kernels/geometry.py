@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.packing import opaque_numbers, rows_of
-from optics.kernels.ray_scene import mesh_scene
+from optics.kernels.ray_scene import shared_scene
 from scenes.kernels.grid import GridTable
 from scenes.kernels.shadow_table import ShadowTable
 from scenes.kernels.sun_map import SunMap, sun_map
@@ -98,7 +98,7 @@ def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) 
             vertex_rows.append(_vertex_rows(mesh))
         used = used_vertices(mesh)
         groups[name] = GroupScene(
-            scene=mesh_scene(mesh.vertices_m, mesh.faces),
+            scene=shared_scene(mesh.vertices_m, mesh.faces),
             box=(opaque_numbers(used.min(axis=0)), opaque_numbers(used.max(axis=0))),
             offset=dr.opaque(Float32, float(first_face)),
         )

@@ -7,7 +7,7 @@ import pytest
 
 from optics.kernels import ray_scene
 from optics.kernels.backend import dr, mi
-from optics.kernels.ray_scene import first_faces, mesh_scene
+from optics.kernels.ray_scene import first_faces, mesh_scene, shared_scene
 
 CORNERS, FACE = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
 
@@ -28,6 +28,16 @@ def test_all_scenes_are_made_beside_the_same_one(monkeypatch):
     for away in (1.0, 2.0):
         mesh_scene(CORNERS + np.array([0, 0, away]), FACE)
     assert [description["beside"] for description in made] == [first] * 2
+
+
+def test_a_scene_is_shared_by_all_who_ask_while_its_arrays_live():
+    corners, again = CORNERS.copy(), CORNERS.copy()
+    scene = shared_scene(corners, FACE)
+    assert shared_scene(corners, FACE) is scene
+    assert shared_scene(again, FACE) is not scene
+    known = len(ray_scene._SHARED)
+    del corners, again
+    assert len(ray_scene._SHARED) == known - 2
 
 
 def test_the_first_triangle_is_hit_from_either_side():
