@@ -22,6 +22,7 @@ from dives.paths import body_pose, decoy_pose, target_pose
 from dives.timed_mirrors import TimedMirrors
 from optics.gaze.kinematics import forward_gaze
 from optics.kernels.arrays import FloatArray
+from optics.kernels.threads import woken_threads
 from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import Rig
@@ -224,14 +225,16 @@ class RenderedCamera:
             rays, pixels = self.renderer.rays_of(looked_at | self._metered)
         instants = np.stack([sweeps[:, 0], sweeps.mean(axis=1), sweeps[:, 1]], axis=1)
         states = self.states(instants.ravel())
-        # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
-        # the frame.
-        rendered = [
-            self.renderer.sweep_arrays(states[k : k + 3], truth=False, chosen=rays) for k in range(0, len(states), 3)
-        ]
-        # Scattered light is a difference of two fields, and may come out below nothing where it is dark.
         key = frame_key(self.dive.seed, self._next)
-        raw = read_out([arrays.rgb for arrays in rendered], self._sensor, self._settings, key, pixels)
+        with woken_threads():
+            # Points, normals and distances of every pixel stay where they are: handing them over takes half as long as
+            # the frame.
+            rendered = [
+                self.renderer.sweep_arrays(states[k : k + 3], truth=False, chosen=rays)
+                for k in range(0, len(states), 3)
+            ]
+            # Scattered light is a difference of two fields, and may come out below nothing where it is dark.
+            raw = read_out([arrays.rgb for arrays in rendered], self._sensor, self._settings, key, pixels)
         label = np.zeros(self.renderer.shape, dtype=np.uint8)
         label.ravel()[slice(None) if pixels is None else pixels] = rendered[len(sweeps) // 2].label.numpy()
         return raw, label

@@ -31,6 +31,7 @@ from dives.robot_view import robot_view
 from dives.target_size import sized
 from dives.timed_mirrors import TimedMirrors
 from optics.kernels.arrays import FloatArray
+from optics.kernels.threads import resting_threads
 from optics.mesh import PartMesh
 from rigs import Rig
 from scenes.baking.light_quality import LightQuality, light_identity, light_marks
@@ -237,13 +238,14 @@ def _record(
     recorder = Recorder(dive, folder, journal)
     started = time.perf_counter()
     try:
-        for done in range(first + 1, dive.frames + 1):
-            record = closed.next()
-            assert record is not None  # the dive has that many images
-            recorder.add(record.camera_frame, record.step, record.row)
-            if journal.ends_segment(done) or done == dive.frames:
-                recorder.finish_segment(json.dumps(closed.snapshot()))
-            progress(done, dive.frames)
+        with resting_threads():
+            for done in range(first + 1, dive.frames + 1):
+                record = closed.next()
+                assert record is not None  # the dive has that many images
+                recorder.add(record.camera_frame, record.step, record.row)
+                if journal.ends_segment(done) or done == dive.frames:
+                    recorder.finish_segment(json.dumps(closed.snapshot()))
+                progress(done, dive.frames)
     except BaseException:
         recorder.abandon()
         raise
