@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from build123d import Edge, Location, Part, Plane, Polygon, Solid, extrude
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from OCP.StdFail import StdFail_NotDone
 from scipy.spatial.transform import RigidTransform
 
@@ -77,6 +77,12 @@ def location_mm(pose: RigidTransform) -> Location:
     matrix = pose.as_matrix()
     plane = Plane(origin=tuple(1000 * matrix[:3, 3]), x_dir=tuple(matrix[:3, 0]), z_dir=tuple(matrix[:3, 2]))
     return Location(plane)
+
+
+def location_matrix(location: Location) -> NDArray[np.float64]:
+    """Matrix of a location, shape (3, 4), millimetres."""
+    pose = location.wrapped.Transformation()
+    return np.array([[pose.Value(row, column) for column in (1, 2, 3, 4)] for row in (1, 2, 3)])
 
 
 def single_solid(shapes: Iterable[Part], what: str, hint: str) -> Solid:

@@ -179,7 +179,7 @@ def work_key(rig: Rig, settings: str = "") -> str:
 def physics_versions() -> tuple[int, ...]:
     """Versions of all that stages take from the cache."""
     # Renderer and solids take seconds to import, and tables are written by programs that need neither.
-    from cad.assembly.meshes import MESH_VERSION  # noqa: PLC0415
+    from cad.assembly.part_meshes import MESH_VERSION  # noqa: PLC0415
     from cad.checks.printing.slicer import SLICE_VERSION  # noqa: PLC0415
     from cad.hulls.hull_mesh import HULL_MESH_VERSION  # noqa: PLC0415
     from optics.water.radiative_transfer.field import RADIANCE_VERSION  # noqa: PLC0415

@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from cad.assembly.meshes import MESH_VERSION
+from cad.assembly.part_meshes import MESH_VERSION
 from cad.hulls.distance import nearest_points
 from cad.hulls.window import with_window
 from optics.feasibility.envelope import HullDistance

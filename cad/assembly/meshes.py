@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.main import IncEx
 
+from cad.assembly.part_meshes import MESH_VERSION
 from optics.kernels.cache import load_or_make, result_key
 from optics.layout import check_stows
 from optics.mesh import Group, PartMesh, Role
@@ -47,10 +48,6 @@ WITHOUT_SHAPE: Mapping[str, IncEx | bool] = {
     },
 }
 """What of a rig file does not change the shape of any part; a hull's file counts by what is in it."""
-
-
-MESH_VERSION = 7
-"""Raised when a part of the same rig gets another shape or name: in `cad`, or by what of `optics` places it."""
 
 
 def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
@@ -103,9 +100,9 @@ def _unpacked(stored: Mapping[str, NDArray[Any]]) -> list[PartMesh]:
 
 
 def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:
-    from cad.assembly.assembly import build_assembly  # noqa: PLC0415  (takes seconds to import)
+    from cad.assembly.assembly import kept_assembly  # noqa: PLC0415  (takes seconds to import)
 
-    assembly = build_assembly(rig)
+    assembly = kept_assembly(rig)
     return assembly.stowed_meshes if stowed else assembly.seen_meshes
 
 

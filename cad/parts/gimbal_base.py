@@ -15,7 +15,7 @@ from build123d import Axis, Location, Part, Plane, Pos, Rot, Solid
 
 from cad.parts.cable import TIE_EDGE_MM, TIE_STEP_MM, tie_slot
 from cad.parts.flange import FLANGE_LENGTH_MM, Seat, base_seat, fastener_room, flange, flange_hardware, hull_side
-from cad.parts.gimbal_dimensions import EAR_MARGIN_MM, PAN_BUSHING, GimbalDimensions
+from cad.parts.gimbal_dimensions import EAR_MARGIN_MM, PAN_BUSHING, FootDimensions, GimbalDimensions
 from cad.parts.hardware import Hardware, along, flanged_bushing, insert_hole, screw_in_insert
 from cad.parts.mirrors import FIT_MM
 from cad.parts.servo import EAR_LENGTH_MM, EAR_THICKNESS_MM, HORN_HEIGHT_MM, case_ends, ear_hole_positions
@@ -114,7 +114,7 @@ def flange_seat(rig: Rig, placement: BasePlacement) -> Seat:
     return base_seat(rig, tuple(Plane(placement.body_from_base).x_dir))
 
 
-def gimbal_base_solid(dimensions: GimbalDimensions, placement: BasePlacement, seat: Seat) -> Solid:
+def gimbal_base_solid(dimensions: FootDimensions, placement: BasePlacement, seat: Seat) -> Solid:
     """Solid of the gimbal base in the body frame, millimetres."""
     d, what, hint = dimensions, "mount.base_anchor_mm, of the gimbal_base", "look at servos.pan too"
     parts = [_side_view(d, placement, seat), _flare(placement, seat), _servo_block(d), _housing(d)]
@@ -131,10 +131,10 @@ def pan_servo_in_body(dimensions: GimbalDimensions, placement: BasePlacement, se
 
 def base_hardware(dimensions: GimbalDimensions, placement: BasePlacement, seat: Seat) -> list[Hardware]:
     """Screws of the flange, screws and inserts of the pan servo's ears, and the pan bushing, in the body frame."""
-    d = dimensions
+    d = dimensions.foot
     ears = d.pan_ledge_mm - FIT_MM - EAR_THICKNESS_MM
     pieces: list[Hardware] = []
-    servo, room, grip = d.servos.pan, d.foot_top_mm - d.pan_ledge_mm, EAR_THICKNESS_MM + FIT_MM
+    servo, room, grip = d.servo, d.foot_top_mm - d.pan_ledge_mm, EAR_THICKNESS_MM + FIT_MM
     for number, (x, y) in enumerate(ear_hole_positions(servo), start=1):
         pieces += screw_in_insert(
             f"pan_ear_{number}", Group.FIXED, servo.ear_screw, (x, y, ears), (0, 0, -1), grip, min(room, grip + 2)
@@ -145,17 +145,17 @@ def base_hardware(dimensions: GimbalDimensions, placement: BasePlacement, seat: 
     return placed + flange_hardware(seat, "base")
 
 
-def tie_on_beam_mm(dimensions: GimbalDimensions, placement: BasePlacement) -> float:
+def tie_on_beam_mm(dimensions: FootDimensions, placement: BasePlacement) -> float:
     """Distance from the pan axis of the cable's tie on the foot: half way between servo and column."""
     return (placement.reach_mm - COLUMN_DEPTH_MM / 2 - _servo_ends(dimensions)[0]) / 2
 
 
-def _side_view(d: GimbalDimensions, placement: BasePlacement, seat: Seat) -> Part:
+def _side_view(d: FootDimensions, placement: BasePlacement, seat: Seat) -> Part:
     """Column and foot as one L, rounded in its inner corner and cut at its outer one; the hull cuts its top."""
     end = placement.height_mm + _over_anchor(placement, seat)
     back, front = -placement.reach_mm - COLUMN_DEPTH_MM / 2, -placement.reach_mm + COLUMN_DEPTH_MM / 2
     top, bottom = d.foot_top_mm, _foot_bottom(d)
-    joint = case_ends(d.servos.pan)[0]
+    joint = case_ends(d.servo)[0]
     outline = [
         (back, end),
         (back, bottom + CORNER_MM),
@@ -173,7 +173,7 @@ def _side_view(d: GimbalDimensions, placement: BasePlacement, seat: Seat) -> Par
     return filleted(beam, upright, half / 2, "mount.base_anchor_mm, edges of the base's column")
 
 
-def _foot_bottom(d: GimbalDimensions) -> float:
+def _foot_bottom(d: FootDimensions) -> float:
     """Underside of the foot: well below the ears and the heads of their screws."""
     return min(d.foot_top_mm - FOOT_HEIGHT_MM, d.pan_ledge_mm - FOOT_HEIGHT_MM / 2)
 
@@ -198,29 +198,29 @@ def _flare(placement: BasePlacement, seat: Seat) -> Part:
     return along_x(flare, (x - COLUMN_DEPTH_MM / 2 + 4, x + COLUMN_DEPTH_MM / 2 - 4))
 
 
-def _servo_ends(d: GimbalDimensions) -> tuple[float, float]:
+def _servo_ends(d: FootDimensions) -> tuple[float, float]:
     """Ends of the foot along x: a wall beyond the servo's ears."""
-    far, near = case_ends(d.servos.pan)
-    margin = EAR_LENGTH_MM + max(EAR_MARGIN_MM, d.mount.wall_mm)
+    far, near = case_ends(d.servo)
+    margin = EAR_LENGTH_MM + max(EAR_MARGIN_MM, d.wall_mm)
     return far - margin, near + margin
 
 
-def _servo_block(d: GimbalDimensions) -> Part:
-    half = d.servos.pan.size_mm[1] / 2 + FIT_MM + d.mount.wall_mm
+def _servo_block(d: FootDimensions) -> Part:
+    half = d.servo.size_mm[1] / 2 + FIT_MM + d.wall_mm
     block = box(_servo_ends(d), (-half, half), (_foot_bottom(d), d.foot_top_mm))
     return block.fillet(2, block.edges().filter_by(Axis.Z))
 
 
-def _housing_radius(d: GimbalDimensions) -> float:
-    return PAN_BUSHING.housing_radius_mm + max(HOUSING_WALL_MM, d.mount.wall_mm)
+def _housing_radius(d: FootDimensions) -> float:
+    return PAN_BUSHING.housing_radius_mm + max(HOUSING_WALL_MM, d.wall_mm)
 
 
-def _housing(d: GimbalDimensions) -> Part:
+def _housing(d: FootDimensions) -> Part:
     """Ring around the pan bushing, on the foot."""
     return cylinder((0, 0, d.pan_ledge_mm), (0, 0, d.pan_bushing_seat_mm), _housing_radius(d))
 
 
-def _housing_cuts(d: GimbalDimensions) -> list[Part]:
+def _housing_cuts(d: FootDimensions) -> list[Part]:
     """Bore for the bushing, and weep holes under it on four sides; one of them leads out over the servo's case.
 
     So no air stays between the servo's case and the yoke's hub, however the vehicle pitches and rolls.
@@ -233,9 +233,9 @@ def _housing_cuts(d: GimbalDimensions) -> list[Part]:
     return [bore, across, lengthwise]
 
 
-def _servo_opening(d: GimbalDimensions) -> list[Part]:
+def _servo_opening(d: FootDimensions) -> list[Part]:
     """Where the pan servo is pushed in from below until its ears meet the ledge, with holes for their inserts."""
-    servo = d.servos.pan
+    servo = d.servo
     far, near = case_ends(servo)
     half, bottom = servo.size_mm[1] / 2 + FIT_MM, _foot_bottom(d) - 1
     case_top = d.pan_horn_mm - HORN_HEIGHT_MM
@@ -253,7 +253,7 @@ def _servo_opening(d: GimbalDimensions) -> list[Part]:
     return cuts
 
 
-def _tie_slots(d: GimbalDimensions, placement: BasePlacement, seat: Seat) -> list[Part]:
+def _tie_slots(d: FootDimensions, placement: BasePlacement, seat: Seat) -> list[Part]:
     """Slots for the ties of the tilt servo's cable: one on the beam of the foot, then up the column."""
     half, back = COLUMN_WIDTH_MM / 2, -placement.reach_mm - COLUMN_DEPTH_MM / 2 + TIE_EDGE_MM
     low, high = d.foot_top_mm + CORNER_MM, placement.height_mm - seat.height_mm - 2 * CORNER_MM

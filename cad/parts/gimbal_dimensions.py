@@ -12,7 +12,7 @@ from math import hypot
 from cad.parts.hardware import Bushing, head_height_mm, insert
 from cad.parts.mirrors import FIT_MM, cell_radius_mm
 from cad.parts.servo import EAR_LENGTH_MM, HORN_HEIGHT_MM, case_bottom, case_ends, ear_levels
-from rigs import GazeMirror, Mount, Rig, Servos
+from rigs import GazeMirror, Mount, Rig, Servo, Servos
 
 CHEEK_RADIUS_MM = 11.0
 SMALLEST_ARM_MM = 5.0
@@ -35,6 +35,28 @@ PAN_BUSHING = Bushing(bore_mm=30.0, outer_mm=34.0, flange_mm=42.0, flange_thickn
 HUB_SKIRT_MM = 4.0
 """How far the yoke's hub reaches down beside the horn, short of the servo's case."""
 CASE_OVER_FOOT_MM = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FootDimensions:
+    """What of the dimensions shapes the gimbal's base: no mirror of another width does.
+
+    Attributes
+    ----------
+    servo : Servo
+        That of the pan axis.
+    wall_mm : float
+        Wall of the mount.
+    pan_horn_mm, pan_ledge_mm, pan_bushing_seat_mm, foot_top_mm : float
+        As `GimbalDimensions` has them.
+    """
+
+    servo: Servo
+    wall_mm: float
+    pan_horn_mm: float
+    pan_ledge_mm: float
+    pan_bushing_seat_mm: float
+    foot_top_mm: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,3 +203,15 @@ class GimbalDimensions:
         """
         level = self.pan_horn_mm - HORN_HEIGHT_MM - CASE_OVER_FOOT_MM
         return max(level, self.pan_ledge_mm + insert(self.servos.pan.ear_screw).length_mm + 1.0)
+
+    @property
+    def foot(self) -> FootDimensions:
+        """What shapes the gimbal's base."""
+        return FootDimensions(
+            servo=self.servos.pan,
+            wall_mm=self.mount.wall_mm,
+            pan_horn_mm=self.pan_horn_mm,
+            pan_ledge_mm=self.pan_ledge_mm,
+            pan_bushing_seat_mm=self.pan_bushing_seat_mm,
+            foot_top_mm=self.foot_top_mm,
+        )

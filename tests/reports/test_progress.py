@@ -13,7 +13,8 @@ import pytest
 import trimesh
 
 import reports.progress as module
-from cad.assembly.meshes import MESH_VERSION, mesh_key
+from cad.assembly.meshes import mesh_key
+from cad.assembly.part_meshes import MESH_VERSION
 from cad.checks.printing.slicer import SLICE_VERSION
 from cad.export.drawings.manifest import rig_hash
 from cad.hulls.hull_mesh import HULL_MESH_VERSION, hull_mesh_key

@@ -12,7 +12,8 @@ import pytest
 import trimesh
 
 from cad.assembly import meshes as module
-from cad.assembly.meshes import MESH_VERSION, mesh_key, rig_meshes
+from cad.assembly.meshes import mesh_key, rig_meshes
+from cad.assembly.part_meshes import MESH_VERSION
 from cad.hulls.hull import hull_shape
 from optics.layout import Layout
 from optics.mesh import Role
@@ -132,5 +133,5 @@ def test_kept_hulls_are_what_would_be_built_today(name, aqua2, tmp_path, check_r
         hull = hull.model_copy(update={"file": tmp_path / "hull.stl"})
         trimesh.creation.box(extents=(0.65, 0.26, 0.13)).export(hull.file)
     solid = hull_shape(hull, aqua2.rig.gaze.mount, aqua2.rig.port, Layout.from_rig(aqua2.rig))
-    part = replace(aqua2.part("hull"), solid=solid)
+    part = replace(aqua2.part("hull"), make=lambda: solid)
     check_recorded(f"hull: {name}", MESH_VERSION, rel=RECORDED_REL, **shapes([part.mesh]))

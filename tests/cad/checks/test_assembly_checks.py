@@ -27,7 +27,7 @@ def replaced(rig, section, **changes):
 
 
 def with_part(assembly, name, solid):
-    parts = tuple(replace(part, solid=solid) if part.name == name else part for part in assembly.parts)
+    parts = tuple(replace(part, make=lambda: solid) if part.name == name else part for part in assembly.parts)
     return replace(assembly, parts=parts)
 
 
@@ -81,7 +81,7 @@ def places_of_attachment(rig):
     """Keys that are wrong about where a rig's mount sits on its hull; the mount is not built."""
     gaze, layout = rig.require_gaze(), Layout.from_rig(rig)
     solid = hull_shape(gaze.hull, gaze.mount, rig.port, layout)
-    hull = Part(name="hull", group=Group.FIXED, role=Role.HULL, solid=solid).mesh
+    hull = Part(name="hull", group=Group.FIXED, role=Role.HULL, make=lambda: solid).mesh
     return [found.problem.place for found in attachment_findings(rig, hull, layout) if found.problem]
 
 

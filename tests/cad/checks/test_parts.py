@@ -32,13 +32,15 @@ def mesh_of(surface, name="part"):
 
 
 def replaced(built, name, solid):
-    parts = tuple(replace(part, solid=solid) if part.name == name else part for part in built.parts)
+    parts = tuple(replace(part, make=lambda: solid) if part.name == name else part for part in built.parts)
     return replace(built, parts=parts)
 
 
 def test_a_box_has_the_same_volume_three_times_and_a_shifted_face_does_not():
     """Flat faces have no chord error: nothing but rounding is left to the mesh."""
-    part = Part(name="part", group=Group.FIXED, role=Role.MOUNT, solid=box((0, 40), (0, 30), (0, 20)).solids()[0])
+    part = Part(
+        name="part", group=Group.FIXED, role=Role.MOUNT, make=lambda: box((0, 40), (0, 30), (0, 20)).solids()[0]
+    )
     surface = trimesh.creation.box(bounds=[(0, 0, 0), (40, 30, 20)])
     finding = solidity(part, mesh_of(surface))
     assert finding.verdict is Verdict.PASSED

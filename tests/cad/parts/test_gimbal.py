@@ -66,7 +66,7 @@ def test_the_column_meets_a_steep_hull_under_its_whole_width(slope_deg):
     rig = rig.with_gaze(mount={"base_plane": None, "base_normal": tuple(normal.tolist())})
     dimensions = GimbalDimensions.from_rig(rig)
     placement = base_placement(dimensions, Layout.from_rig(rig))
-    base = gimbal_base_solid(dimensions, placement, flange_seat(rig, placement))
+    base = gimbal_base_solid(dimensions.foot, placement, flange_seat(rig, placement))
     heights = [(np.array(tuple(v)) - rig.gaze.mount.base_anchor_mm) @ normal for v in base.vertices()]
     assert min(heights) == pytest.approx(0, abs=1e-6)
     across = [v.X for v, height in zip(base.vertices(), heights, strict=True) if height < 1e-6]
@@ -151,7 +151,7 @@ def test_no_air_stays_around_the_pan_axis_in_any_attitude(built, axis, up):
 def test_the_cable_between_its_ties_reaches_over_the_pan_range(built):
     """Against the two ties as points: the furthest they come apart is where the pan range turns them furthest."""
     d, layout = GimbalDimensions.from_rig(built.rig), built.layout
-    base = tie_on_beam_mm(d, base_placement(d, layout))
+    base = tie_on_beam_mm(d.foot, base_placement(d, layout))
     limits = (layout.pan.min_deg, layout.pan.max_deg)
     length = free_cable_mm(d, base, limits)
     yoke, height = yoke_tie_mm(d), d.yoke_bottom_mm - d.foot_top_mm

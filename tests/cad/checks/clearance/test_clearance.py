@@ -171,7 +171,7 @@ def test_the_presets_keep_their_clearance_everywhere(checked):
 def test_a_bearing_that_binds_is_found(aqua2):
     """The bushing's bore drawn together by a tenth: the hub has no clearance left."""
     bushing = aqua2.part("pan_bushing")
-    tight = replace(bushing, solid=bushing.solid.scale(0.99))
+    tight = replace(bushing, make=lambda: bushing.solid.scale(0.99))
     parts = tuple(tight if part is bushing else part for part in aqua2.parts)
     bodies = {body.name: body for body in clearance_bodies(aqua2.meshes)}
     pair = pair_of(bodies["yoke"], bodies["pan_bushing"], aqua2.layout)

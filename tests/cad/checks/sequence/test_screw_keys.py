@@ -16,7 +16,7 @@ _, LONG, SHORT = KEYS_MM[3.0]
 
 def screw_at(thread="M3", place=(0, 0, 0), axis=(0, 0, 1)):
     solid = cap_screw(thread, 10).shape.moved(along(place, axis))
-    return Part(name="screw", group=Group.PAN, role=Role.HARDWARE, solid=solid)
+    return Part(name="screw", group=Group.PAN, role=Role.HARDWARE, make=lambda: solid)
 
 
 def block(low, high):

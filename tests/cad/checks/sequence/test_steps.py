@@ -106,7 +106,7 @@ def test_a_screw_behind_a_plate_is_named_with_the_plate(aqua2):
     part = aqua2.part("gimbal_base")
     top = screw_of(aqua2.part("pan_ear_1_screw")).top_mm
     plate = Pos(0, 0, float(top[2])) * box((top[0] - 60, top[0] + 60), (top[1] - 60, top[1] + 60), (-10, -8))
-    blocked = replace(part, solid=part.solid + plate)
+    blocked = replace(part, make=lambda: part.solid + plate)
     parts = tuple(blocked if other is part else other for other in aqua2.parts)
     wrong = {p.place: str(p) for step in assembly_steps(replace(aqua2, parts=parts)) for p in step.problems}
     assert {"pan_ear_1_screw", "pan_ear_2_screw", "pan_servo"} <= wrong.keys()
