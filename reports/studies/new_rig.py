@@ -9,7 +9,8 @@ from typing import get_args
 import tomlkit
 
 from cad.hulls.files.found import FoundCamera
-from cad.hulls.files.taken import TakenHull, option_problems, take_hull
+from cad.hulls.files.openings import openings
+from cad.hulls.files.taken import TakenHull, openings_text, option_problems, take_hull
 from cad.hulls.files.triangles import read_hull_file
 from cad.hulls.hull import closed_surface, file_hull_solid
 from cad.placement.fold_frame import CAMERA
@@ -21,6 +22,8 @@ from rigs.files import load_document
 from rigs.mounting import KeptBodies
 from rigs.new_rig import PLAIN_RIG, check_new_file, put_hull_file, rig_document, save_new_rig
 
+LARGE_HOLES = 2.0
+"""Open edges as long as this many times the longest side are those of skin that is missing, not of a tube's ends."""
 LARGE_BYTES = 50_000_000
 """Reading a larger file takes long enough to be announced."""
 
@@ -113,9 +116,23 @@ def new_rig_on_hull(
     document["hull"]["window"].comment("the skin in the camera's light; clear would keep a pane there")
     put_vehicle(document, solid, taken.found)
     pinned = frozenset() if camera_mm is None else frozenset({CAMERA})
-    placement = place_document(document, file.parent, solid, pinned=pinned, log=log)
+    try:
+        placement = place_document(document, file.parent, solid, pinned=pinned, log=log)
+    except ValueError as error:
+        raise ValueError(f"{error}{_missing_skin(taken)}") from None
     save_new_rig(document, file)
     return taken, placement
+
+
+def _missing_skin(taken: TakenHull) -> str:
+    """What to do about a surface with large holes, as of a scan; empty for others."""
+    found = openings(taken.found)
+    if found.open_length < LARGE_HOLES * taken.found.size.max():
+        return ""
+    holes = openings_text(found, taken.unit_mm)
+    return (
+        f"; no flange stands where skin is missing ({holes}): fill the holes, or take a mesh of the robot that has none"
+    )
 
 
 def _put_view(document: tomlkit.TOMLDocument, angles_deg: tuple[float, ...], source: str) -> None:

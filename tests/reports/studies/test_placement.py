@@ -108,6 +108,29 @@ def test_a_camera_of_the_robot_brings_where_it_looks(monkeypatch: pytest.MonkeyP
     assert "# of eye: to the left" in (tmp_path / "eel.toml").read_text(encoding="utf-8")
 
 
+def test_where_skin_is_missing_that_is_said_with_what_does_not_fit(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A scan that has lost every other patch of its skin, beside a tube that is open at both ends."""
+
+    def nothing_fits(rig: Rig, hull: trimesh.Trimesh, **given: object) -> Placement:
+        raise ValueError("expected a hull with room for a mount, found none")
+
+    monkeypatch.setattr(studied, "place", nothing_fits)
+    monkeypatch.setattr(new_rig, "file_hull_solid", lambda section: trimesh.creation.box(extents=(800, 200, 200)))
+    tube = trimesh.creation.cylinder(
+        100, 800, sections=16, transform=trimesh.transformations.rotation_matrix(1.5708, (0, 1, 0))
+    )
+    tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
+    tube.export(tmp_path / "tube.stl")
+    tube.subdivide().submesh([np.arange(0, 4 * len(tube.faces), 2)], append=True).export(tmp_path / "scan.stl")
+    with pytest.raises(ValueError, match=r"found none$"):
+        new_rig_on_hull("eel", tmp_path / "eel.toml", tmp_path / "tube.stl", unit="mm", log=_silent)
+    with pytest.raises(ValueError, match=r"found none; no flange stands where skin is missing \(.*: fill the holes"):
+        new_rig_on_hull("eel", tmp_path / "eel.toml", tmp_path / "scan.stl", unit="mm", log=_silent)
+    assert not (tmp_path / "eel.toml").exists()
+
+
 def test_a_name_that_no_rig_can_have_is_refused_before_the_hull_is_worked_on(
     file: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
