@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cad.hulls.files.found import EXPORT_AGAIN, FoundHull, Piece, found_hull, reading
 
+SURFACES = "as MeshLab does by screened Poisson reconstruction"
 STL_HEADER = 80
 """Bytes before the number of triangles in a binary STL."""
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -51,7 +52,13 @@ def _pieces(file: Path) -> list[Piece]:
     with reading("a mesh"):
         scene = trimesh.load_scene(file, process=False)
         placed = [(*scene.graph[node], str(node)) for node in sorted(scene.graph.nodes_geometry)]
-        return [_piece(scene.geometry[key], pose, "" if name == file.name else name) for pose, key, name in placed]
+        pieces = [_piece(scene.geometry[key], pose, "" if name == file.name else name) for pose, key, name in placed]
+    points = sum(len(each.vertices) for each in scene.geometry.values() if isinstance(each, trimesh.PointCloud))
+    if points and not any(len(piece.faces) for piece in pieces):
+        raise ValueError(
+            f"expected triangles, got a cloud of {points:,} points; make a surface of it first, {SURFACES}"
+        )
+    return pieces
 
 
 def _piece(geometry: Any, pose: NDArray[np.float64], name: str) -> Piece:

@@ -144,7 +144,7 @@ WRONG = {
     "negative.ply": (ply(CORNERS, "3 0 1 -2"), "expected triangles of the corners 0 to 2"),
     "flat.ply": (ply("0 0\n1 0\n0 1", "3 0 1 2", "xy"), "expected (a mesh|corners of three coordinates)"),
     "nan.ply": (ply("0 0 nan\n1 0 0\n0 1 0", "3 0 1 2"), "expected finite corners, got 1 of 3"),
-    "points.ply": (ply(CORNERS, ""), "expected triangles, got none"),
+    "points.ply": (ply(CORNERS, ""), "expected triangles, got a cloud of 3 points; make a surface of it first"),
     "text.glb": (b"hello", "expected a mesh, got what cannot be read as one"),
     "text.gltf": (b"hello", "expected glTF, got what cannot be read as one"),
     "text.dae": (b"hello", "expected COLLADA, got what cannot be read as one"),
