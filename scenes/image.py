@@ -16,6 +16,9 @@ from scenes.stage.scene import Scene
 WHITE_LEVEL = 0.8
 """Fraction of full scale at which the white card that sets exposure and white balance is shown."""
 
+PIXELS_AT_ONCE = 1 << 13
+"""Brought into sRGB: what fits a processor's cache takes a tenth of the time."""
+
 
 def display_image(frame: Frame, scene: Scene) -> NDArray[np.uint8]:
     """Frame as an sRGB image, shape (height, width, 3).
@@ -29,8 +32,13 @@ def display_image(frame: Frame, scene: Scene) -> NDArray[np.uint8]:
 def display_colours(radiance: NDArray[np.float32], scene: Scene) -> NDArray[np.uint8]:
     """SRGB of radiance, shape (..., 3), in front of the lens, as `display_image` has it."""
     card = scene.light.white_radiance(scene.depth_m) / scene.light.n_water**2
-    linear = np.clip(radiance / card * WHITE_LEVEL, 0, 1)
-    return np.round(srgb_encode(linear) * 255).astype(np.uint8)
+    pixels = radiance.reshape(-1, 3)
+    shown = np.empty(pixels.shape, dtype=np.uint8)
+    for start in range(0, len(pixels), PIXELS_AT_ONCE):
+        some = slice(start, start + PIXELS_AT_ONCE)
+        linear = np.clip(pixels[some] / card * WHITE_LEVEL, 0, 1)
+        shown[some] = np.round(srgb_encode(linear) * 255)
+    return shown.reshape(radiance.shape)
 
 
 def write_image(image: NDArray[np.uint8], path: Path, *, light: str | None = None) -> None:

@@ -35,7 +35,10 @@ def kept_mesh(key: str, make: Callable[[], PartMesh], placed: Callable[[FloatArr
     def pack(mesh: PartMesh) -> dict[str, Any]:
         return {"vertices_m": mesh.vertices_m, "faces": mesh.faces}
 
-    return load_or_make(KIND, key, make, pack=pack, unpack=lambda kept: placed(kept["vertices_m"], kept["faces"]))
+    def unpack(kept: dict[str, Any]) -> PartMesh:
+        return placed(kept["vertices_m"], kept["faces"])
+
+    return load_or_make(KIND, key, make, pack=pack, unpack=unpack, told=False)
 
 
 def _content(value: Any) -> Any:

@@ -74,6 +74,7 @@ def load_or_make(
     *,
     pack: Callable[[Result], Arrays],
     unpack: Callable[[dict[str, NDArray[Any]]], Result],
+    told: bool = True,
 ) -> Result:
     """Result from the cache, or made and kept.
 
@@ -87,17 +88,18 @@ def load_or_make(
         Computes the result; what it raises is raised.
     pack, unpack : callable
         From the result to named arrays, and back.
+    told : bool
+        Whether clock and log know it by its kind; else it is a piece of what they are told.
     """
     path, limit = entry_path(kind, key), limit_bytes()
     found = _found(path, unpack)
     if found:
         return found[0]
-    with CLOCK.inside(kind), _alone(path) if limit else nullcontext():
+    with CLOCK.inside(kind) if told else nullcontext(), _alone(path) if limit else nullcontext():
         found = _found(path, unpack)
         if found:  # somebody has just made it
             return found[0]
-        known = last_time(kind)
-        if known:
+        if told and (known := last_time(kind)):
             LOG.info("%s%s ...", kind, known)
         made = make()
         try:

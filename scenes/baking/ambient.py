@@ -318,18 +318,20 @@ def _outward(
     Guibas 1995, SIGGRAPH).
     """
     samples = SampleDirections.of(len(origins), count, first)
-    vertex = samples.place - first
+    # Numbers that differ from batch to batch are no part of a kernel: it would be compiled for each of them.
+    vertex = samples.place - dr.opaque(UInt32, first)
     origin, normal = (dr.gather(Array3f32, vectors(rows), vertex) for rows in (origins, normals))
     sun = Array3f32(*opaque_numbers(towards_sun))
     about_sun = count // ABOUT_SUN
-    spread = SampleDirections(samples.place, samples.number, count - about_sun)
-    beside = SampleDirections(samples.place, samples.number - spread.count, about_sun)
+    about_normal = count - about_sun
+    beyond = dr.opaque(UInt32, about_normal)
+    spread = SampleDirections(samples.place, samples.number, about_normal)
+    beside = SampleDirections(samples.place, samples.number - beyond, about_sun)
     cosine = dr.safe_sqrt(1 - spread.share)
-    direction = dr.select(
-        samples.number < spread.count, spread.around(normal, cosine), scattered_directions(sun, beside)
-    )
+    direction = dr.select(samples.number < beyond, spread.around(normal, cosine), scattered_directions(sun, beside))
     facing = dr.maximum(dr.dot(direction, normal), 0)
-    density = spread.count * facing * dr.inv_pi + about_sun * scattered_density(dr.dot(direction, sun))
+    spread_count, beside_count = opaque_numbers([about_normal, about_sun])
+    density = spread_count * facing * dr.inv_pi + beside_count * scattered_density(dr.dot(direction, sun))
     return origin, direction, facing / dr.maximum(density, LEAST_DENSITY)
 
 

@@ -38,7 +38,8 @@ class SampleDirections:
     @property
     def share(self) -> Any:
         """From 0 to 1, even over the directions of a point."""
-        return (Float32(self.number) + 0.5) / self.count
+        # A factor that is no part of the kernel, which would be compiled for each count.
+        return (Float32(self.number) + 0.5) * dr.opaque(Float32, 1 / self.count)
 
     def around(self, axis: Any, cosine: Any) -> Any:
         """Directions at angles from an axis, spread around it, each point's turned."""

@@ -40,9 +40,11 @@ def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> Rays:
 
 def _tiles(rows: int, columns: int) -> NDArray[np.int64]:
     """Pixel numbers (row by row), ordered by tiles."""
-    row, column = np.divmod(np.arange(rows * columns), columns)
-    keys = (column % TILE_PX, row % TILE_PX, column // TILE_PX, row // TILE_PX)
-    return np.lexsort(keys)
+    down, across = -(-rows // TILE_PX), -(-columns // TILE_PX)
+    numbers = np.full((down * TILE_PX, across * TILE_PX), -1)
+    numbers[:rows, :columns] = np.arange(rows * columns).reshape(rows, columns)
+    tiles = numbers.reshape(down, TILE_PX, across, TILE_PX).swapaxes(1, 2).ravel()
+    return tiles[tiles >= 0]
 
 
 def _spread(count: int) -> NDArray[np.float64]:
