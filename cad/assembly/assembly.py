@@ -211,8 +211,9 @@ def _assembly(rig: Rig, key: Key) -> Assembly:
         _horn("tilt_horn", tilt, lambda: tilt_horn_in_m2(dimensions), servos.tilt),
         _printed("mirror_holder", tilt, lambda: mirror_holder_solid(dimensions), key("mirror_holder", dimensions)),
         _mirror("gaze_mirror", tilt, lambda: mirror_plate(dimensions.mirror), dimensions.mirror, mount),
-        *_clip("gaze_mirror", tilt, dimensions.mirror, mount, Location()),
     ]
+    if mount.mirror_fixing == "screws":
+        parts += _clip("gaze_mirror", tilt, dimensions.mirror, mount.wall_mm, Location())
     hardware = base_hardware(dimensions, placement, seat) + yoke_hardware(dimensions) + holder_hardware(dimensions)
     seats = [end for end in (fold.seat.moved(fold.body_from_fold), seat) if end.strapped]
     if seats:
@@ -240,8 +241,9 @@ def _fold_parts(placement: BracketPlacement, hinge: StowHinge | None, key: Key) 
     mirror = placement.mirror
     swinging = [
         _mirror("fold_mirror", Group.FIXED, lambda: place * mirror_plate(mirror), mirror, placement.mount),
-        *_clip("fold_mirror", Group.FIXED, mirror, placement.mount, place),
     ]
+    if placement.fixing == "screws":
+        swinging += _clip("fold_mirror", Group.FIXED, mirror, placement.cell_wall_mm, place)
     bolts = flange_hardware(placement.seat, "fold")
     body = location_mm(placement.body_from_fold)
     standing = [_bought(replace(bolt, pose=body * bolt.pose)) for bolt in bolts]
@@ -270,12 +272,10 @@ def _fixed_bracket(placement: BracketPlacement, key: Key) -> list[Part]:
     return [*ends, *map(_bought, pieces)]
 
 
-def _clip(name: str, group: Group, mirror: FlatMirror, mount: Mount, place: Location) -> list[Part]:
-    """Clip of a mirror that is screwed in, with its screws; nothing for one that is glued."""
-    if mount.mirror_fixing == "glue":
-        return []
-    pieces = (replace(piece, pose=place * piece.pose) for piece in clip_hardware(mirror, mount.wall_mm, name, group))
-    clip = _printed(f"{name}_clip", group, lambda: place * mirror_clip(mirror, mount.wall_mm))
+def _clip(name: str, group: Group, mirror: FlatMirror, floor_mm: float, place: Location) -> list[Part]:
+    """Clip of a mirror that is screwed in, with its screws, on a cell whose floor is that thick."""
+    pieces = (replace(piece, pose=place * piece.pose) for piece in clip_hardware(mirror, floor_mm, name, group))
+    clip = _printed(f"{name}_clip", group, lambda: place * mirror_clip(mirror, floor_mm))
     return [clip, *map(_bought, pieces)]
 
 

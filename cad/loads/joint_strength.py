@@ -82,7 +82,7 @@ def _strength(joint: BracketJoint, force_n: float, moment_n_m: float, modulus_pa
     pull = force_n / number + moment_n_m * float(levers.max() / (levers**2).sum())
     shear = force_n / number + moment_n_m * float(around.max() / (around**2).sum())
     # From the middle of the web to the screws of its side.
-    reach = float(screws[:, 0].min()) - (joint.sides_mm[0] + joint.placement.wall_mm / 2) / 1000
+    reach = float(screws[:, 0].min()) - (joint.sides_mm[0] + joint.placement.web_mm / 2) / 1000
     depth, thin = joint.placement.girder_mm / 1000, FRONT_PLATE_MM / 1000
     stress = 6 * side * pull * reach / (depth * thin**2)
     bent = sum(4 * side * pull * reach**3 / (modulus_pa * depth * (plate / 1000) ** 3) for plate in PLATES_MM)

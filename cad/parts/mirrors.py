@@ -36,6 +36,11 @@ LIP_OVERLAP_MM = 1.5
 LIP_THICKNESS_MM = 1.2
 VENT_DIAMETER_MM = 4.0
 SMALLEST_VENT_INSET_MM = 5.0
+FRAME_MM = 16.0
+"""Width of a framed tray's floor, from the mirror's edges inwards."""
+SMALLEST_WINDOW_MM = 12.0
+"""Through which a nozzle of silicone reaches the edges."""
+FAR_BEHIND_MM = 100.0
 HEAD_MM = 9.0
 """How far the floor reaches beyond the mirror's upper edge to carry the clip."""
 CLIP_SEAT_MM = 1.7
@@ -88,13 +93,14 @@ def cell_radius_mm(mirror: FlatMirror, wall_mm: float, fixing: Fixing) -> float:
     return max(hypot(tray_foot_mm(mirror), max(depth, front)), hypot(tray_head_mm(mirror, fixing), depth + strip))
 
 
-def mirror_tray(mirror: FlatMirror, wall_mm: float, fixing: Fixing = "glue") -> Part:
+def mirror_tray(mirror: FlatMirror, wall_mm: float, fixing: Fixing = "glue", framed: bool = False) -> Part:
     """Tray that a mirror slides into from its upper edge.
 
     A lip of 1.5 mm holds the two side edges, and the lower edge stands on a rim that is flush with the face. It goes on
     over an octagon's lower cuts, and follows an ellipse. Glued, the
     mirror is bonded through the holes in the floor; screwed, a clip closes the upper edge. Small holes at the corners
-    let the air out from behind the plate in whatever attitude the tray dives.
+    let the air out from behind the plate in whatever attitude the tray dives. A framed tray has a window in its floor
+    instead of the holes, and the mirror is bonded along the window's edges.
 
     Raises
     ------
@@ -117,10 +123,14 @@ def mirror_tray(mirror: FlatMirror, wall_mm: float, fixing: Fixing = "glue") -> 
     if mirror.outline != "rectangle":
         cuts.append(_filled(mirror, FIT_MM, (floor, 0)))
         cuts.append(_filled(mirror, -LIP_OVERLAP_MM, (0, LIP_THICKNESS_MM + 1)))
-    for radius, places in (
-        (BOND_HOLE_DIAMETER_MM / 2, _bond_holes(mirror)),
-        (VENT_DIAMETER_MM / 2, _vents(mirror, max(SMALLEST_VENT_INSET_MM, wall_mm + 1))),
-    ):
+    bonds, vents = _bond_holes(mirror), _vents(mirror, max(SMALLEST_VENT_INSET_MM, wall_mm + 1))
+    if framed and (window := _window(mirror, fixing)):
+        cuts.append(window)
+        bonds = []
+        if _runs_out(mirror, fixing):
+            # Beside a window that is open to the edge where the mirror slides in air gets out there.
+            vents = [place for place in vents if place[1] < 0]
+    for radius, places in ((BOND_HOLE_DIAMETER_MM / 2, bonds), (VENT_DIAMETER_MM / 2, vents)):
         cuts += [cylinder((*place, back - 1), (*place, floor + 1), radius) for place in places]
     if fixing == "glue":
         return tray.cut(*cuts)
@@ -227,6 +237,23 @@ def _vents(mirror: FlatMirror, inset_mm: float) -> list[Limits]:
     """Where air gets out: at the corners, which of an ellipse are the octagon's around it, on its own rim."""
     rim = _outline_mm(mirror, -inset_mm).rim(8)
     return [(float(x), float(y)) for x, y in rim]
+
+
+def _window(mirror: FlatMirror, fixing: Fixing) -> Part | None:
+    """What a framed tray lacks of its floor: what is FRAME_MM from the mirror's edges; None where little is left."""
+    half_width, half_height = mirror.width_mm / 2 - FRAME_MM, mirror.height_mm / 2 - FRAME_MM
+    if min(half_width, half_height) < SMALLEST_WINDOW_MM / 2:
+        return None
+    limits = (-FAR_BEHIND_MM, 0.0)
+    window = _filled(mirror, -FRAME_MM, limits)
+    if not _runs_out(mirror, fixing):
+        return window
+    return window + box((-half_width, half_width), (0, mirror.height_mm), limits)
+
+
+def _runs_out(mirror: FlatMirror, fixing: Fixing) -> bool:
+    """Whether a framed tray's window is open where the mirror slides in: a clip and cut corners need a floor there."""
+    return fixing == "glue" and mirror.outline == "rectangle"
 
 
 def _strip_mm(wall_mm: float) -> float:

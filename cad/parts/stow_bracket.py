@@ -14,7 +14,8 @@ import numpy as np
 from build123d import Axis, Location, Part, Plane, Solid
 from scipy.spatial import ConvexHull
 
-from cad.parts.bracket.fold_bracket import ROOF_CORNER_MM, cell_in_fold, in_body, on_hull, pedestal
+from cad.parts.bracket.bracket_placement import ROOF_CORNER_MM
+from cad.parts.bracket.fold_bracket import cell_in_fold, closed_pockets, in_body, on_hull, pedestal
 from cad.parts.flange import FLANGE_WIDTH_MM
 from cad.parts.hardware import (
     Hardware,
@@ -79,6 +80,7 @@ def deck_solid(hinge: StowHinge) -> Solid:
         placement,
         [single_solid(parts, "joints.stow, of the fold_bracket", "look at mount.fold_anchor_mm too").cut(*cuts)],
         "fold_bracket",
+        closed_pockets(placement, placement.wall_mm),
     )
 
 

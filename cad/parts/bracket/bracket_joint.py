@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from build123d import Part, Plane, Solid
 
-from cad.parts.bracket.bracket_placement import BracketPlacement
+from cad.parts.bracket.bracket_placement import BRACE_MM, BracketPlacement
 from cad.parts.hardware import (
     COUNTERBORE_ROOM_MM,
     Hardware,
@@ -84,8 +84,8 @@ class BracketJoint:
 
 def girder_sides_mm(placement: BracketPlacement, x_mm: float) -> Limits:
     """Outer faces of both girders between pedestal and cell, at an x of the fold frame."""
-    (_, front), sides = placement.pedestal_mm
-    start = front - placement.wall_mm
+    _, sides = placement.pedestal_mm
+    start = placement.girders_from_mm
     share = (x_mm - start) / (placement.upper_mm[0] - start)
     ends = (placement.y_mm - placement.tray_half_width_mm, placement.y_mm + placement.tray_half_width_mm)
     low, high = (side + share * (end - side) for side, end in zip(sides, ends, strict=True))
@@ -96,7 +96,7 @@ def bracket_joint(placement: BracketPlacement) -> BracketJoint | None:
     """Joint nearest to the middle of a bracket's length; None where its girders have no room for one."""
     upper, front = placement.upper_mm[0], placement.pedestal_mm[0][1]
     # All of the cell belongs to the front half: its lip is behind its back's upper corner, below.
-    lip, _ = placement.in_side_view(tray_foot_mm(placement.mirror), placement.wall_mm)
+    lip, _ = placement.in_side_view(tray_foot_mm(placement.mirror), placement.cell_wall_mm)
     low, high = front + REAR_PLATE_MM, min(upper - FRONT_PLATE_MM, lip) - APART_MM
     if low > high:
         return None
@@ -105,7 +105,7 @@ def bracket_joint(placement: BracketPlacement) -> BracketJoint | None:
     # Bosses within the rear plate; heads and their keys between the webs, along their whole way.
     behind = girder_sides_mm(placement, x - REAR_PLATE_MM)
     ahead = np.array([girder_sides_mm(placement, x + way) for way in (FRONT_PLATE_MM, min(HEX_KEY_MM, upper - x))])
-    beside = placement.wall_mm + APART_MM + head
+    beside = placement.web_mm + APART_MM + head
     low_y = max(behind[0] + boss, float(ahead[:, 0].max()) + beside)
     high_y = min(behind[1] - boss, float(ahead[:, 1].min()) - beside)
     screws = _screws_mm(placement, (low_y, high_y))
@@ -150,9 +150,12 @@ def joint_hardware(joint: BracketJoint) -> list[Hardware]:
 
 
 def _screws_mm(placement: BracketPlacement, outermost: Limits) -> FloatArray | None:
-    """Four screws under the roof, two a side: in the outermost column where they fit into one, else in a row."""
+    """Four screws under the braces, two a side: in the outermost column where they fit into one, else in a row."""
     boss, head = insert(THREAD).boss_radius_mm, head_diameter_mm(THREAD) / 2
-    high, low = placement.roof_low_mm - COUNTERBORE_ROOM_MM - head, placement.roof_mm - placement.girder_mm + boss
+    high, low = (
+        placement.roof_mm - BRACE_MM - COUNTERBORE_ROOM_MM - head,
+        placement.roof_mm - placement.girder_mm + boss,
+    )
     deep = high - low >= 2 * boss
     levels = (low, high) if deep else ((low + high) / 2,)
     middle, furthest = (outermost[0] + outermost[1]) / 2, (outermost[1] - outermost[0]) / 2

@@ -23,10 +23,13 @@ from cad.shapes import Limits, location_mm
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import FoldMirror, Mount, Rig
+from rigs.catalogue import MATERIALS
 
 ALIGNMENT_MM = 0.5
 BOSS_WALL_MM = 3.0
 """Of the pedestal around a bolt, or around its head where that is in the pedestal."""
+ROOF_CORNER_MM = 6.0
+"""Radius of the pedestal's upright edges; girders begin behind them, in its sides."""
 KEY_HOLE_WALL_MM = 4.0
 """Of the roof around a hole for bolt and key."""
 STEEPEST_DEG = 60.0
@@ -39,9 +42,19 @@ LARGEST_RISE_MM = 150.0
 STEEPEST_GIRDER = 1.5
 """How far a girder goes sideways for what it goes ahead: some 56 degrees."""
 SMALLEST_HALF_WIDTH_MM = 25.0
-SMALLEST_GIRDER_MM = 14.0
-SLENDEREST_GIRDER = 12.0
-"""Length of the girders in their depth."""
+SMALLEST_GIRDER_MM = 16.0
+SLENDEREST_GIRDER = 7.0
+"""Length of the girders in their depth: longer ones twist when M1's cell is pushed sideways."""
+FLOW_PA = 1000.0
+"""On M1, broadside on, at 1 m/s: 1.98 (`cad.loads.plate`) of the dynamic pressure."""
+LARGEST_TURN_DEG = 1.2
+"""By which that flow would turn M1 were there girders alone from the anchor to it. They are shorter, but not all that
+bends: by cubes of 2 mm aqua2's, bluerov2's and torpedo's brackets turn by 0.4 to 0.8 degrees."""
+WEB_NOZZLES = 6.25
+"""Thickness of webs, six lines of a nozzle: three from either side, each 1.125 of it wide, which overlap. What is
+between them in a thicker web is filled with short strokes, which takes longer than all six lines."""
+BRACE_MM = 6.0
+"""Depth of the braces between the girders, from the roof."""
 OVER_HULL_MM = 2.0
 """Between the girders and the highest point of the hull under the flange."""
 ROOF_SHARE = 0.45
@@ -71,6 +84,8 @@ class BracketPlacement:
     flange_turn_deg : float
         From x to the flange's length, seen from above; other than 0 where the flange has to lie along the body and the
         camera looks elsewhere.
+    hinged : bool
+        Whether it is the deck of a hinge (`joints.stow`).
     """
 
     body_from_fold: RigidTransform
@@ -82,11 +97,22 @@ class BracketPlacement:
     girder_mm: float
     keys_through_roof: bool = False
     flange_turn_deg: float = 0.0
+    hinged: bool = False
 
     @property
     def wall_mm(self) -> float:
         """Wall of the mount."""
         return self.mount.wall_mm
+
+    @property
+    def web_mm(self) -> float:
+        """Thickness of girders, braces, ribs and of the pedestal's walls: of lines without infill between them."""
+        return min(self.wall_mm, WEB_NOZZLES * self.mount.nozzle_mm)
+
+    @property
+    def cell_wall_mm(self) -> float:
+        """Floor of M1's cell: on a hinge it also holds the arm's plates together."""
+        return self.wall_mm if self.hinged else self.web_mm
 
     @property
     def fixing(self) -> Fixing:
@@ -131,6 +157,11 @@ class BracketPlacement:
         return self.pedestal_mm[0][0]
 
     @property
+    def girders_from_mm(self) -> float:
+        """Where the girders begin, in the pedestal's sides."""
+        return self.pedestal_mm[0][1] - ROOF_CORNER_MM
+
+    @property
     def roof_front_mm(self) -> float:
         """Front end of the roof, over M1's cell; a flange that is over it too makes it longer."""
         return max(self.over_cell_mm, self.pedestal_mm[0][1])
@@ -158,14 +189,21 @@ class BracketPlacement:
         return np.vstack([holes - half, holes + half])
 
     @property
+    def _cell_back_mm(self) -> float:
+        """Level of the cell's back along M1's normal."""
+        return -tray_depth_mm(self.mirror, self.cell_wall_mm)
+
+    @property
     def upper_mm(self) -> tuple[float, float]:
         """Upper corner of the cell's back, as (x, z)."""
-        return self.in_side_view(tray_foot_mm(self.mirror), -tray_depth_mm(self.mirror, self.wall_mm))
+        return self.in_side_view(tray_foot_mm(self.mirror), self._cell_back_mm)
 
     @property
     def lower_mm(self) -> tuple[float, float]:
         """Lower corner of the cell's back, as (x, z)."""
-        return self.in_side_view(-tray_head_mm(self.mirror, self.fixing), -tray_depth_mm(self.mirror, self.wall_mm))
+        return self.in_side_view(
+            -tray_head_mm(self.mirror, self.fixing), -tray_depth_mm(self.mirror, self.cell_wall_mm)
+        )
 
     @property
     def fold_from_cell(self) -> Location:
@@ -210,9 +248,10 @@ def bracket_placement(rig: Rig, layout: Layout) -> BracketPlacement:
         roof_mm=0.0,
         girder_mm=gaze.mount.wall_mm,
         flange_turn_deg=_flange_turn_deg(rig, body_from_fold),
+        hinged=gaze.joints.stow is not None,
     )
     # A hinge's deck has its stiffeners over the roof, where the arm does not swing.
-    girder = gaze.mount.wall_mm if gaze.joints.stow else _girder_mm(flat)
+    girder = gaze.mount.wall_mm if flat.hinged else _girder_mm(flat)
     roof = _roof(flat, girder)
     placement = _bolted(replace(flat, roof_mm=roof, girder_mm=girder))
     refusal = _refusal(placement)
@@ -235,9 +274,17 @@ def _heads_mm(seat: Seat) -> FloatArray:
 
 
 def _girder_mm(placement: BracketPlacement) -> float:
-    """Depth of the girders: a share of their length from the middle of the flange to the far end over the cell."""
+    """Depth of the girders: enough against flow on M1, and a share of their length to the far end over the cell.
+
+    Two webs of thickness t and depth h turn by 6 F l^2 / (E t h^3) where a force F acts at a lever as long as they are.
+    """
     x, y, _ = placement.anchor_mm
-    return max(SMALLEST_GIRDER_MM, hypot(placement.over_cell_mm - x, placement.y_mm - y) / SLENDEREST_GIRDER)
+    length = hypot(placement.over_cell_mm - x, placement.y_mm - y)
+    force = FLOW_PA * placement.mirror.width_mm * placement.mirror.height_mm / 1e6
+    lever = float(np.linalg.norm(placement.fold_from_m1.translation - placement.anchor_mm / 1000))
+    modulus = MATERIALS[placement.mount.material].youngs_modulus_pa
+    cubed = 6 * force * lever**2 / (modulus * placement.web_mm / 1000 * np.radians(LARGEST_TURN_DEG))
+    return max(SMALLEST_GIRDER_MM, length / SLENDEREST_GIRDER, 1000 * float(np.cbrt(cubed)))
 
 
 def _roof(placement: BracketPlacement, girder_mm: float) -> float:

@@ -131,16 +131,16 @@ def test_messages_of_a_fold_up_speak_of_the_rig_files_numbers():
     rig = folding_up(loaded("aqua2"))
     low = changed(rig, mount={"fold_anchor_mm": (270.0, 60.0, 120.0), "fold_normal": (0.0, 0.0, -1.0)})
     with pytest.raises(
-        ValueError, match=r"mount\.fold_anchor_mm = \(270.*such as \(270\.0, 60\.0, 10\d\.\d\), so that the roof"
+        ValueError, match=r"mount\.fold_anchor_mm = \(270.*such as \(270\.0, 60\.0, 93\.\d\), so that the roof"
     ):
         bracket_placement(low, Layout.from_rig(low))
     beside = changed(rig, mount={"fold_anchor_mm": (270.0, -60.0, -65.0)})
     with pytest.raises(
-        ValueError, match=r"at most 110\.\d mm beside.*such as \(270\.0, -50\.\d, -65\.0\).*not 120\.0 mm"
+        ValueError, match=r"at most 109\.\d mm beside.*such as \(270\.0, -49\.\d, -65\.0\).*not 120\.0 mm"
     ):
         bracket_placement(beside, Layout.from_rig(beside))
     ahead = changed(rig, mount={"fold_anchor_mm": (440.0, 60.0, -65.0)})
-    with pytest.raises(ValueError, match=r"such as \(409\.\d, 60\.0, -65\.0\).*the front of M1's cell, not 30\.\d mm"):
+    with pytest.raises(ValueError, match=r"such as \(408\.\d, 60\.0, -65\.0\).*the front of M1's cell, not 31\.\d mm"):
         bracket_placement(ahead, Layout.from_rig(ahead))
 
 
@@ -179,6 +179,22 @@ def test_a_bracket_reaches_m1_from_many_places(point, normal):
     under = hull_side(placement.seat)
     assert shared_mm3(bracket, under) < TOUCHING_MM3
     assert shared_mm3(bracket, under.translate(tuple(unit))) > 300
+
+
+def test_girders_are_as_deep_as_flow_on_m1_asks():
+    """A cantilever of two webs, h^3 = 6 F l^2 / (E t theta): with numbers of aqua2, and of a mirror twice as high."""
+    rig = loaded("aqua2")
+    high = changed(rig, fold_mirror={"height_mm": 180.0})
+    lever = np.linalg.norm(np.array([397.0, 60.0, 0.0]) - [270.0, 60.0, 65.0]) / 1000
+    depth = np.cbrt(6 * 1000 * 0.08 * 0.09 * lever**2 / (2e9 * 2.5e-3 * np.radians(1.2)))
+    found = [bracket_placement(each, Layout.from_rig(each)).girder_mm for each in (rig, high)]
+    np.testing.assert_allclose(found, 1000 * depth * np.cbrt([1.0, 2.0]), rtol=0.01)
+
+
+def test_webs_are_six_lines_of_the_nozzle_unless_the_wall_is_less():
+    for nozzle, wall, expected in ((0.4, 4.0, 2.5), (0.6, 4.0, 3.75), (0.4, 1.2, 1.2)):
+        rig = changed(loaded("aqua2"), mount={"nozzle_mm": nozzle, "wall_mm": wall})
+        assert bracket_placement(rig, Layout.from_rig(rig)).web_mm == pytest.approx(expected)
 
 
 def test_the_bracket_prints_on_its_roof_without_support():

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from itertools import product
 
+import numpy as np
 import pytest
 from build123d import Part, Pos
 
+from cad.parts.mirror_sides import BOND_HOLE_DIAMETER_MM
 from cad.parts.mirrors import (
     BED_MM,
     FIT_MM,
+    FRAME_MM,
     LIP_OVERLAP_MM,
     VENT_DIAMETER_MM,
     cell_radius_mm,
@@ -85,6 +88,31 @@ def test_air_gets_out_at_every_corner_behind_the_plate(fixing):
     for x, y in product((-35.0, 35.0), (-45.0, 45.0)):
         rod = cylinder((x, y, -3.0 - BED_MM / 2), (x, y, -30.0), VENT_DIAMETER_MM / 2 - 0.1)
         assert shared_mm3(tray, rod) < TOUCHING_MM3
+
+
+def test_a_framed_cell_lacks_its_floor_but_for_a_frame():
+    """Window to the open edge instead of the bonding holes in it and of the vents beside that edge: closed form."""
+    whole, framed = (mirror_tray(mirror(), 2.5, framed=framed) for framed in (False, True))
+    window = (80.0 - 2 * FRAME_MM) * (100.0 - FRAME_MM)
+    holes = np.pi / 4 * (4 * BOND_HOLE_DIAMETER_MM**2 + 2 * VENT_DIAMETER_MM**2)
+    assert len(framed.solids()) == 1
+    assert whole.volume - framed.volume == pytest.approx(2.5 * (window - holes), rel=1e-9)
+    # What defines the mirror's plane is as before.
+    forward = Pos(0, 0, 0.1) * mirror_plate(mirror())
+    assert shared_mm3(framed, forward) == pytest.approx(0.1 * 2 * LIP_OVERLAP_MM * 100.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("outline", ["rectangle", "octagon"])
+def test_a_framed_cell_under_a_clip_or_of_cut_corners_is_closed_and_a_small_one_whole(outline):
+    plate = GazeMirror(width_mm=80.0, height_mm=100.0, thickness_mm=3.0, distance_mm=125.0, outline=outline)
+    tray = mirror_tray(plate, 2.5, "screws", framed=True)
+    assert tray.is_valid
+    assert len(tray.solids()) == 1
+    middle = box((-20, 20), (-20, 20), (-50, 0))
+    assert shared_mm3(tray, middle) < TOUCHING_MM3
+    assert shared_mm3(tray, box((-1, 1), (45, 50), (-50, 0))) > 0
+    small = GazeMirror(width_mm=40.0, height_mm=100.0, thickness_mm=3.0, distance_mm=125.0, outline=outline)
+    assert mirror_tray(small, 2.5, framed=True).volume == pytest.approx(mirror_tray(small, 2.5).volume, rel=1e-12)
 
 
 @pytest.mark.parametrize("fixing", ["glue", "screws"])

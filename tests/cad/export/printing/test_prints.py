@@ -19,7 +19,7 @@ ROUNDING_S = 2.0
 """It tells whole seconds, of sums in another order where settings come in another."""
 
 PRUSASLICER_OF_AQUA2 = {
-    "fold_bracket": (11.00, 94.4),
+    "fold_bracket": (5.79, 59.8),
     "gimbal_base": (12.55, 149.9),
     "yoke": (5.63, 60.7),
     "mirror_holder": (4.57, 41.4),
