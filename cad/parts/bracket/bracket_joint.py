@@ -126,6 +126,11 @@ def halves(joint: BracketJoint, whole: Solid) -> tuple[Solid, Solid]:
     holes = [cylinder((x - 1, y, z), (x + FRONT_PLATE_MM + 1, y, z), radius) for y, z in joint.screws_mm]
     place = location_mm(joint.placement.body_from_fold)
     hint = "look at mount.fold_anchor_mm and mount.printer_bed_mm"
+    for half, name in ((rear, REAR), (front, FRONT)):
+        if not half.solids():
+            raise ValueError(
+                f"{name}: expected a bracket that reaches behind and ahead of its joint, got nothing; {hint}"
+            )
     return (
         one_solid((rear + place * behind).cut(*(place * cut for cut in (groove, *inserts))), REAR, hint),
         one_solid((front + place * (ahead + _key(joint, 0.0))).cut(*(place * hole for hole in holes)), FRONT, hint),
