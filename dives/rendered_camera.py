@@ -22,9 +22,9 @@ from dives.paths import body_pose, decoy_pose, target_pose
 from dives.timed_mirrors import TimedMirrors
 from optics.gaze.kinematics import forward_gaze
 from optics.kernels.arrays import FloatArray
-from optics.kernels.threads import woken_threads
 from optics.layout import Layout
 from optics.mesh import PartMesh
+from optics.workers.threads import woken_threads
 from rigs import Rig
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare

@@ -31,8 +31,8 @@ from dives.robot_view import robot_view
 from dives.target_size import sized
 from dives.timed_mirrors import TimedMirrors
 from optics.kernels.arrays import FloatArray
-from optics.kernels.threads import resting_threads
 from optics.mesh import PartMesh
+from optics.workers.threads import resting_threads
 from rigs import Rig
 from scenes.baking.light_quality import LightQuality, light_identity, light_marks
 from tracking.log import Row, joint_columns, loop_columns

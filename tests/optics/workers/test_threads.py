@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from optics.kernels.backend import Float32, dr
-from optics.kernels.threads import resting_threads, woken_threads
+from optics.workers.threads import resting_threads, woken_threads
 
 
 @pytest.fixture(autouse=True)
