@@ -92,7 +92,7 @@ def test_hours_that_no_slicer_told_are_not_judged_and_warnings_fail():
     assert row(Prints(sliced=True, parts=(), plates=(warned, PLATE)))[0] is Outcome.FAIL
     outcome, _, words = row(Prints(sliced=False, parts=(), plates=(PLATE, PLATE)))
     assert outcome is Outcome.OPEN
-    assert words == "2 plates, 1.0 h, 120 g with supports, by an estimate that is within 18%; no slicer here"
+    assert words == "2 plates, 1.0 h, 120 g with supports, by an estimate that is within 23%; no slicer here"
 
 
 def test_tolerances_are_judged_by_what_the_rig_requires():
