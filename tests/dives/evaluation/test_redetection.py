@@ -40,11 +40,11 @@ area_min_px = 100
 [target]
 [target.path]
 shape = "straight"
-start_m = [0.70, -0.73, 0.72]
+start_m = [0.70, -0.73, 0.40]
 velocity_m_per_s = [0.1, 0.0, 0.0]
 """
-"""On the mirror's way from where this seed's servos stand at power-on to where the scan begins: 1.2 m from the gaze
-mirror, 70 degrees to the right and 45 up."""
+"""On the mirror's way from where this seed's servos stand at power-on to where the scan begins: 1.0 m from the gaze
+mirror, 69 degrees to the right and 32 up."""
 
 SMALLER = {
     "width_px = 640": "width_px = 320",
