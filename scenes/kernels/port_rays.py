@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.kernels.arrays import aligned
-from optics.kernels.backend import Float32, UInt32
-from optics.kernels.packing import vectors
+from optics.kernels.arrays import aligned, aligned_room
+from optics.kernels.backend import Array3f32, Float32, UInt32
 from optics.layout import camera_pose
 from optics.train import OpticalTrain, pixel_grid
 from rigs import Rig
@@ -16,24 +15,34 @@ from scenes.kernels.tracing import Rays
 TILE_PX = 4
 """A tile's rays are one vector of the processor."""
 
+PIXELS_AT_ONCE = 1 << 16
+"""Followed in double precision together: memory for all of a large frame takes longer to get than to fill."""
+
 
 def port_rays(rig: Rig, rows: int, columns: int, samples: int) -> Rays:
     """Rays on the port's outer face in the body frame, sample by sample of each pixel, in single precision.
 
     They are computed tile by tile, so that rays of one vector stay close together; `place` says where each belongs.
     """
-    train = OpticalTrain.bare(rig)
-    tiled = _tiles(rows, columns)
-    centres = pixel_grid(train.camera, columns, rows)[tiled]
-    cell = np.array([train.camera.width_px / columns, train.camera.height_px / rows])
-    pixels = (centres[:, np.newaxis] + _spread(samples) * cell).reshape(-1, 2)
-    rays = train.trace(pixels).moved(camera_pose(rig.camera))
+    train, pose = OpticalTrain.bare(rig), camera_pose(rig.camera)
+    tiled, grid = _tiles(rows, columns), pixel_grid(train.camera, columns, rows)
+    spread = _spread(samples) * [train.camera.width_px / columns, train.camera.height_px / rows]
     # Radiance falls by the square of the index on its path from the water into the air before the lens.
-    gain = train.transmittance(pixels) * (train.port.n_inside / train.port.n_water) ** 2
+    fall = (train.port.n_inside / train.port.n_water) ** 2
+    numbers = [aligned_room(len(tiled) * samples, np.float32) for _ in range(7)]
+    for start in range(0, len(tiled), PIXELS_AT_ONCE):
+        centres = grid[tiled[start : start + PIXELS_AT_ONCE]]
+        pixels = (centres[:, np.newaxis] + spread).reshape(-1, 2)
+        rays = train.trace(pixels).moved(pose)
+        gain = np.where(rays.passed, train.transmittance(pixels) * fall, 0)
+        some = slice(start * samples, start * samples + len(pixels))
+        for column, values in zip(numbers, (*rays.origin_m.T, *rays.direction.T, gain), strict=True):
+            column[some] = values
+    *lines, gain = map(Float32, numbers)
     return Rays(
-        origin=vectors(rays.origin_m),
-        direction=vectors(rays.direction),
-        gain=Float32(aligned(np.where(rays.passed, gain, 0), np.float32)),
+        origin=Array3f32(*lines[:3]),
+        direction=Array3f32(*lines[3:]),
+        gain=gain,
         place=UInt32(aligned(np.add.outer(tiled * samples, np.arange(samples)), np.uint32)),
     )
 
