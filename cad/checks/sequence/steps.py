@@ -165,6 +165,8 @@ def _put(bench: Bench, name: str, host: str) -> Step:
     else:
         verb = VERBS.get(bench.parts[name].role, "Join")
         title = f"{verb} the {_words(name)} {'into' if verb == 'Slide' else 'to'} the {_words(host)}"
+        if verb == "Slide" and f"{name}_clip" not in bench.parts:
+            title += ", onto silicone"
     pieces.add(small, joined, carried)
     extra = f", with {_listed(bench, small)}" if small else ""
     return pieces.step(f"{title}{extra}", name, bench.ordered(still))

@@ -7,6 +7,8 @@ import csv
 import pytest
 import trimesh
 
+from cad.assembly.assembly import build_assembly
+from cad.checks.sequence.steps import assembly_steps
 from cad.export.drawings.bill_of_materials import bill_of_materials
 from cad.export.printing.prints import prints
 from optics.mesh import Role
@@ -20,7 +22,7 @@ def test_every_part_but_the_hull_is_on_the_bill_once(built):
     items = bill_of_materials(built)
     named = [name for item in items for name in item.parts]
     assert sorted(named) == sorted(part.name for part in built.parts if part.role is not Role.HULL)
-    assert all(item.count == len(item.parts) for item in items)
+    assert all(item.count == len(item.parts) for item in items if item.parts)
     assert len({item.name for item in items}) == len(items)
 
 
@@ -54,6 +56,16 @@ def test_the_bill_says_which_mirror_and_which_servo_to_buy(aqua2):
     assert all("protected aluminium" in name and "edges sealed" in name for name in mirrors)
     assert "Servo hs5086wp-paper, rated to 1 m" in names
     assert "Socket head cap screw ISO 4762 M3x8 A4-70, on the shaft of servo hs5086wp-paper" in names
+
+
+def test_what_a_mirror_is_bonded_with_is_on_the_bill_and_in_its_step(aqua2):
+    """Or the clip that holds it instead."""
+    screwed = build_assembly(aqua2.rig.with_gaze(mount={"mirror_fixing": "screws"}))
+    for built, glued in ((aqua2, True), (screwed, False)):
+        names = [item.name for item in bill_of_materials(built)]
+        titles = [step.title for step in assembly_steps(built) if step.title.startswith("Slide")]
+        assert any(name.startswith("Silicone") for name in names) is glued
+        assert [title.endswith("onto silicone") for title in titles] == [glued, glued]
 
 
 def test_the_bill_says_where_to_buy_and_how_to_print(built):
