@@ -38,6 +38,9 @@ PROGRAMS = (
 
 EXTRAS = (
     ("viser", "viser", "shows the studio's page; pip install 'mirrorgaze[studio]'"),
+    ("onnxruntime", "onnxruntime", "runs a learned detector; pip install 'mirrorgaze[onnx]'"),
+    ("gymnasium", "gymnasium", "makes an environment of a dive; pip install 'mirrorgaze[env]'"),
+    ("pvlib", "pvlib", "says where the sun stands at a time and place; pip install 'mirrorgaze[sun]'"),
     ("optiland", "optiland", "benchmarks compare our rays with it; ./run bench installs it"),
     ("embreex", "embreex", "benchmarks compare our ray casting with it; ./run bench installs it"),
 )
