@@ -21,8 +21,9 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 
-MEMORY_S = 0.5
-"""Over which odds are averaged, exponentially."""
+MEMORY_S, LONGEST_MEMORY_S, AGED = 0.5, 4.0, 5.0
+"""Over which odds are averaged, exponentially: from the first to the second, a fifth of the time for which a thing has
+been seen. What was followed for long without a gap is still the same thing when its looks fade."""
 
 MOST_LOG_ODDS = 3.0
 """That one image's contrast counts for, more or less: a lucky one does not outweigh ten others."""
@@ -139,8 +140,9 @@ class TrackEvidence:
         self.first = direction if self.first is None else self.first
         moved = MOVED_LOG_ODDS if float(self.first @ direction) < math.cos(MOVED_RAD) else 0.0
         counted = min(max(contrast, -MOST_LOG_ODDS), MOST_LOG_ODDS)
-        self.contrast = _averaged(self.contrast, counted, interval_s / MEMORY_S)
-        self.together = _averaged(self.together, counted + outline + moved, interval_s / MEMORY_S)
+        memory_s = min(max(MEMORY_S, self.age_s / AGED), LONGEST_MEMORY_S)
+        self.contrast = _averaged(self.contrast, counted, interval_s / memory_s)
+        self.together = _averaged(self.together, counted + outline + moved, interval_s / memory_s)
         self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
         self.age_s += interval_s
         self.trusted = self.trusted or (self.age_s >= TRUSTED_S and self.together >= TRUSTED_LOG_ODDS)

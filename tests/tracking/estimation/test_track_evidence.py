@@ -78,6 +78,15 @@ def test_what_is_trusted_may_fade_until_its_contrast_is_below_even():
     assert evidence.doubted
 
 
+@pytest.mark.parametrize("seen_s, doubted", [(2.0, True), (30.0, False)])
+def test_what_was_followed_for_long_may_fade_for_longer(seen_s, doubted):
+    """A second and a half below even, after log odds of 1.5: before a dim reef, in `dark`, the ball has as much."""
+    evidence = followed(1.5, 1.0, images(seen_s))
+    for _ in range(images(1.5)):
+        evidence.update(-1.5, -1.0, AHEAD, INTERVAL_S)
+    assert evidence.trusted and evidence.doubted is doubted
+
+
 def test_what_is_neither_has_a_probation():
     assert not followed(0.5, 0.0, images(PROBATION_S) - 1).doubted
     assert followed(0.5, 0.0, images(PROBATION_S) + 1).doubted
