@@ -19,7 +19,7 @@ from rich.table import Table
 from benchmarks.attack.running import SCRATCH, attacked, drawn, module
 from benchmarks.attack.verdicts import SLOW_S, Tally
 
-SHARES = {"rigs": 25, "dives": 20, "hulls": 15, "caches": 5, "journals": 10, "kills": 20, "disk": 5}
+SHARES = {"rigs": 24, "dives": 19, "hulls": 15, "caches": 5, "journals": 10, "kills": 20, "disk": 5, "builds": 2}
 """Attacks, and the share of the time that each may take until it has as many cases as its goal."""
 
 HEAD = ("attack", "tried", "refused", "through", "tracebacks", "lost", f"over {SLOW_S:.0f} s", "slowest")

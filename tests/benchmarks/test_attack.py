@@ -11,6 +11,7 @@ import importlib
 
 import pytest
 
+from benchmarks.attack.builds import SETTLED
 from benchmarks.attack.running import drawn
 from benchmarks.attack.verdicts import LostError, Tally, judged
 
@@ -37,6 +38,17 @@ def test_what_is_damaged_is_refused_with_a_sentence_or_does_no_harm(apart, name,
         tally.add(str(number), judged(lambda number=number: case(drawn(SEED, name, number))))
     assert tally.tried == CASES[name]
     assert tally.tracebacks == tally.lost == 0, "\n".join(tally.stories)
+
+
+@pytest.mark.parametrize("kept_bytes", [0, 10_000_000])
+def test_mounts_that_stay_in_memory_are_lost(tmp_path, monkeypatch, kept_bytes):
+    kept = []
+    monkeypatch.setattr("cad.assembly.assembly.build_assembly", lambda rig: kept.append(b"x" * kept_bytes))
+    case = importlib.import_module("benchmarks.attack.builds").prepare(tmp_path)
+    tally = Tally("builds")
+    for number in range(SETTLED + 10):
+        tally.add(str(number), judged(lambda number=number: case(drawn(SEED, "builds", number))))
+    assert bool(tally.lost) is bool(kept_bytes)
 
 
 def test_the_same_case_is_the_same_damage():
