@@ -75,12 +75,13 @@ def mount_results(made: CheckedMount, files: Iterable[str], folder: Path) -> Mou
 def bill_of_materials_blocks(mount: MountResults) -> list[content.Block]:
     """Tables of what is printed and of what is bought, with the mass of all pieces of a line, and sums."""
     printed, bought = bill_of_materials_tables(mount.items)
-    mass_g = sum(item.count * item.mass_g for item in mount.items)
+    # Silicone is no part of the assembly, nor of the loads.
+    mass_g = sum(item.count * item.mass_g for item in mount.items if item.parts)
     return [
         printed,
         content.paragraph(f"Settings of every print: {mount.settings}. {_hours_words(mount)}"),
         bought,
-        content.paragraph(f"All of it weighs {mass_g:.0f} g; prints are counted as solid, as loads are."),
+        content.paragraph(f"The parts weigh {mass_g:.0f} g together; prints are counted as solid, as in the loads."),
     ]
 
 
