@@ -55,7 +55,7 @@ LEAST = 1e-30
 LEAST_DENSITY = 1e-6
 """Light that is divided by is more than this."""
 
-LIGHT_VERSION = 12
+LIGHT_VERSION = 13
 """Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
 
 One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.

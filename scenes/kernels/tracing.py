@@ -183,6 +183,8 @@ def is_free(  # noqa: PLR0917
 ) -> Any:
     """Whether nothing stands before points of the body frame along a direction, up to a distance."""
     free = active & (intersect_ball(state.ball, point, direction) >= distance)
+    for mirror in state.mirrors.values():
+        free &= _intersect_mirror(mirror, point, direction)[0] >= distance
     for name, group in groups.items():
         local_point, local_direction = _in_frame(state, name, point, direction)
         tried = free & crosses_box(group.box, local_point, local_direction, distance)

@@ -201,6 +201,35 @@ def test_a_plate_above_casts_its_shadow(aqua2):
     assert ratio.max() < 1 + 1e-6
 
 
+def test_the_fold_mirror_keeps_the_sun_from_what_is_below_it(aqua2):
+    """Rationale: the mirrors are planes, not triangles, and a part of the mount below M1 once was in full sun.
+
+    Expected: of a plate 90 mm below M1, what is dark is what the sun's rays through M1's outline would meet.
+    """
+    scene = make_scene(aqua2, depth_m=DEPTH)
+    corners = np.array([[x, y, -0.09] for x in (0.40, 0.42) for y in (0.0, 0.12)])
+    plate = PartMesh(
+        name="plate",
+        group=Group.FIXED,
+        role=Role.HULL,
+        vertices_m=corners,
+        faces=np.array([[0, 2, 1], [1, 2, 3]], dtype=np.int32),
+    )
+    frame = FastRenderer(lit(scene, aqua2, [plate])).render()
+    seen = (frame.label == Label.HULL) & (frame.region == Region.FOLD)
+    m1_from_body = Layout.from_rig(aqua2).body_from_m1.inv()
+    point = m1_from_body.apply(scene.world_from_body.inv().apply(frame.point_m[seen]))
+    towards_sun = m1_from_body.rotation.apply(scene.world_from_body.rotation.inv().apply(scene.light.towards_sun))
+    met = point - point[:, 2:] / towards_sun[2] * towards_sun
+    mirror = aqua2.gaze.fold_mirror
+    half_m = np.array([mirror.width_mm, mirror.height_mm]) / 2000
+    inside = (half_m - np.abs(met[:, :2])).min(axis=1)
+    radiance = frame.radiance[seen].mean(axis=1)
+    shaded, sunlit = radiance[inside > 1e-3], radiance[inside < -1e-3]
+    assert min(len(shaded), len(sunlit)) > 100
+    assert shaded.max() < 0.8 * sunlit.min()
+
+
 def test_rows_of_a_sweep_are_those_of_frames_at_their_instants(bare):
     """Both joints turn by 3 degrees while the frame is read out: two ways to what a row shows.
 
