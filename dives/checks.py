@@ -25,7 +25,7 @@ from scenes.stage.targets import Ball, TargetShape
 from scenes.worlds.catalogue import BUILT_IN
 from scenes.worlds.mesh_file import MESH_SUFFIXES
 from scenes.worlds.mitsuba_file import MITSUBA_SUFFIX
-from tracking.loop.variants import VARIANTS
+from tracking.loop.ablations import LOOPS
 from tracking.perception.learned import LearnedModel
 
 STEP_M = 0.02
@@ -58,8 +58,8 @@ def dive_problems(dive: DiveSpecification) -> list[Problem]:
             chosen = settings()
             if chosen is not None and chosen.onnx is not None:
                 LearnedModel(chosen.onnx)
-    if dive.variant not in VARIANTS:
-        problems.append(Problem(place="variant", value=dive.variant, expected=f"one of {', '.join(sorted(VARIANTS))}"))
+    if dive.variant not in LOOPS:
+        problems.append(Problem(place="variant", value=dive.variant, expected=f"one of {', '.join(sorted(LOOPS))}"))
     if dive.offline_detector is not None and dive.video not in ("ffv1", "frames"):
         expected = '"ffv1" or "frames", since [offline_detector] needs every image as it was'
         problems.append(Problem(place="video", value=dive.video, expected=expected))

@@ -16,7 +16,7 @@ from rigs.documents.presets import Presets
 from rigs.documents.problems import Problem, SpecificationError
 from rigs.documents.toml import file_beside, parse_toml, read_toml
 from rigs.documents.validation import validated
-from tracking.loop.variants import VARIANTS
+from tracking.loop.ablations import LOOPS
 
 PRESETS = Path(__file__).parent / "presets"
 DIVES = Presets("dive", PRESETS)
@@ -68,8 +68,8 @@ def varied(
 
     `ValueError` for an unknown variant.
     """
-    if variant is not None and variant not in VARIANTS:
-        raise ValueError(f"variant {variant!r}: expected one of {', '.join(sorted(VARIANTS))}")
+    if variant is not None and variant not in LOOPS:
+        raise ValueError(f"variant {variant!r}: expected one of {', '.join(sorted(LOOPS))}")
     changes = {
         **({} if variant is None else {"variant": variant}),
         **({} if frames is None else {"duration_s": min(dive.duration_s, frames / dive.frame_rate_hz)}),

@@ -16,7 +16,8 @@ from scenes.light.materials import Material
 from scenes.light.waves import STRONGEST_WIND_M_PER_S
 from scenes.stage.scene import DEPTHS_M, WIND_M_PER_S
 from scenes.stage.targets import Ball, TargetShape, target_named
-from tracking.loop.variants import VARIANTS, Variant
+from tracking.loop.ablations import LOOPS
+from tracking.loop.variants import Variant
 from tracking.perception import RED_BALL, DetectorSettings
 
 LONGEST_DIVE_S = 3600.0
@@ -186,7 +187,7 @@ class DiveSpecification(Section):
 
     def loop_variant(self) -> Variant:
         """The loop that the dive names."""
-        variant = VARIANTS[self.variant]
+        variant = LOOPS[self.variant]
         return variant if self.functional_check else variant.without_check()
 
     def detector_settings(self) -> DetectorSettings:

@@ -21,7 +21,7 @@ from optics.workers.shards import Manifest, Shard
 from rigs.atomic_files import write_text
 from scenes.baking.light_quality import LightQuality, light_identity, light_marks
 from tracking.log import read_log
-from tracking.loop.variants import VARIANTS
+from tracking.loop.ablations import LOOPS
 
 NUMBERS_FILE = "arena.json"
 
@@ -69,7 +69,7 @@ def run_arena(
     ----------
     seeds : sequence of int
     variants : sequence of str
-        Names of loops, of `tracking.loop.variants.VARIANTS`.
+        Names of loops, of `tracking.loop.ablations.LOOPS`.
     folder : Path
         Each dive is written to a folder in it. More seeds and loops may join those of an earlier run.
     workers : int
@@ -90,9 +90,9 @@ def run_arena(
     ValueError
         Before anything is dived: for an unknown loop, a negative seed, or a folder that holds another dive.
     """
-    unknown = [variant for variant in variants if variant not in VARIANTS]
+    unknown = [variant for variant in variants if variant not in LOOPS]
     if unknown:
-        raise ValueError(f"loop {', '.join(unknown)}: expected one of {', '.join(sorted(VARIANTS))}")
+        raise ValueError(f"loop {', '.join(unknown)}: expected one of {', '.join(sorted(LOOPS))}")
     drawn = {seed: arena_dive(seed) for seed in seeds}
     every = [(seed, variant) for variant in variants for seed in seeds]
     keys = every if shard is None else shard.part(every)

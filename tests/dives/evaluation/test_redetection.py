@@ -18,6 +18,7 @@ from rigs.files import preset_path
 from scenes.baking.light_quality import LightQuality
 from tracking.cameras import VideoCamera
 from tracking.log import read_log
+from tracking.loop.ablations import LOOPS
 from tracking.loop.variants import VARIANTS
 from tracking.perception import RED_BALL, WIDE_HUE
 from tracking.video import VideoWriter
@@ -69,7 +70,7 @@ def recorded(tmp_path_factory):
     default = VARIANTS["default"]
     with pytest.MonkeyPatch.context() as patch:
         unchecked = replace(default.without_check(), likely_first=False)
-        patch.setitem(VARIANTS, "unchecked", unchecked)
+        patch.setitem(LOOPS, "unchecked", unchecked)
         yield run_dive(Dive.load(folder / "short.toml"), folder / "out", quality=LightQuality.coarse())
 
 
