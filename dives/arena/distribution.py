@@ -153,6 +153,7 @@ def arena_dive(seed: int) -> ArenaDive:
                 "speed": "still" if family == "still" else _level(speed, (0.15, 0.4), "m/s"),
                 "target": _level(diameter, (0.18, 0.24), "m"),
                 "start": _level(abs(start[0]), (45.0, 90.0, 135.0), "deg off the bow"),
+                "red decoy": "yes" if _has_red(decoys) else "no",
                 "decoys": _decoy_level(decoys),
                 "screen": "yes" if hidden else "no",
             }
@@ -262,11 +263,15 @@ def _decoy(rng: np.random.Generator, diameter_m: float) -> dict[str, Any]:
     return ball | {"path": {"shape": "straight", "start_m": place, "velocity_m_per_s": velocity}}
 
 
-def _decoy_level(decoys: Sequence[Mapping[str, Any]]) -> str:
+def _has_red(decoys: Sequence[Mapping[str, Any]]) -> bool:
     """A red ball cannot be told from the target by what one image shows: those dives are judged by themselves."""
+    return any(decoy["colour"] == "red" for decoy in decoys)
+
+
+def _decoy_level(decoys: Sequence[Mapping[str, Any]]) -> str:
     if not decoys:
         return "none"
-    return "a red one" if any(decoy["colour"] == "red" for decoy in decoys) else "of other colours"
+    return "a red one" if _has_red(decoys) else "of other colours"
 
 
 def _screen(dive: Dive, time_s: float) -> dict[str, Any]:

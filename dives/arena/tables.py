@@ -125,6 +125,13 @@ MEANINGS = {
 }
 
 
+HEADLINES = ("held_of_all_fraction", "acquired_fraction", "identity_error_fraction", "gaze_error_held_rms_deg")
+"""Numbers that are reported by factor, and by which loops are compared seed by seed."""
+
+OF_ONE_DIVE = {"acquired_fraction": "acquired"}
+"""What a dive's own number is called, where it has another name than the metric."""
+
+
 def arena_rows(outcomes: Sequence[ArenaOutcome]) -> list[ArenaRow]:
     """Numbers of each loop over all dives, and by the levels of each factor, with 95 per cent intervals."""
     usable = [outcome for outcome in outcomes if is_available(outcome)]
@@ -149,11 +156,15 @@ def is_available(outcome: ArenaOutcome) -> bool:
 
 
 def pair_differences(outcomes: Sequence[ArenaOutcome], metrics: Iterable[str]) -> list[tuple[str, str, Interval]]:
-    """Loop, metric, and the mean difference to the first loop over the same seeds, with its interval."""
-    by_variant: dict[str, dict[int, Numbers]] = {}
+    """Loop, metric, and the mean difference to the first loop over the same seeds, with its interval.
+
+    Metrics are of `METRICS`, and means or fractions over dives.
+    """
+    # A loop whose dives all failed is there without any: the first one stays the first.
+    by_variant: dict[str, dict[int, Numbers]] = {outcome.variant: {} for outcome in outcomes}
     for outcome in outcomes:
         if is_available(outcome) and outcome.numbers is not None:
-            by_variant.setdefault(outcome.variant, {})[outcome.seed] = outcome.numbers
+            by_variant[outcome.variant][outcome.seed] = outcome.numbers
     if not by_variant:
         return []
     (_, first), *others = by_variant.items()
@@ -161,11 +172,18 @@ def pair_differences(outcomes: Sequence[ArenaOutcome], metrics: Iterable[str]) -
         (
             variant,
             metric,
-            difference_interval(*([dives[seed][metric] for seed in first if seed in own] for dives in (first, own))),
+            difference_interval(
+                *([_of_one(dives[seed], metric) for seed in first if seed in own] for dives in (first, own))
+            ),
         )
         for variant, own in others
         for metric in metrics
     ]
+
+
+def _of_one(dive: Numbers, metric: str) -> float | None:
+    value: float | None = dive[OF_ONE_DIVE.get(metric, metric)]
+    return value
 
 
 def worst_dives(outcomes: Sequence[ArenaOutcome], variant: str, count: int) -> list[ArenaOutcome]:

@@ -9,12 +9,13 @@ from typing import Any
 
 from dives.arena.judged import SHORTEST_AVAILABLE_S
 from dives.arena.run import ArenaOutcome
-from dives.arena.tables import ALL, MEANINGS, ArenaRow, is_available
+from dives.arena.tables import ALL, HEADLINES, MEANINGS, ArenaRow, is_available
 from dives.metrics.intervals import Interval
 from reports.pages import content, page
+from tracking.loop.ablations import ABLATIONS
 
-BY_FACTOR = ("acquired_fraction", "held_of_all_fraction", "identity_error_fraction", "gaze_error_held_rms_deg")
-"""Numbers that are reported by factor."""
+APART = {("red decoy", "no"): "  without a red decoy", ("red decoy", "yes"): "  with one"}
+"""Factor and level of dives whose headlines stand beside those of all: two red balls cannot be told apart by looks."""
 
 INTERVALS = (
     "In brackets intervals of 95 %: Wilson's for shares of dives and losses, Student's for means, order statistics for "
@@ -55,10 +56,27 @@ class ArenaResults:
         return list(dict.fromkeys(outcome.variant for outcome in self.outcomes))
 
     def table(self) -> list[list[str]]:
-        """Metrics down, loops across, of all dives; the head first."""
-        cells = {(row.variant, row.metric): str(row.interval) for row in self.rows if row.factor == ALL}
-        rows = ([metric, *(cells.get((variant, metric), "-") for variant in self.variants)] for metric in MEANINGS)
-        return [["metric", *self.variants], *rows]
+        """Metrics down, loops that are reported in full across; the head first.
+
+        Below a headline of all dives stand those without a red decoy and those with one.
+        """
+        loops = in_full(self.variants)
+        cells = {(row.variant, row.metric, row.factor, row.level): str(row.interval) for row in self.rows}
+        rows = [
+            [words, *(cells.get((variant, metric, *dives), "-") for variant in loops)]
+            for metric in MEANINGS
+            for dives, words in ({(ALL, ""): metric} | (APART if metric in HEADLINES else {})).items()
+        ]
+        return [["metric", *loops], *rows]
+
+    def difference_table(self) -> list[list[str]]:
+        """Loops down but the first, pairs of dives and mean differences of headlines across; the head first."""
+        found = {(variant, metric): interval for variant, metric, interval in self.differences}
+        rows = []
+        for variant in self.variants[1:]:
+            intervals = [found[variant, metric] for metric in HEADLINES]
+            rows.append([variant, str(intervals[0].count), *map(str, intervals)])
+        return [[f"difference to {self.variants[0]}", "pairs", *HEADLINES], *rows]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
@@ -84,24 +102,32 @@ def _about(outcome: ArenaOutcome) -> dict[str, Any]:
     return {"seed": outcome.seed, "loop": outcome.variant, "factors": dict(outcome.factors)}
 
 
+def in_full(variants: Sequence[str]) -> list[str]:
+    """Loops that are reported with all their numbers and worst dives: the first, and those that are no ablation.
+
+    Of an ablation the difference to the first is reported.
+    """
+    return [variant for number, variant in enumerate(variants) if number == 0 or variant not in ABLATIONS]
+
+
 def arena_page(results: ArenaResults) -> str:
     """Page of the arena as HTML."""
     sections: list[content.Block] = [content.Title(name="Arena"), _numbers(results)]
     if results.differences:
-        sections.append(_differences(results.differences))
-    sections += [_by_factor(results.rows, variant) for variant in results.variants]
+        sections.append(_differences(results))
+    sections += [_by_factor(results.rows, variant) for variant in in_full(results.variants)]
     sections += [_worst(each) for each in results.worst]
     return page.page("Arena", sections)
 
 
 def _numbers(results: ArenaResults) -> content.Section:
-    _, *rows = results.table()
+    (_, *loops), *rows = results.table()
     return content.section(
         "Numbers",
         content.paragraph(_counts(results)),
         content.table(
-            ["", *results.variants],
-            [[MEANINGS[metric], *cells] for metric, *cells in rows],
+            ["", *loops],
+            [[MEANINGS.get(metric, metric), *cells] for metric, *cells in rows],
         ),
         content.paragraph(INTERVALS),
     )
@@ -116,12 +142,16 @@ def _counts(results: ArenaResults) -> str:
     )
 
 
-def _differences(differences: Sequence[tuple[str, str, Interval]]) -> content.Section:
+def _differences(results: ArenaResults) -> content.Section:
+    (_, pairs, *metrics), *rows = results.difference_table()
+    first = results.variants[0]
     return content.section(
-        "Difference to the first loop, seed by seed",
-        content.table(
-            ["Loop", "Number", "Mean difference"],
-            [[variant, MEANINGS[metric], str(interval)] for variant, metric, interval in differences],
+        f"Difference to {first}, seed by seed",
+        content.table(["", pairs, *(MEANINGS[metric] for metric in metrics)], rows, numbers=[1]),
+        content.paragraph(
+            f"Mean over the seeds that both loops dived, in brackets Student's interval of 95 %; above 0 it is more "
+            f"than with {first}. Pairs of which one has no number do not count: a dive that follows nothing has no "
+            "identity errors."
         ),
     )
 
@@ -129,15 +159,15 @@ def _differences(differences: Sequence[tuple[str, str, Interval]]) -> content.Se
 def _by_factor(rows: Sequence[ArenaRow], variant: str) -> content.Section:
     found: dict[tuple[str, str], dict[str, ArenaRow]] = {}
     for row in rows:
-        if row.variant == variant and row.factor != ALL and row.metric in BY_FACTOR:
+        if row.variant == variant and row.factor != ALL and row.metric in HEADLINES:
             found.setdefault((row.factor, row.level), {})[row.metric] = row
     return content.section(
         f"By factor, loop {variant}",
         content.table(
-            ["Factor", "", "Dives", *(MEANINGS[metric] for metric in BY_FACTOR)],
+            ["Factor", "", "Dives", *(MEANINGS[metric] for metric in HEADLINES)],
             [
                 [factor, level, str(by["acquired_fraction"].interval.count)]
-                + [str(by[metric].interval) for metric in BY_FACTOR]
+                + [str(by[metric].interval) for metric in HEADLINES]
                 for (factor, level), by in found.items()
             ],
             numbers=[2],

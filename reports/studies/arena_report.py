@@ -12,20 +12,17 @@ import numpy as np
 from dives.arena.judged import followed_thing
 from dives.arena.replay import write_frames
 from dives.arena.run import ArenaOutcome
-from dives.arena.tables import arena_rows, dives_csv, pair_differences, story, summary_csv
+from dives.arena.tables import HEADLINES, arena_rows, dives_csv, pair_differences, story, summary_csv
 from dives.arena.tables import worst_dives as worst_of
 from dives.files import json_text
 from dives.metrics.frames import Frames
 from dives.metrics.holding import runs
 from optics.workers.run import all_ended, counted, run_many
-from reports.pages.arena import ArenaResults, WorstDive, arena_page
+from reports.pages.arena import ArenaResults, WorstDive, arena_page, in_full
 from reports.studies.key_frames import KeyFrame, key_frames
 from rigs.atomic_files import write_text
 from scenes.baking.light_quality import LightQuality
 from tracking.log import read_log
-
-PAIRED = ("held_of_all_fraction", "identity_error_fraction", "gaze_error_held_rms_deg")
-"""Numbers of which loops are compared seed by seed."""
 
 FRAMES_FOLDER = "key_frames"
 
@@ -44,6 +41,8 @@ def write_arena_report(
     log: Callable[[str], None],
 ) -> ArenaResults:
     """Write dives.csv, summary.csv, arena.json and report.html, and images of the worst dives of each loop.
+
+    Ablations of the default beside another loop are compared with it alone (`reports.pages.arena.in_full`).
 
     Parameters
     ----------
@@ -65,9 +64,9 @@ def write_arena_report(
     ArenaResults
         What arena.json holds.
     """
-    rows, differences = arena_rows(outcomes), pair_differences(outcomes, PAIRED)
+    rows, differences = arena_rows(outcomes), pair_differences(outcomes, HEADLINES)
     variants = list(dict.fromkeys(outcome.variant for outcome in outcomes))
-    chosen = [outcome for variant in variants for outcome in worst_of(outcomes, variant, worst)]
+    chosen = [outcome for variant in in_full(variants) for outcome in worst_of(outcomes, variant, worst)]
     pictured = _pictured(chosen, partial(write_frames, quality=quality), workers=workers, scheduler=scheduler, log=log)
     results = ArenaResults(
         outcomes=outcomes,

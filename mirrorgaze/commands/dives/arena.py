@@ -24,6 +24,10 @@ def arena(
     variant: Annotated[
         str, typer.Option(metavar="NAMES", help="Variants of the loop, separated by commas.")
     ] = "default",
+    ablate: Annotated[
+        bool,
+        typer.Option("--ablate", help="Dive the default loop without one of its parts as well, for each of them."),
+    ] = False,
     worst: Annotated[
         int, typer.Option(metavar="N", help="Number of worst dives of each loop to draw images of.", min=0)
     ] = 10,
@@ -44,16 +48,24 @@ def arena(
     dives.csv, summary.csv, arena.json and report.html with images of the worst dives. Finished dives are kept: the same
     command continues, and more seeds or loops may be added.
 
+    --ablate adds the default loop without its contrast, without its waiting, and so on (their names may be given to
+    --variant, too), and reports how far each differs from the default on the same dives.
+
     \b
     Example:
       mirrorgaze arena -o out/arena
       mirrorgaze arena --seeds 20 --variant default,paper -o out/loops
+      mirrorgaze arena --ablate -o out/ablation
     """
     from dives.arena.run import run_arena
     from optics.workers.shards import Shard
     from reports.studies.arena_report import write_arena_report
+    from tracking.loop.ablations import ABLATIONS, DEFAULT
 
     variants = [name.strip() for name in variant.split(",")]
+    if ablate and variants[0] != DEFAULT.name:
+        raise ValueError(f"--ablate: expected {DEFAULT.name} as the first --variant, got {variants[0]}")
+    variants = list(dict.fromkeys([*variants, *(ABLATIONS if ablate else ())]))
     at_a_time = workers or os.cpu_count() or 1
     part = Shard.parsed(shard) if shard else None
     with stopping_says(f"{output}: stopped; the same command continues from there"):
@@ -79,6 +91,9 @@ def arena(
         print_json(found.as_dict())
     else:
         print_table(found.table())
+        if len(variants) > 1:
+            typer.echo()
+            print_table(found.difference_table())
         typer.echo(f"{output}: report.html, arena.json, dives.csv, summary.csv, a folder for each dive")
     if browse and part is None:
         open_page(output / "report.html")

@@ -25,6 +25,13 @@ def test_a_seed_is_one_dive(drawn):
     assert len({each.dive.model_dump_json(exclude={"name", "seed"}) for each in drawn}) == len(drawn)
 
 
+def test_dives_with_a_red_decoy_are_told_apart(drawn):
+    for each in drawn:
+        colours = {decoy.colour for decoy in each.dive.decoys}
+        assert (each.factors["red decoy"] == "yes") == ("red" in colours) == (each.factors["decoys"] == "a red one")
+    assert {each.factors["red decoy"] for each in drawn} == {"yes", "no"}
+
+
 def test_every_dive_can_be_dived(drawn):
     for each in drawn:
         assert dive_problems(each.dive) == []

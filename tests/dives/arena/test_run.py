@@ -10,7 +10,7 @@ import pytest
 from cad.assembly.meshes import rig_meshes
 from dives.arena import replay
 from dives.arena.distribution import ArenaDive, arena_dive
-from dives.arena.run import NUMBERS_FILE, drawn_digest, run_arena
+from dives.arena.run import NUMBERS_FILE, drawn_digest, run_arena, with_loop
 from dives.runner import ClosedLoop
 from dives.target_size import sized
 from scenes.baking.light_quality import LightQuality
@@ -46,6 +46,15 @@ def test_what_is_done_stays_done_and_failures_keep_nobody(tmp_path):
     assert said[1].startswith("2 of 2 dives")
 
 
+def test_the_default_without_a_part_is_dived_beside_it(tmp_path):
+    loops = ["default", "default-without-contrast"]
+    assert with_loop(arena_dive(0), loops[1]).loop_variant().contrast is False
+    for _ in range(2):
+        outcomes = run_arena([0], loops, tmp_path, workers=2, log=print, work=pretend)
+        assert [each.numbers["variant"] for each in outcomes] == loops
+    assert {path.name for path in tmp_path.iterdir()} == {f"0000-{loop}" for loop in loops}
+
+
 def test_a_folder_of_another_draw_is_refused(tmp_path):
     run(tmp_path, [0])
     file = tmp_path / "0000-default" / NUMBERS_FILE
@@ -61,11 +70,17 @@ def test_bad_input_is_told_before_anything_is_dived(variants, workers, said, tmp
     assert list(tmp_path.iterdir()) == []
 
 
-def test_images_are_those_of_the_dive(small_dive, tmp_path, monkeypatch):
-    """Frame 5, drawn whole after five that were not, is frame 5 of a dive that is drawn whole throughout."""
+@pytest.fixture
+def quiet(small_dive, monkeypatch):
+    """What every seed is: a small dive without video."""
     quiet = small_dive.model_copy(update={"video": "none", "overlay": False})
     monkeypatch.setattr(replay, "arena_dive", lambda seed: ArenaDive(seed=seed, dive=quiet, factors={}))
     monkeypatch.setattr(replay, "arena_rig", lambda name: quiet.load_rig())
+    return quiet
+
+
+def test_images_are_those_of_the_dive(quiet, tmp_path):
+    """Frame 5, drawn whole after five that were not, is frame 5 of a dive that is drawn whole throughout."""
     replay.write_frames(0, "default", {5: str(tmp_path / "key_frames" / "five.png")}, quality=LightQuality.coarse())
     rig = quiet.load_rig()
     closed = ClosedLoop(sized(quiet, rig), rig, rig_meshes(rig), LightQuality.coarse())

@@ -134,6 +134,21 @@ def test_loops_are_compared_over_the_same_seeds():
     assert interval.count == 2
 
 
+def test_acquisitions_are_compared_dive_by_dive():
+    """One of two that the first loop acquired, of three that both dived."""
+    outcomes = [outcome(0), outcome(1), outcome(2, **NEVER)]
+    outcomes += [outcome(0, "paper"), outcome(1, "paper", **NEVER), outcome(2, "paper", **NEVER)]
+    ((_, _, interval),) = pair_differences(outcomes, ["acquired_fraction"])
+    assert interval.estimate == pytest.approx(-1 / 3)
+    assert interval.count == 3
+
+
+def test_a_first_loop_that_failed_throughout_is_compared_with_by_nobody():
+    outcomes = [outcome(0, failure=Failure(sentence="no disk", trace="")), outcome(0, "paper"), outcome(0, "best")]
+    found = pair_differences(outcomes, ["held_of_all_fraction"])
+    assert [(variant, interval.count) for variant, _, interval in found] == [("paper", 0), ("best", 0)]
+
+
 def test_the_worst_are_those_held_least():
     outcomes = [
         outcome(0),

@@ -11,6 +11,7 @@ from dives.arena.run import ArenaOutcome
 from mirrorgaze.cli import app
 from optics.workers.run import Failure
 from tests.dives.arena.test_tables import numbers
+from tracking.loop.ablations import ABLATIONS
 
 
 def mirrorgaze(*arguments: str):
@@ -50,10 +51,27 @@ def test_it_writes_tables_and_a_page(dived, here):
     found = json.loads(Path("a/arena.json").read_text(encoding="utf-8"))
     assert len(found["dives"]) == 6
     assert found["differences"][0]["interval"]["estimate"] == pytest.approx(-0.4)
+    assert "difference to default" in result.stdout
+    (line,) = [line for line in result.stdout.splitlines() if line.startswith("paper ")]
+    assert line.split()[1:3] == ["3", "-0.4"]
     page = Path("a/report.html").read_text(encoding="utf-8")
     assert "By factor, loop paper" in page
     assert Path("a/dives.csv").read_text(encoding="utf-8").count("\n") == 7
     assert Path("a/summary.csv").is_file()
+
+
+def test_ablations_join_the_loops_that_are_named(dived, here):
+    result = mirrorgaze("--seeds", "2", "--variant", "default,paper", "--ablate", "--worst", "0", "-o", "a")
+    assert result.exit_code == 0, result.stderr
+    assert f"default, paper, {', '.join(ABLATIONS)}" in result.stderr
+    lines = [line.split()[:3] for line in result.stdout.splitlines() if "without-contrast" in line]
+    assert lines == [["default-without-contrast", "2", "-0.4"]]
+
+
+def test_ablations_are_compared_with_the_default(dived, here):
+    result = mirrorgaze("--variant", "paper,default", "--ablate")
+    assert result.exit_code == 2
+    assert "--ablate: expected default as the first --variant, got paper" in result.stderr
 
 
 def test_dives_that_failed_are_named_and_the_others_count(dived, here):

@@ -1,6 +1,7 @@
 """The arena's report: which frames are shown, and that images of the worst dives are made once."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ from optics.workers.run import Ended
 from reports.studies import arena_report
 from reports.studies.arena_report import arena_key_frames, write_arena_report
 from tests.dives.arena.test_tables import NEVER, outcome
+from tracking.loop.ablations import ABLATIONS
+
+LOOPS = ("default", "paper")
 
 
 @pytest.fixture
@@ -46,3 +50,36 @@ def test_the_worst_dives_are_drawn(drawn, tmp_path):
     assert set(drawn) == {"1-default", "2-default"}
     assert json.loads((tmp_path / "arena.json").read_text(encoding="utf-8")) == found.as_dict()
     assert "Never acquired" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_an_ablation_is_compared_and_not_told_in_full(drawn, tmp_path):
+    outcomes = [outcome(seed, loop) for loop in (*LOOPS, *ABLATIONS) for seed in (0, 1)]
+    found = write_arena_report(outcomes, tmp_path, worst=1, workers=1, log=lambda line: None)
+    assert set(drawn) == {"0-default", "0-paper"}
+    assert found.table()[0] == ["metric", *LOOPS]
+    head, *rows = found.difference_table()
+    assert head[:4] == ["difference to default", "pairs", "held_of_all_fraction", "acquired_fraction"]
+    assert [row[:3] for row in rows] == [[loop, "2", "0 (0 to 0)"] for loop in ("paper", *ABLATIONS)]
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "By factor, loop paper" in page
+    assert "By factor, loop default-without" not in page
+
+
+def test_an_ablation_alone_is_told_in_full(drawn, tmp_path):
+    (name, *_) = ABLATIONS
+    found = write_arena_report([outcome(0, name)], tmp_path, worst=0, workers=1, log=lambda line: None)
+    assert found.table()[0] == ["metric", name]
+
+
+def test_dives_without_a_red_decoy_stand_beside_all(drawn, tmp_path):
+    def held(seed, share, red):
+        return replace(outcome(seed, held_of_all_fraction=share), factors={"red decoy": red})
+
+    outcomes = [held(0, 0.9, "no"), held(1, 0.7, "no"), held(2, 0.2, "yes")]
+    rows = write_arena_report(outcomes, tmp_path, worst=0, workers=1, log=lambda line: None).table()
+    first = [name for name, _ in rows].index("held_of_all_fraction")
+    assert [(name.strip(), cell.split()[0]) for name, cell in rows[first : first + 3]] == [
+        ("held_of_all_fraction", "0.6"),
+        ("without a red decoy", "0.8"),
+        ("with one", "0.2"),
+    ]
