@@ -25,11 +25,12 @@ INTERVALS = (
 
 @dataclass(frozen=True, kw_only=True)
 class WorstDive:
-    """A dive with its story and images."""
+    """A dive with its story and images, and a video of it if there is one."""
 
     outcome: ArenaOutcome
     story: str
     images: Sequence[tuple[Path, str]]
+    video: Path | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +90,7 @@ class ArenaResults:
                 {"loop": variant, "metric": metric, "interval": asdict(interval)}
                 for variant, metric, interval in self.differences
             ],
-            "worst": [_about(each.outcome) | {"story": each.story} for each in self.worst],
+            "worst": [_about(each.outcome) | {"story": each.story, "video": _video_file(each)} for each in self.worst],
             "dives": [
                 _about(outcome)
                 | {"failure": outcome.failure.sentence if outcome.failure else None, "numbers": outcome.numbers}
@@ -108,6 +109,11 @@ def in_full(variants: Sequence[str]) -> list[str]:
     Of an ablation the difference to the first is reported.
     """
     return [variant for number, variant in enumerate(variants) if number == 0 or variant not in ABLATIONS]
+
+
+def _video_file(dive: WorstDive) -> str | None:
+    """Named from the report's folder."""
+    return None if dive.video is None else f"{dive.outcome.folder.name}/{dive.video.name}"
 
 
 def arena_page(results: ArenaResults) -> str:
@@ -178,9 +184,11 @@ def _by_factor(rows: Sequence[ArenaRow], variant: str) -> content.Section:
 def _worst(dive: WorstDive) -> content.Section:
     outcome = dive.outcome
     factors = ", ".join(f"{factor}: {level}" for factor, level in outcome.factors.items())
+    video = _video_file(dive)
     return content.section(
         f"Seed {outcome.seed}, loop {outcome.variant}",
         content.paragraph(dive.story),
         content.paragraph(factors),
+        *([] if video is None else [content.paragraph(content.Link(file=video, words="what the loop saw, as video"))]),
         content.gallery(content.figure(path, caption) for path, caption in dive.images),
     )

@@ -14,7 +14,7 @@ from dives.arena.replay import write_frames
 from dives.arena.run import ArenaOutcome
 from dives.arena.tables import HEADLINES, arena_rows, dives_csv, pair_differences, story, summary_csv
 from dives.arena.tables import worst_dives as worst_of
-from dives.files import json_text
+from dives.files import OVERLAY_FILE, json_text
 from dives.metrics.frames import Frames
 from dives.metrics.holding import runs
 from optics.workers.run import all_ended, counted, run_many
@@ -35,6 +35,7 @@ def write_arena_report(
     folder: Path,
     *,
     worst: int,
+    videos: bool = False,
     workers: int,
     scheduler: str | None = None,
     quality: LightQuality | None = None,
@@ -50,6 +51,8 @@ def write_arena_report(
     folder : Path
     worst : int
         Dives of each loop that are looked at; their images take as long as the dives.
+    videos : bool
+        Whether those of the first loop are written as videos as well: a whole image is rendered for each frame.
     workers : int
         Dives at a time, in processes of this machine.
     scheduler : str, optional
@@ -67,13 +70,25 @@ def write_arena_report(
     rows, differences = arena_rows(outcomes), pair_differences(outcomes, HEADLINES)
     variants = list(dict.fromkeys(outcome.variant for outcome in outcomes))
     chosen = [outcome for variant in in_full(variants) for outcome in worst_of(outcomes, variant, worst)]
-    pictured = _pictured(chosen, partial(write_frames, quality=quality), workers=workers, scheduler=scheduler, log=log)
+    pictured = _pictured(
+        chosen,
+        partial(write_frames, quality=quality),
+        filmed=variants[0] if videos else None,
+        workers=workers,
+        scheduler=scheduler,
+        log=log,
+    )
     results = ArenaResults(
         outcomes=outcomes,
         rows=rows,
         differences=differences,
         worst=[
-            WorstDive(outcome=outcome, story=story(outcome.numbers or {}), images=pictured[outcome.folder])
+            WorstDive(
+                outcome=outcome,
+                story=story(outcome.numbers or {}),
+                images=pictured[outcome.folder],
+                video=video if (video := outcome.folder / OVERLAY_FILE).is_file() else None,
+            )
             for outcome in chosen
         ],
     )
@@ -109,11 +124,15 @@ def _pictured(
     chosen: Sequence[ArenaOutcome],
     draw: Callable[..., None],
     *,
+    filmed: str | None,
     workers: int,
     scheduler: str | None,
     log: Callable[[str], None],
 ) -> dict[Path, list[tuple[Path, str]]]:
-    """Images of dives with their captions, by the dive's folder; those that are there are kept."""
+    """Images of dives with their captions, by the dive's folder, and videos of those of one loop.
+
+    What is there is kept.
+    """
     pictures: dict[Path, list[tuple[Path, str]]] = {}
     jobs: dict[str, tuple[Any, ...]] = {}
     for outcome in chosen:
@@ -123,8 +142,10 @@ def _pictured(
         pictures[outcome.folder] = [(path, key.caption) for key, path in paths.items()]
         # Two may be of one frame.
         missing = {key.frame: str(path.absolute()) for key, path in paths.items() if not path.is_file()}
-        if missing:
-            jobs[outcome.folder.name] = (outcome.seed, outcome.variant, missing)
+        video = outcome.folder / OVERLAY_FILE
+        film = str(video.absolute()) if outcome.variant == filmed and not video.is_file() else None
+        if missing or film:
+            jobs[outcome.folder.name] = (outcome.seed, outcome.variant, missing, film)
     ends = run_many(draw, jobs, workers=workers, scheduler=scheduler)
     all_ended(ends, counted(log, 0, len(jobs), "dives drawn"))
     return {

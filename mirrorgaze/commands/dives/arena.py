@@ -31,6 +31,9 @@ def arena(
     worst: Annotated[
         int, typer.Option(metavar="N", help="Number of worst dives of each loop to draw images of.", min=0)
     ] = 10,
+    worst_videos: Annotated[
+        bool, typer.Option("--worst-videos", help="Write those of the first loop as videos, too.")
+    ] = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     shard: ShardOption = None,
@@ -53,7 +56,7 @@ def arena(
 
     \b
     Example:
-      mirrorgaze arena -o out/arena
+      mirrorgaze arena -o out/arena --worst-videos
       mirrorgaze arena --seeds 20 --variant default,paper -o out/loops
       mirrorgaze arena --ablate -o out/ablation
     """
@@ -82,7 +85,13 @@ def arena(
         if part is None:
             print_step("report ...")
             found = write_arena_report(
-                outcomes, output, worst=worst, workers=at_a_time, scheduler=scheduler, log=print_step
+                outcomes,
+                output,
+                worst=worst,
+                videos=worst_videos,
+                workers=at_a_time,
+                scheduler=scheduler,
+                log=print_step,
             )
     if part is not None:
         dives = seeds * len(variants)

@@ -11,7 +11,7 @@ from cad.assembly.meshes import rig_meshes
 from dives.arena import replay
 from dives.arena.distribution import ArenaDive, arena_dive
 from dives.arena.run import NUMBERS_FILE, drawn_digest, run_arena, with_loop
-from dives.runner import ClosedLoop
+from dives.runner import ClosedLoop, run_dive
 from dives.target_size import sized
 from scenes.baking.light_quality import LightQuality
 from tracking.overlay import overlay
@@ -90,3 +90,13 @@ def test_images_are_those_of_the_dive(quiet, tmp_path):
     expected = overlay(record.camera_frame, record.step)
     found = cv2.imread(str(tmp_path / "key_frames" / "five.png"))[..., ::-1]
     assert np.array_equal(found, expected)
+
+
+def test_a_video_is_the_overlay_of_the_dive_to_the_byte(quiet, tmp_path):
+    """As `run_dive` writes it when asked for it, with or without single images; nothing else is left beside it."""
+    coarse = LightQuality.coarse()
+    images = {2: str(tmp_path / "film" / "two.png")}
+    replay.write_frames(0, "default", images, str(tmp_path / "film" / "overlay.mp4"), quality=coarse)
+    dived = run_dive(quiet.model_copy(update={"overlay": True}), tmp_path / "dive", quality=coarse)
+    assert (tmp_path / "film" / "overlay.mp4").read_bytes() == (dived / "overlay.mp4").read_bytes()
+    assert {path.name for path in (tmp_path / "film").iterdir()} == {"two.png", "overlay.mp4"}

@@ -10,6 +10,7 @@ from dives.arena import run
 from dives.arena.run import ArenaOutcome
 from mirrorgaze.cli import app
 from optics.workers.run import Failure
+from reports.studies import arena_report
 from tests.dives.arena.test_tables import numbers
 from tracking.loop.ablations import ABLATIONS
 
@@ -72,6 +73,19 @@ def test_ablations_are_compared_with_the_default(dived, here):
     result = mirrorgaze("--variant", "paper,default", "--ablate")
     assert result.exit_code == 2
     assert "--ablate: expected default as the first --variant, got paper" in result.stderr
+
+
+def test_videos_of_the_worst_are_asked_for(dived, here, monkeypatch):
+    asked = []
+
+    def write_arena_report(*given, videos, **named):
+        asked.append(videos)
+        raise ValueError("asked")
+
+    monkeypatch.setattr(arena_report, "write_arena_report", write_arena_report)
+    mirrorgaze("--seeds", "1", "--worst-videos")
+    mirrorgaze("--seeds", "1")
+    assert asked == [True, False]
 
 
 def test_dives_that_failed_are_named_and_the_others_count(dived, here):

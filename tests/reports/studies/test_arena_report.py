@@ -48,8 +48,26 @@ def test_the_worst_dives_are_drawn(drawn, tmp_path):
     found = write_arena_report(outcomes, tmp_path, worst=2, workers=1, log=lambda line: None)
     assert [each.outcome.seed for each in found.worst] == [1, 2]
     assert set(drawn) == {"1-default", "2-default"}
+    assert {video for *_, video in drawn.values()} == {None}
     assert json.loads((tmp_path / "arena.json").read_text(encoding="utf-8")) == found.as_dict()
     assert "Never acquired" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_videos_are_of_the_first_loop_and_made_once(drawn, tmp_path):
+    outcomes = [replace(outcome(seed, loop), folder=tmp_path / f"{seed}-{loop}") for loop in LOOPS for seed in (0, 1)]
+    film = tmp_path / "1-default" / "overlay.mp4"
+    film.parent.mkdir()
+    film.write_bytes(b"made before")
+    found = write_arena_report(outcomes, tmp_path, worst=2, videos=True, workers=1, log=lambda line: None)
+    videos = {name: video for name, (*_, video) in drawn.items()}
+    assert videos == {
+        "0-default": str(tmp_path / "0-default" / "overlay.mp4"),
+        "1-default": None,
+        "0-paper": None,
+        "1-paper": None,
+    }
+    assert [each["video"] for each in found.as_dict()["worst"]] == [None, "1-default/overlay.mp4", None, None]
+    assert 'href="1-default/overlay.mp4"' in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_an_ablation_is_compared_and_not_told_in_full(drawn, tmp_path):
