@@ -1,4 +1,4 @@
-"""Which pixels of an image the loop and its ground truth look at: those of the gaze mirror."""
+"""Which pixels of an image the loop and its ground truth look at, where nobody else does."""
 
 from __future__ import annotations
 
@@ -28,8 +28,13 @@ def filled(outlines_px: Sequence[FloatArray], size: tuple[int, ...]) -> NDArray[
 
 def pixels_around(outlines_px: Sequence[FloatArray], size: tuple[int, ...]) -> NDArray[np.bool_]:
     """Pixels that what is inside convex polygons is made of, shape (height, width): with `MARGIN_PX` around it."""
+    return with_margin(filled(outlines_px, size) > 0)
+
+
+def with_margin(pixels: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels, and those that are at most `MARGIN_PX` beside them."""
     reach = np.ones((2 * MARGIN_PX + 1, 2 * MARGIN_PX + 1), dtype=np.uint8)
-    return np.asarray(cv2.dilate(filled(outlines_px, size), reach) > 0)
+    return np.asarray(cv2.dilate(pixels.astype(np.uint8), reach) > 0)
 
 
 def part_around(pixels: NDArray[np.bool_]) -> tuple[slice, slice]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from dives.dive import Dive
-from dives.looked_at import part_around, pixels_around
+from dives.looked_at import part_around
 from dives.paths import body_pose, decoy_pose, target_pose
 from dives.timed_mirrors import TimedMirrors
 from optics.gaze.kinematics import forward_gaze
@@ -142,14 +142,14 @@ class RenderedCamera:
         """Time of the next image, None when there will be no more."""
         return None if self._next >= self.dive.frames else self._next / self.dive.frame_rate_hz
 
-    def read(self, outlines_px: Sequence[FloatArray] | None = None) -> CameraFrame | None:
+    def read(self, looked_at: NDArray[np.bool_] | None = None) -> CameraFrame | None:
         """Expose the next image; None when the dive is over.
 
         Parameters
         ----------
-        outlines_px : sequence of array, shape (k, 2), optional
-            Convex polygons in the image, outside which nobody looks: there nothing is rendered but the pixels that are
-            metered. Inside it is the same image.
+        looked_at : array, shape (height, width), optional
+            Pixels that somebody looks at, with those beside them that their colours come from (`dives.looked_at`). Of
+            the others nothing is rendered but those that are metered; these are as in the whole image.
         """
         time_s = self.next_time_s
         if time_s is None:
@@ -165,7 +165,6 @@ class RenderedCamera:
             # An odd number: one of them is the middle of the exposure.
             sweeps=sweep_count(motion_px=smear_px, step_px=STEP_PX, most=MOST_SWEEPS) | 1,
         )
-        looked_at = None if outlines_px is None else pixels_around(outlines_px, self.renderer.shape[::-1])
         raw, label = self._exposed(sweeps, looked_at)
         image = develop(raw, self._sensor, WHOLE if looked_at is None else part_around(looked_at))
         self.exposure = Exposure(

@@ -17,20 +17,22 @@ from typing import Any
 
 import av
 import numpy as np
+from numpy.typing import NDArray
 from pydantic.main import IncEx
 
 from cad.assembly.meshes import rig_meshes
+from dives.direct_view import direct_view
 from dives.dive import Dive
 from dives.files import finish_dive, is_finished
 from dives.ground_truth_columns import GroundTruthColumns
 from dives.journal import Journal
+from dives.looked_at import pixels_around, with_margin
 from dives.named_files import digests
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
 from dives.robot_view import robot_view
 from dives.target_size import sized
 from dives.timed_mirrors import TimedMirrors
-from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from optics.workers.threads import resting_threads
 from rigs import Rig
@@ -88,7 +90,10 @@ class ClosedLoop:
         self.camera = RenderedCamera(dive, rig, parts, self.mirrors, quality)
         variant = dive.loop_variant()
         view = robot_view(rig, parts) if variant.ignores_robot else None
-        self.loop = TrackingLoop(rig, variant, detector=settings, robot_view=view)
+        past_mirrors = direct_view(rig, parts) if variant.direct_view else None
+        self.loop = TrackingLoop(rig, variant, detector=settings, robot_view=view, direct_view=past_mirrors)
+        size = (rig.camera.width_px, rig.camera.height_px)
+        self._past_mirrors = None if past_mirrors is None else with_margin(past_mirrors.pixels(*size))
         target = self.camera.renderer.scene.target
         assert target is not None  # a dive's scene has one
         self.truth = GroundTruthColumns(rig, target.shape, settings)
@@ -126,10 +131,14 @@ class ClosedLoop:
             self.seconds[name] += took
         return FrameRecord(camera_frame=camera_frame, step=step, row=row)
 
-    def _looked_at(self, report: MirrorReport) -> list[FloatArray]:
-        """Where loop and ground truth will look in the next image."""
+    def _looked_at(self, report: MirrorReport) -> NDArray[np.bool_]:
+        """Pixels at which loop and ground truth will look in the next image."""
         (q,) = self.mirrors.q(np.array([report.time_s]))
-        return [self.loop.corners_px(report), self.truth.corners_px(q)]
+        outlines = [self.loop.corners_px(report), self.truth.corners_px(q)]
+        gaze = pixels_around(outlines, self.camera.renderer.shape[::-1])
+        if self._past_mirrors is None or not self.loop.looks_past_mirrors(report.time_s):
+            return gaze
+        return gaze | self._past_mirrors
 
     def snapshot(self) -> dict[str, Any]:
         """State of all parts, as JSON holds it."""

@@ -77,7 +77,7 @@ def trace_poses(
         Called with the number of poses done and their total.
     """
     field, count = folded_field(train, layout, occluders[Group.FIXED], columns, rows), len(poses)
-    near = _near_moving_parts(field, layout, occluders)
+    near = near_moving_parts(field, layout, occluders)
     # Direct view far from all that moves is the same at all poses.
     moving = field.folded | near
     pixels, solid_angle = _same_at_all_poses(field, moving)
@@ -123,7 +123,7 @@ def _kernel_parameters(
 ) -> dict[str, Any]:
     """What `_follow` takes: the rays that poses change, M2 and the parts in their way."""
     return {
-        "field": _field_parameters(field, moving, _near_moving_parts(field, layout, occluders)),
+        "field": _field_parameters(field, moving, near_moving_parts(field, layout, occluders)),
         "m2_outline": train.mirrors[1].parameters().outline,
         "gimbal": opaque_vector(layout.body_from_gimbal.translation),
         **blocker_parameters(occluders),
@@ -227,7 +227,7 @@ def _field_parameters(field: FoldedField, moving: NDArray[np.bool_], near: NDArr
     return parameters
 
 
-def _near_moving_parts(field: FoldedField, layout: Layout, occluders: Occluders) -> NDArray[np.bool_]:
+def near_moving_parts(field: FoldedField, layout: Layout, occluders: Occluders) -> NDArray[np.bool_]:
     """Rays that between port and M1, or in the direct view, enter the sphere in which all moving parts turn."""
     moving = [part for group in (Group.PAN, Group.TILT) for part in occluders[group].parts]
     reach = max((np.linalg.norm(part.vertices_m, axis=1).max() for part in moving), default=0.0)

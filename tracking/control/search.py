@@ -1,13 +1,18 @@
-"""Where to look while there is no target: where one that was lost can have gone, then everywhere."""
+"""Where to look while there is no target: where one that was lost can have gone, then everywhere.
+
+What shows past the mirrors in the meantime is looked at first.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from optics.gaze.motion import JointSpeeds, move_time
 from optics.kernels.arrays import FloatArray
+from tracking.control.direct_look import DirectLook
 from tracking.control.gaze_view import GazeView
 from tracking.control.joint_paths import raster_path
 from tracking.control.lost_target import LostTarget
@@ -32,6 +37,8 @@ class Search:
         Field of view of the crop across and upwards, radians.
     likely : GazeView, optional
         What each pose shows: likely places come first (`likely_path`). Without it a raster is run to and fro.
+    direct : DirectLook, optional
+        Looks past the mirrors.
     interval_s : float
         From image to image.
     """
@@ -43,6 +50,7 @@ class Search:
         view: FloatArray,
         *,
         likely: GazeView | None = None,
+        direct: DirectLook | None = None,
         interval_s: float = 1 / 30,
     ):
         self._gimbal, self._speeds, self._step = gimbal, speeds, (1 - OVERLAP) * view
@@ -56,6 +64,7 @@ class Search:
             else likely_path(gimbal, likely, self._step, speeds, interval_s)
         )
         self._lost: LostTarget | None = None
+        self._direct = direct
         self._time_s = 0.0
         self._approach_s = 0.0
 
@@ -84,8 +93,27 @@ class Search:
         """Go on from joint values `q` where the search was broken off."""
         self._approach_s = float(move_time(self._speeds, q, self._place()[np.newaxis])[0])
 
+    def looks_past_mirrors(self, time_s: float) -> bool:
+        """Whether the direct view is to be looked at in an image taken at a time, seconds."""
+        return self._direct is not None and self._direct.is_due(time_s)
+
+    def look_past_mirrors(self, image: NDArray[np.uint8], time_s: float, q: FloatArray) -> None:
+        """Look at the direct view in an image, taken at `q`; after `looks_past_mirrors`."""
+        assert self._direct is not None  # it looks there
+        self._direct.take(image, time_s, q)
+
+    def pause(self) -> None:
+        """Something is followed."""
+        if self._direct is not None:
+            self._direct.end()
+
     def advance(self, seconds: float, q: FloatArray) -> FloatArray:
         """Joint values to ask for, shape (2,), so much later, after an image taken at `q` without the target."""
+        if self._direct is not None and self._direct.turned:
+            pose = self._direct.pose(seconds, q)
+            if pose is not None:
+                return pose
+            self.resume(q)
         if self._lost is not None:
             pose = self._lost.next_pose(q, seconds)
             if not self._lost.given_up:
@@ -110,6 +138,7 @@ class Search:
             "time_s": self._time_s,
             "approach_s": self._approach_s,
             "lost": None if self._lost is None else self._lost.snapshot(),
+            "direct": None if self._direct is None else self._direct.snapshot(),
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -118,3 +147,5 @@ class Search:
         lost, self._lost = snapshot["lost"], None
         if lost is not None:
             self._lost = LostTarget.restored(lost, self._gimbal, self._speeds, self._step)
+        if self._direct is not None:
+            self._direct.restore(snapshot["direct"])

@@ -16,6 +16,7 @@ from optics.mirror_outline import mirror_outline
 from rigs import ImageSensorSpec, Rig
 from tracking.control.crop_follower import CropFollower
 from tracking.control.crop_scale import crop_scale, level_pose
+from tracking.control.direct_look import DirectLook
 from tracking.control.follower import Follower, Observation
 from tracking.control.gaze_follower import GazeFollower
 from tracking.control.gaze_view import GazeView
@@ -38,6 +39,7 @@ from tracking.perception import (
     detector_of,
     taken,
 )
+from tracking.perception.direct_view import DirectView
 from tracking.perception.robot_view import RobotView
 from tracking.protocols import CameraFrame, MirrorReport
 from tracking.records import Mode, Step
@@ -67,6 +69,9 @@ class TrackingLoop:
         For eq. 6; without them, exact corners on a grid of 7 x 7 poses. Exact corners need none.
     robot_view : RobotView, optional
         Where the crop shows the robot itself: what is there is not taken for the target. Without it, everything may be.
+    direct_view : DirectView, optional
+        Where the image shows the water past the mirrors: a search turns to what looks like the target there. Without
+        it, the gaze alone is looked at.
 
     Raises
     ------
@@ -82,6 +87,7 @@ class TrackingLoop:
         detector: DetectorSettings | None = None,
         samples: CornerSamples | None = None,
         robot_view: RobotView | None = None,
+        direct_view: DirectView | None = None,
     ):
         speeds = JointSpeeds.from_rig(rig)
         self._variant = variant
@@ -120,6 +126,7 @@ class TrackingLoop:
             speeds,
             view,
             likely=shown if variant.likely_first else None,
+            direct=None if direct_view is None else DirectLook(direct_view, self._detect, self._gimbal, speeds, shown),
             interval_s=1 / (rig.image_sensor or ImageSensorSpec()).frame_rate_hz,
         )
         check_s = variant.behaviour.check_s
@@ -134,6 +141,10 @@ class TrackingLoop:
     def started(self) -> bool:
         """Whether it has taken an image."""
         return self._first_s is not None
+
+    def looks_past_mirrors(self, time_s: float) -> bool:
+        """Whether it will look at the direct view in an image at a time, seconds, if that is the next."""
+        return self._searches and self._search.looks_past_mirrors(time_s)
 
     def step(self, camera_frame: CameraFrame, report: MirrorReport) -> Step:
         """Take one image, decide where to turn the mirror.
@@ -155,6 +166,7 @@ class TrackingLoop:
         crop = Crop.of(corners, outline=self._outline)
         image = crop.take(camera_frame.image)
         # Nothing is refused from here on: an image that is leaves no trace.
+        looks_past_mirrors = self.looks_past_mirrors(camera_frame.time_s)
         elapsed_s = self._note_time(camera_frame.time_s)
         robot = None if self._robot_view is None else self._robot_view.mask(q, crop.width_px, crop.height_px)
         observation = Observation(
@@ -184,6 +196,10 @@ class TrackingLoop:
             likely=self._follower.likely,
             doubted=self._follower.doubted,
         )
+        if not self._searches:
+            self._search.pause()
+        elif looks_past_mirrors:
+            self._search.look_past_mirrors(camera_frame.image, camera_frame.time_s, q)
         self._q_command = np.clip(
             self._decide(before, observation, elapsed_s), self._gimbal.lowest, self._gimbal.highest
         )
@@ -239,6 +255,11 @@ class TrackingLoop:
     def _joints(self, report: MirrorReport) -> FloatArray:
         """Joint values of a report; those asked for last where it is not finite."""
         return np.array(report.q if np.isfinite(report.q).all() else self._q_command, dtype=np.float64)
+
+    @property
+    def _searches(self) -> bool:
+        """Whether it searches, and has no candidate."""
+        return self._state.mode is Mode.SCAN and self._state.hits == 0
 
     @property
     def _interval_s(self) -> float:

@@ -29,6 +29,8 @@ class Variant:
         Whether the search of everything begins where a target is likely to be; else it is a raster.
     ignores_robot : bool
         Whether what the crop shows of the robot itself is ignored, where the loop is told what that is.
+    direct_view : bool
+        Whether a search looks past the mirrors as well, where the loop is told what is seen there.
     contrast : bool
         Whether the target is found by its contrast with what is around it (`tracking.perception.contrast`), unless the
         detector's colour window is another than `RED_IN_WATER`; else by that window.
@@ -51,6 +53,7 @@ class Variant:
     rescan: Literal["raster", "reachable"]
     likely_first: bool
     ignores_robot: bool
+    direct_view: bool
     contrast: bool
     behaviour: BehaviourSettings
     gains: tuple[float, float] = (GAIN, GAIN)
@@ -87,6 +90,7 @@ VARIANTS = {
             rescan="raster",
             likely_first=False,
             ignores_robot=False,
+            direct_view=False,
             contrast=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
@@ -97,6 +101,7 @@ VARIANTS = {
             rescan="raster",
             likely_first=False,
             ignores_robot=False,
+            direct_view=False,
             contrast=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
@@ -107,6 +112,7 @@ VARIANTS = {
             rescan="reachable",
             likely_first=True,
             ignores_robot=True,
+            direct_view=True,
             contrast=True,
             # Wherever the paper's servos stand, they have met the check within 2 s: from then on the driver knows them.
             behaviour=BehaviourSettings(

@@ -8,10 +8,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
 
-from dives.evaluation.synthetic_camera import DRAWN_BALL, SyntheticCamera
+from dives.direct_view import direct_view
+from dives.evaluation.synthetic_camera import BALL, DRAWN_BALL, SyntheticCamera
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
@@ -366,10 +368,41 @@ def test_samples_of_ones_own_are_what_eq_6_interpolates():
     np.testing.assert_allclose(step.corners_px, exact.corners(np.zeros(2)) + 7.0, atol=1e-9)
 
 
+def test_a_search_turns_to_what_shows_past_the_mirrors():
+    """Closed loop, a ball that the direct view shows and the search comes to last: looked at at once with it."""
+    view = direct_view(RIG, [])
+    assert view is not None
+    rows, columns = np.nonzero(view.water)
+    row, column = rows[len(rows) // 2], columns[len(rows) // 2]
+    target = 2.0 * view.direction[row, column].astype(np.float64)
+    x, y = (int((at + 0.5) * 640 / view.water.shape[1]) for at in (column, row))
+    found_s = []
+    for shown in (None, view):
+        dive = Dive(without_check("default"))
+        dive.loop = TrackingLoop(camera().rig, without_check("default"), detector=DRAWN_BALL, direct_view=shown)
+        looks = 0
+        while set(dive.modes()) <= {"s"} and len(dive.steps) < 600:
+            time_s = len(dive.steps) / RATE_HZ
+            q = dive.mirrors.true_q(SETTLED_S + time_s)
+            image = cv2.circle(camera().image(q, target), (x, y), 15, BALL, cv2.FILLED)
+            looks += dive.loop.looks_past_mirrors(time_s)
+            step = dive.loop.step(
+                CameraFrame(image=np.asarray(image), time_s=time_s), dive.mirrors.report(SETTLED_S + time_s)
+            )
+            dive.mirrors.command(step.q_command, SETTLED_S + time_s + LATENCY_S)
+            dive.steps.append(step)
+        assert dive.modes()[-1] == "t"
+        assert GIMBAL.gaze(q) @ target / np.linalg.norm(target) > math.cos(math.radians(15))
+        assert looks == pytest.approx(0 if shown is None else len(dive.steps) / RATE_HZ / 0.2, abs=2)
+        found_s.append(time_s)
+    assert found_s[1] < found_s[0] - 1.0
+
+
 def test_variants_differ_as_they_say():
     literal, paper, default = VARIANTS["paper-literal"], VARIANTS["paper"], VARIANTS["default"]
     assert [variant.law for variant in (literal, paper, default)] == ["paper-literal", "paper", "gaze"]
     assert [variant.contrast for variant in (literal, paper, default)] == [False, False, True]
+    assert [variant.direct_view for variant in (literal, paper, default)] == [False, False, True]
     assert literal.behaviour == paper.behaviour
     assert (paper.behaviour.check_s, paper.behaviour.confirm_frames, paper.behaviour.predict_frames) == (30.0, 1, 30)
     with pytest.raises(ValueError, match=r"target_distance_m above 0, got 0.*control_latency_s"):
