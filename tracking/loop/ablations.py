@@ -13,6 +13,7 @@ TAKEN_AWAY: dict[str, dict[str, Any]] = {
     "contrast": {"contrast": False},
     "robot-mask": {"ignores_robot": False},
     "search-prior": {"likely_first": False},
+    "direct-view": {"direct_view": False},
     "lost-target-search": {"rescan": "raster"},
     "exact-corners": {"corners": "interpolated"},
     # The search for a lost target begins at its direction, which the paper's follower does not know.
