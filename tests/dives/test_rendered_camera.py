@@ -8,6 +8,7 @@ import pytest
 
 from cad.assembly.meshes import rig_meshes
 from dives import rendered_camera
+from dives.looked_at import pixels_around
 from dives.paths import body_pose, target_pose
 from dives.rendered_camera import MOST_SWEEPS, RenderedCamera, dive_scene
 from dives.timed_mirrors import STEP_S, TimedMirrors
@@ -178,7 +179,8 @@ def test_what_is_looked_at_is_as_in_the_whole_image(small_dive, rig, parts):
         np.zeros((rig.camera.height_px, rig.camera.width_px), np.uint8), np.rint(outline).astype(np.int32), 1
     )
     for _ in range(3):
-        expected, found = whole.read(), seen.read([outline, np.full((4, 2), np.nan)])
+        looked_at = pixels_around([outline, np.full((4, 2), np.nan)], inside.shape[::-1])
+        expected, found = whole.read(), seen.read(looked_at)
         assert np.array_equal(found.image[inside > 0], expected.image[inside > 0])
         assert np.array_equal(seen.exposure.label[inside > 0], whole.exposure.label[inside > 0])
         assert seen.snapshot() == whole.snapshot()
@@ -187,5 +189,6 @@ def test_what_is_looked_at_is_as_in_the_whole_image(small_dive, rig, parts):
 
 
 def test_where_there_is_no_outline_nothing_is_developed(small_dive, rig, parts):
-    found = camera(small_dive, rig, parts).read([np.full((4, 2), np.nan)])
+    nothing = pixels_around([np.full((4, 2), np.nan)], (rig.camera.width_px, rig.camera.height_px))
+    found = camera(small_dive, rig, parts).read(nothing)
     assert (found.image == 0).all()
