@@ -15,17 +15,24 @@ import sys
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pytest
 
+from cad.assembly.meshes import rig_meshes
 from dives import files, journal, recorder, rendered_camera, runner
+from dives.direct_view import direct_view
 from dives.dive import Dive, varied
 from dives.runner import DiveStoppedError
 from dives.target_size import sized
 from scenes.baking.light_quality import LightQuality
+from tracking.control.direct_look import DirectLook
 from tracking.log import read_log, write_table
 
 COARSE = LightQuality.coarse()
+LOOKS = (1, 6)
+"""Images in which a search looks past the mirrors: in the first one nothing has been searched yet."""
+
 run_dive = partial(runner.run_dive, quality=COARSE)
 
 FRAMES = 8
@@ -112,6 +119,28 @@ def test_without_video_the_loop_does_the_same(small_dive, whole, tmp_path):
     (tmp_path / "log.parquet").write_bytes(whole["log.parquet"])
     # As text: what is not a number is not equal to itself.
     assert repr(read_log(folder).to_pylist()) == repr(read_log(tmp_path).to_pylist())
+
+
+def test_without_video_a_search_has_the_direct_view_of_the_whole_image(small_dive, monkeypatch):
+    """In the images in which it is looked at, and in no other."""
+    searching = varied(small_dive, video=False).model_copy(update={"functional_check": False})
+    rig = searching.load_rig()
+    given: dict[bool, list[np.ndarray]] = {}
+    monkeypatch.setattr(DirectLook, "take", lambda look, image, time_s, q: given[shown].append(image.copy()))
+    monkeypatch.setattr(DirectLook, "is_due", lambda look, time_s: round(30 * time_s) in LOOKS)
+    for shown in (False, True):
+        given[shown] = []
+        closed = runner.ClosedLoop(sized(searching, rig), rig, rig_meshes(rig), COARSE)
+        closed.whole_images = shown
+        records = [closed.next() for _ in range(FRAMES)]
+        view = direct_view(rig, rig_meshes(rig))
+        assert view is not None
+        seen = view.pixels(rig.camera.width_px, rig.camera.height_px)
+        black = [bool((record.camera_frame.image[seen] == 0).all()) for record in records if record is not None]
+        assert black == [not shown and frame not in LOOKS for frame in range(FRAMES)]
+    assert len(given[True]) == len(given[False]) == len(LOOKS)
+    for whole_image, part in zip(given[True], given[False], strict=True):
+        assert np.array_equal(part[seen], whole_image[seen])
 
 
 def test_stopped_again_and_again_it_goes_on_to_the_same_bytes(small_dive, whole, tmp_path):
