@@ -1,6 +1,7 @@
 """What the loop stands between: a camera that gives images, and mirrors that take joint values.
 
-Rendered dives, recorded video and real hardware share these two protocols, so the same loop runs on all of them.
+Rendered dives, recorded video and real hardware share these two protocols, so the same loop runs on all of them. A
+robot that knows how it is turned may say so as well.
 """
 
 from __future__ import annotations
@@ -48,6 +49,23 @@ class MirrorReport:
     measured: bool
 
 
+@dataclass(frozen=True, kw_only=True)
+class AttitudeReport:
+    """How the body is turned.
+
+    Attributes
+    ----------
+    quaternion : array, shape (4,)
+        x, y, z, w, of length 1: the turn from body axes (x forward, y left, z up) to axes that do not turn with the
+        body. Any will do: east, north and up, or the body's own as they were at power-on.
+    time_s : float
+        At which it was so, on the loop's clock; it may be before the image's.
+    """
+
+    quaternion: FloatArray
+    time_s: float
+
+
 class Camera(Protocol):
     """Gives images, one after the other."""
 
@@ -63,3 +81,10 @@ class MirrorDriver(Protocol):
 
     def report(self, time_s: float) -> MirrorReport:
         """What is known of the joints at a moment that is not before the last command's."""
+
+
+class AttitudeSensor(Protocol):
+    """Knows how the body is turned: an inertial measurement unit, or the vehicle's own navigation."""
+
+    def report(self, time_s: float) -> AttitudeReport:
+        """The newest that is known of the attitude at a time."""

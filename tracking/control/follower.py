@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from optics.kernels.arrays import FloatArray
 from tracking.estimation.direction_filter import Bearing
 from tracking.perception import Crop
+from tracking.protocols import AttitudeReport
 from tracking.records import Blob
 
 
@@ -33,6 +34,8 @@ class Observation:
         What may be the target in the crop.
     robot : array, shape (crop height, crop width), optional
         uint8: 255 where the crop may show the robot itself; without it, nowhere.
+    attitude : AttitudeReport, optional
+        How the body is turned, where a sensor says so.
     """
 
     time_s: float
@@ -42,6 +45,7 @@ class Observation:
     crop: Crop
     blobs: tuple[Blob, ...]
     robot: NDArray[np.uint8] | None = None
+    attitude: AttitudeReport | None = None
 
     def shows(self, point_px: tuple[float, float]) -> bool:
         """Whether a point of the crop would show a target: it lies in the crop, and not on the robot."""

@@ -1,4 +1,8 @@
-"""The default follower: filter and pointing among directions of the body."""
+"""The default follower: a filter of directions, and pointing.
+
+Directions are measured and pointed at in the body frame. In between, filter and evidence are among steady axes
+(`tracking.estimation.attitude`), which are the body's where no attitude is known.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,7 @@ from optics.kernels.arrays import FloatArray
 from tracking.control.follower import Observation
 from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
+from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.track_evidence import TrackEvidence
@@ -69,6 +74,7 @@ class GazeFollower:
         self._rates: FloatArray = np.zeros(2)
         self._before: tuple[float, FloatArray] | None = None
         self._rad_per_px = math.sqrt(scale.prod())
+        self._axes = SteadyAxes()
         self._filter = DirectionFilter(noise)
         self._steady = DirectionFilter(replace(noise, acceleration_deg=noise.steady_acceleration_deg))
         self._evidence = TrackEvidence()
@@ -90,7 +96,7 @@ class GazeFollower:
     def direction(self) -> FloatArray | None:
         """Unit vector from the centre of M2 to the target, body frame; None without an estimate."""
         bearing = self._filter.bearing
-        return None if bearing is None else bearing.direction
+        return None if bearing is None else self._axes.to_body(bearing.direction)
 
     @property
     def beyond_reach(self) -> bool:
@@ -104,9 +110,9 @@ class GazeFollower:
         It is for as long as pan takes to turn round: whether it turns back or goes on, this costs at most twice as much
         time as knowing would have (the rule for renting before one buys; Karlin et al. 1988).
         """
-        if self._seen or self._last_seen is None or self._before is None:
+        if self._seen or self.last_seen is None or self._before is None:
             return False
-        bearing, last_s = self._last_seen
+        bearing, last_s = self.last_seen
         return self._before[0] - last_s < self._pointing.turning_s and self._pointing.past_the_end(bearing.direction)
 
     @property
@@ -116,12 +122,19 @@ class GazeFollower:
 
     @property
     def last_seen(self) -> tuple[Bearing, float] | None:
-        """Where the target was last seen, and at which time, seconds; its rate is what it was steadily."""
-        return self._last_seen
+        """Where the target was last seen, and at which time, seconds; its rate is what it was steadily.
+
+        In the body frame as it is now, the body's own turn left out.
+        """
+        if self._last_seen is None:
+            return None
+        bearing, last_s = self._last_seen
+        return self._axes.bearing_to_body(bearing), last_s
 
     def expect(self, observation: Observation) -> tuple[float, float] | None:
         """Predict the direction."""
         self._note_rates(observation)
+        self._axes.note(observation.attitude, observation.time_s)
         self._filter.predict(observation.time_s)
         self._steady.predict(observation.time_s)
         return self._expected_px(observation)
@@ -142,12 +155,13 @@ class GazeFollower:
         if bearing is None:
             return observation.q_command
         images = math.floor(self._latency_s / observation.interval_s) + 1
-        last = self._last_seen
+        last = self.last_seen
         gone = not self._seen and not self.waits_at_the_end
         left = gone and last is not None and self._pointing.past_the_end(last[0].direction)
         ahead_s = images * observation.interval_s
-        q = self._pointing.command(bearing, ahead_s, observation.q, seen=self._seen, left=left)
-        return self._view.past_robot(q, bearing.after(ahead_s).direction)
+        ahead = self._axes.bearing_ahead(bearing, ahead_s)
+        q = self._pointing.command(ahead, ahead_s, observation.q, seen=self._seen, left=left)
+        return self._view.past_robot(q, ahead.after(ahead_s).direction)
 
     def _take_in(self, blobs: tuple[Blob, ...], observation: Observation) -> None:
         """Correct direction and evidence by what was taken for the target."""
@@ -204,8 +218,9 @@ class GazeFollower:
 
     def forget(self, *, candidate: bool) -> None:
         """Drop the estimate; of what was doubted, or a candidate, remember where it was."""
-        if (self.doubted or candidate) and self.direction is not None and self._before is not None:
-            self._evidence.drop(self.direction, self._before[0])
+        bearing = self._filter.bearing
+        if (self.doubted or candidate) and bearing is not None and self._before is not None:
+            self._evidence.drop(bearing.direction, self._before[0])
         self._evidence.begin_again()
         self._filter.forget()
         self._steady.forget()
@@ -216,6 +231,7 @@ class GazeFollower:
         before = None if self._before is None else [self._before[0], self._before[1].tolist()]
         last = self._last_seen
         return {
+            "axes": self._axes.snapshot(),
             "filter": self._filter.snapshot(),
             "steady": self._steady.snapshot(),
             "seen": self._seen,
@@ -227,6 +243,7 @@ class GazeFollower:
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
+        self._axes.restore(snapshot["axes"])
         self._filter.restore(snapshot["filter"])
         self._steady.restore(snapshot["steady"])
         self._seen, last = snapshot["seen"], snapshot["last_seen"]
@@ -245,10 +262,11 @@ class GazeFollower:
         self._before = (observation.time_s, observation.q)
 
     def _direction(self, centroid_px: tuple[float, float], observation: Observation) -> FloatArray | None:
-        """Direction that a pixel of the crop shows, with the joints as they were when its row was open."""
+        """Direction that a pixel of the crop shows, steady axes, with the joints as they were when its row was open."""
         pixel = observation.crop.to_image([centroid_px])[0]
         later_s = (pixel[1] - self._lines_of_sight.middle_row_px) * self._row_time_s
-        return self._lines_of_sight.direction(pixel, observation.q + self._rates * later_s)
+        direction = self._lines_of_sight.direction(pixel, observation.q + self._rates * later_s)
+        return None if direction is None else self._axes.to_steady(direction)
 
     def _likeliest(self, blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
         """The likeliest, and all of a detector that does not weigh: it may have found one target in pieces."""
@@ -257,26 +275,28 @@ class GazeFollower:
 
     def _may_be_target(self, blob: Blob, observation: Observation) -> bool:
         """Whether the blob, as a disc of its area, comes near enough to the expected direction."""
-        expected = self.direction
+        bearing = self._filter.bearing
         direction = self._direction(blob.centroid_px, observation)
         if direction is None:
             return False
         likely = blob.log_odds >= ACQUIRED_LOG_ODDS
-        if expected is None:
+        if bearing is None:
             return likely and not self._evidence.is_clutter(direction, observation.time_s)
         if not likely and self._filter.expected_spread > PLACE_TELLS_RAD:
             return False
+        expected = bearing.direction
         apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
         gate = min(GATE * self._filter.expected_spread, WIDEST_GATE_RAD)
         reach = gate + self._radius(blob.area_px)
         return apart <= reach or (likely and self._comes_back(direction))
 
     def _is_near(self, direction: FloatArray) -> bool:
-        """Whether a direction is within the widest gate of the expected one."""
-        return self.direction is not None and float(self.direction @ direction) > math.cos(WIDEST_GATE_RAD)
+        """Whether a direction, steady axes, is within the widest gate of the expected one."""
+        bearing = self._filter.bearing
+        return bearing is not None and float(bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
 
     def _comes_back(self, direction: FloatArray) -> bool:
-        """Whether a direction is one in which a target comes back that is waited for where it went past the end."""
+        """Whether a target that is waited for where it went past the end comes back in a direction, steady axes."""
         if not self.waits_at_the_end or self._last_seen is None:
             return False
         return float(self._last_seen[0].direction @ direction) > math.cos(WIDEST_GATE_RAD)

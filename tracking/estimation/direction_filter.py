@@ -1,7 +1,9 @@
-"""The target's direction in the body frame, at a constant rate: the default's filter.
+"""The target's direction at a constant rate: the default's filter.
 
 In the image a target moves when the mirror turns. Among the directions of the body it does not: the mirror's own turn
-is taken out of each measurement, exactly, by `LinesOfSight`, and the target's (and vehicle's) motion is left.
+is taken out of each measurement, exactly, by `LinesOfSight`, and the target's (and vehicle's) motion is left. Where an
+attitude sensor tells the vehicle's turn, `SteadyAxes` takes that out as well: the axes are then steady ones, else the
+body's.
 
 The state is the direction and its rate, three columns of eqs. 8 and 9 with one covariance, since noise has no preferred
 direction: the model ``A = [1 dt; 0 1]`` of a white acceleration (Bar-Shalom, Li & Kirubarajan, Estimation with
@@ -63,7 +65,7 @@ class Bearing:
     Attributes
     ----------
     direction : array, shape (3,)
-        Unit vector, body frame.
+        Unit vector, body frame or steady axes.
     rate : array, shape (3,)
         Of the direction, across it, rad/s.
     """
@@ -123,7 +125,7 @@ class DirectionFilter:
         Parameters
         ----------
         direction : array, shape (3,)
-            Unit vector, body frame.
+            Unit vector, in the axes of all others.
         doubt : float
             Standard deviation on each axis, radians, that this measurement has beside the usual one.
 

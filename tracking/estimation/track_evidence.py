@@ -8,7 +8,8 @@ alone is above even. What never gets there within its probation, what falls belo
 less than a third of the images that should show it, is dropped, and its direction is remembered as clutter: the
 search does not end there again. What was above even still, or was not seen again before it could be judged, is so for a
 shorter time. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and what stands
-around a hovering robot nearly does; a robot that swims on leaves clutter behind, so it is forgotten.
+around a hovering robot nearly does; where an attitude sensor tells how the robot turns, directions are steady ones, and
+what stands around it keeps its own. A robot that swims on leaves clutter behind, so it is forgotten.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ CLUTTER_RAD = math.radians(3.0)
 
 @dataclass(frozen=True, kw_only=True)
 class ClutterPlace:
-    """Where something was that was not the target: unit vector, body frame, shape (3,), and until when that counts."""
+    """Where something was that was not the target: unit vector, steady axes, shape (3,), and until when that counts."""
 
     direction: FloatArray
     until_s: float
@@ -87,7 +88,7 @@ class TrackEvidence:
         Of the images that should show it, those that did.
     trusted : bool
     first : array, shape (3,), optional
-        Unit vector to where it was first seen in all images since, body frame.
+        Unit vector to where it was first seen in all images since, steady axes.
     clutter : list of ClutterPlace
     """
 
@@ -133,7 +134,7 @@ class TrackEvidence:
         outline : float
             Log odds of its outline.
         direction : array, shape (3,)
-            Unit vector, body frame.
+            Unit vector, steady axes.
         interval_s : float
             Since the image before.
         """

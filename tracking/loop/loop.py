@@ -41,7 +41,7 @@ from tracking.perception import (
 )
 from tracking.perception.direct_view import DirectView
 from tracking.perception.robot_view import RobotView
-from tracking.protocols import CameraFrame, MirrorReport
+from tracking.protocols import AttitudeReport, CameraFrame, MirrorReport
 from tracking.records import Mode, Step
 
 SAMPLE_GRID = 7
@@ -146,11 +146,12 @@ class TrackingLoop:
         """Whether it will look at the direct view in an image at a time, seconds, if that is the next."""
         return self._searches and self._search.looks_past_mirrors(time_s)
 
-    def step(self, camera_frame: CameraFrame, report: MirrorReport) -> Step:
+    def step(self, camera_frame: CameraFrame, report: MirrorReport, attitude: AttitudeReport | None = None) -> Step:
         """Take one image, decide where to turn the mirror.
 
         Images may be missing: time may jump, but must grow. A report that is not finite is replaced by the last
-        command. Where no mirror is seen, the crop is black.
+        command. Where no mirror is seen, the crop is black. With `attitude` the default's estimate is kept among axes
+        that do not turn with the body; images without one may come in between (`tracking.estimation.attitude`).
 
         Raises
         ------
@@ -177,6 +178,7 @@ class TrackingLoop:
             crop=crop,
             blobs=(),
             robot=robot,
+            attitude=attitude,
         )
         expected = self._follower.expect(observation)
         detection = self._detect(image, robot, expected)
