@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from dives.specification import Decoy, DiveSpecification
+from dives.trajectories.attitude_sensor import SimulatedAttitude
 from dives.trajectories.motions import (
     Circle,
     FromFile,
@@ -28,6 +29,7 @@ from dives.trajectories.motions import (
 )
 from dives.trajectories.timed_paths import timed_path
 from optics.kernels.arrays import FloatArray
+from tracking.protocols import AttitudeSensor
 
 SWAY_STREAM = 1
 """Second number of the seed of the sway's phases; frames' noise has the first one and the frame's number."""
@@ -83,6 +85,13 @@ def body_pose(dive: DiveSpecification, time_s: ArrayLike) -> RigidTransform:
     # sine with any phase does not matter.
     pose = heading * Rotation.from_euler("ZYX", turn[..., ::-1])
     return RigidTransform.from_components(place + heading.apply(sway_m) - [0.0, 0.0, dive.depth_m], pose)
+
+
+def attitude_sensor(dive: DiveSpecification) -> AttitudeSensor | None:
+    """The robot's attitude sensor; None when the dive has none."""
+    if dive.attitude is None:
+        return None
+    return SimulatedAttitude(dive.attitude, dive.seed, lambda time_s: body_pose(dive, time_s).rotation)
 
 
 def path_places(dive: DiveSpecification, path: TargetPath, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -28,6 +28,7 @@ from dives.ground_truth_columns import GroundTruthColumns
 from dives.journal import Journal
 from dives.looked_at import pixels_around, with_margin
 from dives.named_files import digests
+from dives.paths import attitude_sensor
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
 from dives.robot_view import robot_view
@@ -61,7 +62,7 @@ class FrameRecord:
 
 
 class ClosedLoop:
-    """Camera, loop and mirrors of a dive, on one clock.
+    """Camera, loop, mirrors and, where there is one, attitude sensor of a dive, on one clock.
 
     Parameters
     ----------
@@ -88,6 +89,7 @@ class ClosedLoop:
         self.whole_images = dive.video != "none" or dive.overlay
         self.mirrors = TimedMirrors(SimulatedMirrors.from_rig(rig, seed=dive.seed, checked=not dive.functional_check))
         self.camera = RenderedCamera(dive, rig, parts, self.mirrors, quality)
+        self.attitude = attitude_sensor(dive)
         variant = dive.loop_variant()
         view = robot_view(rig, parts) if variant.ignores_robot else None
         past_mirrors = direct_view(rig, parts) if variant.direct_view else None
@@ -106,11 +108,12 @@ class ClosedLoop:
             return None
         clock = [time.perf_counter()]
         report = self.mirrors.report(time_s)
+        attitude = None if self.attitude is None else self.attitude.report(time_s)
         camera_frame = self.camera.read(None if self.whole_images else self._looked_at(report))
         exposure = self.camera.exposure
         assert camera_frame is not None and exposure is not None  # there is a next image
         clock.append(time.perf_counter())
-        step = self.loop.step(camera_frame, report)
+        step = self.loop.step(camera_frame, report, attitude)
         self.mirrors.command(step.q_command, exposure.end_s + self.dive.control_latency_ms / 1000)
         clock.append(time.perf_counter())
         q = self.mirrors.q(np.array([exposure.start_s, exposure.end_s]))
@@ -219,8 +222,9 @@ NOT_SEEN: Mapping[str, IncEx | bool] = {
 
 def identity_of(dive: Dive, rig: Rig, quality: LightQuality | None = None) -> str:
     """Digest of everything a dive's bytes come from, but for the code."""
-    # What is asked of a dive changes no frame.
-    asked = dive.model_dump(mode="json", exclude={"limits"})
+    # What is asked of a dive changes no frame; without a sensor it is the dive that it was before there were any.
+    unseen = {"limits"} if dive.attitude else {"limits", "attitude"}
+    asked = dive.model_dump(mode="json", exclude=unseen)
     numbers = [asked, rig.model_dump(mode="json", exclude=NOT_SEEN), digests(dive), *light_identity(quality)]
     content = json.dumps(numbers, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, get_args
 import tomlkit
 from pydantic import Field, model_validator
 
+from dives.trajectories.attitude_sensor import AttitudeSettings
 from dives.trajectories.motions import PathStart, RobotMotion, TargetPath
 from rigs import ImageSensorSpec, JerlovType, Rig
 from rigs.display import facts_table
@@ -133,7 +134,8 @@ class DiveSpecification(Section):
     its exposures may be and how fast it is read out is the rig's (`[image_sensor]`). `control_latency_ms` counts from
     the end of an image's last row to the command that it leads to. Without `functional_check` the dive begins as after
     one: the loop looks from the first image on, and the servos stand in the middle of their ranges, where the driver
-    knows them to be. `seed` is that of noise, servos and sway, `world_seed` that of what stands and drifts around.
+    knows them to be. `seed` is that of noise, servos and sway, `world_seed` that of what stands and drifts around. With
+    `attitude` the default loop is told how the robot turns.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
@@ -149,6 +151,7 @@ class DiveSpecification(Section):
     target: DiveTarget
     decoys: tuple[Decoy, ...] = ()
     robot: RobotMotion
+    attitude: AttitudeSettings | None = None
     variant: str = "default"
     functional_check: bool = True
     control_latency_ms: NotNegative = 10.0

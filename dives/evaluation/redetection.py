@@ -24,7 +24,7 @@ from dives.ground_truth_columns import GroundTruthColumns
 from dives.looked_at import pixels_around
 from dives.metrics import dive_metrics
 from dives.metrics.detector import DETECTOR_DEFINITIONS
-from dives.paths import body_pose, decoy_pose, target_pose
+from dives.paths import attitude_sensor, body_pose, decoy_pose, target_pose
 from dives.recorder import FRAMES
 from dives.rendered_camera import Exposure, dive_scene
 from dives.robot_view import robot_view
@@ -193,6 +193,7 @@ def detect_again(
     variant = dive.loop_variant()
     view = robot_view(rig, rig_meshes(rig)) if variant.ignores_robot else None
     loop = TrackingLoop(rig, variant, detector=settings, robot_view=view)
+    turns = attitude_sensor(dive)
     rows = recording.log.to_pylist()
     sensor = ImageSensor.from_rig(rig)
     half_s = (sensor.height_px - 1) * sensor.row_time_s / 2
@@ -205,7 +206,8 @@ def detect_again(
         state = states[1]
         q_true = np.array([state.q1, state.q2])
         estimated = MirrorReport(q=_joints(recorded, "estimated"), time_s=camera_frame.time_s, measured=False)
-        step = _as_recorded(loop.step(camera_frame, estimated), recorded)
+        attitude = None if turns is None else turns.report(camera_frame.time_s)
+        step = _as_recorded(loop.step(camera_frame, estimated, attitude), recorded)
         label = _labels(renderer, states, [step.corners_px, truth.corners_px(q_true)])
         true = truth.of(_exposure(recorded, state, label), step, np.zeros(2))
         yield DetectedAgain(camera_frame=camera_frame, step=step, row=_row(recorded, loop_columns(step, q_true) | true))

@@ -25,6 +25,7 @@ from dives.direct_view import direct_view
 from dives.dive import Dive, varied
 from dives.runner import DiveStoppedError
 from dives.target_size import sized
+from dives.trajectories.attitude_sensor import AttitudeSettings
 from scenes.baking.light_quality import LightQuality
 from tracking.control.direct_look import DirectLook
 from tracking.log import read_log, write_table
@@ -153,6 +154,17 @@ def test_stopped_again_and_again_it_goes_on_to_the_same_bytes(small_dive, whole,
     assert bytes_of(run_dive(small_dive, tmp_path / "dive", log=said.append)) == whole
     # From the last segment that had ended, also when it was still on its way to the disk.
     assert [sentence.rsplit(" from frame ")[-1] for sentence in said if "going on" in sentence] == ["3 of 8"]
+
+
+def test_with_an_attitude_sensor_a_stopped_dive_goes_on_to_the_same_bytes(small_dive, tmp_path):
+    """The sensor has no state, and what the loop knows of the axes is in its snapshot."""
+    told = small_dive.model_copy(update={"attitude": AttitudeSettings(), "functional_check": False})
+    told = varied(told, video=False)
+    with pytest.raises(StoppedError):
+        run_dive(told, tmp_path / "stopped", progress=stop_after(5))
+    stopped, whole = (bytes_of(run_dive(told, tmp_path / name)) for name in ("stopped", "whole"))
+    assert stopped == whole
+    assert b"[attitude]" in whole["dive.toml"]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="SIGKILL")

@@ -6,6 +6,7 @@ import pytest
 
 from dives.dive import Dive, DiveError, parse_dive, preset_names, varied
 from dives.specification import overridden
+from dives.trajectories.attitude_sensor import AttitudeSettings
 from rigs.documents.problems import Problem
 from scenes.baking.light_quality import LightQuality
 from tracking.perception import RED_BALL
@@ -111,6 +112,9 @@ def test_a_fast_path_through_the_hull_is_not_missed_between_two_frames(tmp_path)
         ("velocity_m_per_s", "speed", "target.path.velocity_m_per_s", "missing"),
         ("depth_m = 5.0", "depth_m = 0.1", "depth_m", "greater than or equal to 0.5"),
         ("depth_m = 5.0", "depth_m = nan", "depth_m", "finite"),
+        ("[robot]", "[attitude]\nnoise_deg = -0.1\n[robot]", "attitude.noise_deg", "greater than or equal to 0"),
+        ("[robot]", "[attitude]\nlatency_ms = 600\n[robot]", "attitude.latency_ms", "less than or equal to 500"),
+        ("[robot]", "[attitude]\ngyro = 1.0\n[robot]", "attitude.gyro", "known keys drift_deg_per_min"),
         ("duration_s = 2.0", "duration_s = 2.0\nframe_rate_hz = 100.0", "frame_rate_hz", "480 rows within a frame"),
         ("[robot]", "[detector]\nopening_px = 4\n[robot]", "detector", "odd opening_px"),
         ("[robot]", 'video = "h264"\n[offline_detector]\naspect_max = 4.0\n[robot]', "video", "ffv1"),
@@ -192,6 +196,13 @@ def test_varied_cuts_and_chooses(tmp_path):
     assert varied(dive, frames=1000).frames == dive.frames
     with pytest.raises(ValueError, match="'best': expected one of"):
         varied(dive, variant="best")
+
+
+def test_an_empty_attitude_section_is_a_sensor_with_the_defaults(tmp_path):
+    dive = parse_dive(GOOD + "\n[attitude]\n", source="trial", folder=tmp_path)
+    assert dive.attitude == AttitudeSettings(noise_deg=0.05, drift_deg_per_min=0.17, latency_ms=5.0)
+    assert parse_dive(dive.as_toml(), source="trial", folder=tmp_path) == dive
+    assert parse_dive(GOOD, source="trial", folder=tmp_path).attitude is None
 
 
 def test_defaults_are_written_out(tmp_path):
