@@ -222,9 +222,8 @@ NOT_SEEN: Mapping[str, IncEx | bool] = {
 
 def identity_of(dive: Dive, rig: Rig, quality: LightQuality | None = None) -> str:
     """Digest of everything a dive's bytes come from, but for the code."""
-    # What is asked of a dive changes no frame; without a sensor it is the dive that it was before there were any.
-    unseen = {"limits"} if dive.attitude else {"limits", "attitude"}
-    asked = dive.model_dump(mode="json", exclude=unseen)
+    # What is asked of a dive changes no frame.
+    asked = dive.model_dump(mode="json", exclude={"limits"})
     numbers = [asked, rig.model_dump(mode="json", exclude=NOT_SEEN), digests(dive), *light_identity(quality)]
     content = json.dumps(numbers, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()

@@ -151,7 +151,7 @@ class DiveSpecification(Section):
     target: DiveTarget
     decoys: tuple[Decoy, ...] = ()
     robot: RobotMotion
-    attitude: AttitudeSettings | None = None
+    attitude: Annotated[AttitudeSettings | None, Field(exclude_if=lambda settings: settings is None)] = None
     variant: str = "default"
     functional_check: bool = True
     control_latency_ms: NotNegative = 10.0

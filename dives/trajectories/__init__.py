@@ -1,1 +1,1 @@
-"""What a dive file says of motion, section by section, and paths that are read from files."""
+"""What a dive file says of motion, section by section, paths from files, and a sensor of the attitude."""
