@@ -1,7 +1,7 @@
 """`./run validate [WORD ...]`: run every row of the validation page, or those that hold a word, and write the page.
 
 Prints claim, judge, difference, limit and outcome of each, and returns 1 when one fails. All of it takes hours (whole
-images alone two); rows that are not run keep the day of their last run.
+images alone more than one); rows that are not run keep the day of their last run.
 """
 
 from __future__ import annotations
