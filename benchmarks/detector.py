@@ -24,7 +24,7 @@ from dives.evaluation.detector_evaluation import (
     evaluation_images,
     score,
 )
-from dives.robot_view import robot_view
+from dives.views.robot_view import robot_view
 from optics.kernels.arrays import FloatArray
 from rigs import Rig
 from scenes.baking.lit_scene import prepare

@@ -15,10 +15,10 @@ from typing import Any
 
 from cad.assembly.meshes import rig_meshes
 from dives import Dive
-from dives.direct_view import direct_view
 from dives.dive import varied
-from dives.robot_view import robot_view
 from dives.runner import ClosedLoop, FrameRecord, run_dive
+from dives.views.direct_view import direct_view
+from dives.views.robot_view import robot_view
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS, Variant
 from tracking.protocols import CameraFrame, MirrorReport

@@ -20,7 +20,7 @@ from dives.metrics.frames import Frames
 from dives.metrics.search_time import search_time_metrics
 from dives.named_files import copied_files, named_files
 from dives.recorder import FRAMES, OVERLAY, ROWS, VIDEO
-from dives.robot_view import robot_view
+from dives.views.robot_view import robot_view
 from rigs import Rig
 from rigs.atomic_files import as_digests_say, atomic_file, digest_of, write_text
 from tracking.log import LOG, read_log, write_table

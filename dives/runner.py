@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from pydantic.main import IncEx
 
 from cad.assembly.meshes import rig_meshes
-from dives.direct_view import direct_view
 from dives.dive import Dive
 from dives.files import finish_dive, is_finished
 from dives.ground_truth_columns import GroundTruthColumns
@@ -31,9 +30,10 @@ from dives.named_files import digests
 from dives.paths import attitude_sensor
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
-from dives.robot_view import robot_view
 from dives.target_size import sized
 from dives.timed_mirrors import TimedMirrors
+from dives.views.direct_view import direct_view
+from dives.views.robot_view import robot_view
 from optics.mesh import PartMesh
 from optics.workers.threads import resting_threads
 from rigs import Rig

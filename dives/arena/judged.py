@@ -18,7 +18,7 @@ from dives.metrics.holding import Loss, losses, not_found_causes, runs
 from dives.metrics.pointing import pointing_metrics
 from dives.metrics.search_time import search_time_metrics
 from dives.planning.availability import availability
-from dives.robot_view import robot_view
+from dives.views.robot_view import robot_view
 from optics.mesh import PartMesh
 from rigs import Rig
 

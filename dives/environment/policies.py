@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dives.environment.task import GazeTask
-from dives.robot_view import robot_view
+from dives.views.robot_view import robot_view
 from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from tracking.loop.loop import TrackingLoop

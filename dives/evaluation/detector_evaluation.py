@@ -182,7 +182,7 @@ def evaluation_images(
     progress : callable
         Told how many images are made, and of how many.
     view : RobotView, optional
-        Where the crop shows the robot (`dives.robot_view`): what is there is not looked at.
+        Where the crop shows the robot (`dives.views.robot_view`): what is there is not looked at.
     """
     rng = np.random.default_rng(seed)
     sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)

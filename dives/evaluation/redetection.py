@@ -27,7 +27,7 @@ from dives.metrics.detector import DETECTOR_DEFINITIONS
 from dives.paths import attitude_sensor, body_pose, decoy_pose, target_pose
 from dives.recorder import FRAMES
 from dives.rendered_camera import Exposure, dive_scene
-from dives.robot_view import robot_view
+from dives.views.robot_view import robot_view
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig

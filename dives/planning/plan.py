@@ -14,7 +14,7 @@ from dives.metrics.holding import runs
 from dives.metrics.search_time import expected_first_look_s
 from dives.paths import body_pose, target_pose
 from dives.planning.availability import Availability, availability, covered_cells
-from dives.robot_view import robot_view
+from dives.views.robot_view import robot_view
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout

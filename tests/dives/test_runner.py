@@ -21,11 +21,11 @@ import pytest
 
 from cad.assembly.meshes import rig_meshes
 from dives import files, journal, recorder, rendered_camera, runner
-from dives.direct_view import direct_view
 from dives.dive import Dive, varied
 from dives.runner import DiveStoppedError
 from dives.target_size import sized
 from dives.trajectories.attitude_sensor import AttitudeSettings
+from dives.views.direct_view import direct_view
 from scenes.baking.light_quality import LightQuality
 from tracking.control.direct_look import DirectLook
 from tracking.log import read_log, write_table

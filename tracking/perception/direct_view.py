@@ -2,7 +2,7 @@
 
 It is small (0.05 to 0.4 sr for the presets) and cannot be turned, but it is there all the time: a target in it tells a
 search where to look. Which parts of the image it takes, and where they look, is computed from the meshes beforehand
-(`dives.direct_view`) and handed to the loop as arrays.
+(`dives.views.direct_view`) and handed to the loop as arrays.
 """
 
 from __future__ import annotations

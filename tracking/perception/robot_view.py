@@ -1,8 +1,8 @@
 """Where the gaze mirror shows the robot itself: places of the crop in which nothing is taken for the target.
 
 Hull, holder, yoke, servos and M1's frame are where the joints put them, so that the rig tells which parts of the crop
-show them. What the meshes say is computed beforehand on a grid of joint values (`dives.robot_view`) and handed to the
-loop as arrays: a robot's computer needs no meshes.
+show them. What the meshes say is computed beforehand on a grid of joint values (`dives.views.robot_view`) and handed to
+the loop as arrays: a robot's computer needs no meshes.
 
 An edge moves through the crop from one joint value to the next. What is kept is therefore no mask but the signed
 distance from its edge, which interpolates: half way between two poses the edge lies half way.

@@ -49,7 +49,7 @@ def evaluate_detector(
     """
     from cad.assembly.meshes import rig_meshes
     from dives.evaluation.detector_evaluation import evaluated_detector, evaluation_images, results_by_distance
-    from dives.robot_view import robot_view
+    from dives.views.robot_view import robot_view
     from mirrorgaze.loading import load_usable_rig
     from scenes.baking.lit_scene import prepare
     from scenes.image import check_image_path

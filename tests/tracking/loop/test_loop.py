@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 import pytest
 
-from dives.direct_view import direct_view
 from dives.evaluation.synthetic_camera import BALL, DRAWN_BALL, SyntheticCamera
+from dives.views.direct_view import direct_view
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dives.robot_view import CROP_CELLS, VIEW_VERSION, traced_view
+from dives.views.robot_view import CROP_CELLS, VIEW_VERSION, traced_view
 from optics.coverage.outcome import Outcome
 from optics.coverage.pose_axes import PoseAxes
 from optics.coverage.poses import seen_cells

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dives.direct_view import DISTANCE_M, direct_view, traced_view
+from dives.views.direct_view import DISTANCE_M, direct_view, traced_view
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.status import Status
@@ -86,7 +86,7 @@ def test_where_a_part_may_turn_nothing_is_seen(bare):
 
 def test_it_is_kept(bare, monkeypatch):
     first = direct_view(RIG, [])
-    monkeypatch.setattr("dives.direct_view.traced_view", lambda rig, parts: pytest.fail("it is made again"))
+    monkeypatch.setattr("dives.views.direct_view.traced_view", lambda rig, parts: pytest.fail("it is made again"))
     again = direct_view(RIG, [])
     assert first is not None
     assert again is not None
