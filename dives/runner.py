@@ -77,8 +77,8 @@ class ClosedLoop:
     Attributes
     ----------
     whole_images : bool
-        Whether somebody else than the loop looks at the images: a video, or the overlay. If not, the gaze mirror alone
-        is rendered.
+        Whether somebody else than the loop looks at the images: a video, or the overlay. If not, only what the loop
+        looks at is rendered.
     seconds : dict of str to float
         Time spent in each part so far.
     """
