@@ -92,7 +92,7 @@ class CropFollower:
         turned_over = np.sign(centroid_motion(self._gimbal, self._scale, observation.q).diagonal() * self._gimbal.signs)
         return observation.q_command + turned_over * meant_turn(self._now, self._gains)
 
-    def forget(self, *, candidate: bool) -> None:
+    def forget(self, *, brief: bool) -> None:
         """Drop the estimate."""
         self._filter.forget()
         self._now = self._before = NO_ERRORS

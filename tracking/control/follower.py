@@ -95,8 +95,8 @@ class Follower(Protocol):
     def last_seen(self) -> tuple[Bearing, float] | None:
         """Where the target was last seen, and at which time, seconds; None when it does not know directions."""
 
-    def forget(self, *, candidate: bool) -> None:
-        """Drop the estimate, of a candidate that was never tracked or of what was."""
+    def forget(self, *, brief: bool) -> None:
+        """Drop the estimate, of what was seen briefly, as a candidate is, or for longer."""
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""

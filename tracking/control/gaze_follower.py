@@ -216,10 +216,10 @@ class GazeFollower:
         """Angle that the radius of a disc of an area of the crop subtends, radians."""
         return math.sqrt(area_px / math.pi) * self._rad_per_px
 
-    def forget(self, *, candidate: bool) -> None:
-        """Drop the estimate; of what was doubted, or a candidate, remember where it was."""
+    def forget(self, *, brief: bool) -> None:
+        """Drop the estimate; of what was doubted, or seen briefly, remember where it was."""
         bearing = self._filter.bearing
-        if (self.doubted or candidate) and bearing is not None and self._before is not None:
+        if (self.doubted or brief) and bearing is not None and self._before is not None:
             self._evidence.drop(bearing.direction, self._before[0])
         self._evidence.begin_again()
         self._filter.forget()

@@ -290,7 +290,7 @@ class TrackingLoop:
             return self._follower.follow(observation)
         if before.mode is not Mode.SCAN:
             self._search_on(before, observation)
-        self._follower.forget(candidate=before.mode is Mode.SCAN)
+        self._follower.forget(brief=not self._long_seen(before))
         return self._search.advance(self._passed_s, observation.q)
 
     def _note_unseen(self, before: BehaviourState, observation: Observation) -> None:

@@ -117,7 +117,7 @@ def test_what_was_doubted_is_not_acquired_again():
         following.expect(seen)
         following.update(weighed(seen, 1.5 if image < 3 else -3.0))
     assert following.doubted
-    following.forget(candidate=False)
+    following.forget(brief=False)
     seen, _ = observation(IMAGES, target, 0.0)
     following.expect(seen)
     assert following.update(weighed(seen, 3.0)) == ()
@@ -247,13 +247,13 @@ def test_a_candidate_that_is_not_seen_again_is_passed_by_for_a_while():
     following = follower(0.0)
     following.expect(seen)
     assert following.update(weighed(seen, 3.0))
-    following.forget(candidate=True)
+    following.forget(brief=True)
     assert following.update(weighed(seen, 3.0)) == ()
     # What was tracked and lost is searched there first.
     tracked = follower(0.0)
     tracked.expect(seen)
     tracked.update(weighed(seen, 3.0))
-    tracked.forget(candidate=False)
+    tracked.forget(brief=False)
     assert tracked.update(weighed(seen, 3.0))
 
 

@@ -240,6 +240,19 @@ def test_what_is_seen_in_few_images_does_not_end_a_search():
     assert dive.modes(15.0) == "t" * 30
 
 
+@pytest.mark.parametrize(("images", "remembered"), [(8, True), (40, False)])
+def test_what_was_tracked_briefly_is_passed_by_when_it_is_lost(images, remembered):
+    """Else a piece of a reef that is the target's colour in every third image holds the search for good."""
+    still = place(START_DEG, 0.0)
+    dive = Dive(without_check("default"))
+    while dive.modes()[-images:] != "t" * images:
+        dive.run(lambda _: still, (len(dive.steps) + 1) / RATE_HZ - 1e-9)
+    lost_s = len(dive.steps) / RATE_HZ
+    while dive.modes()[-1] != "s":
+        dive.run(lambda _: still, (len(dive.steps) + 1) / RATE_HZ - 1e-9, hidden=(lost_s, math.inf))
+    assert bool(dive.loop.snapshot()["follower"]["evidence"]["clutter"]) == remembered
+
+
 def test_the_first_seconds_check_the_joints():
     variant = replace(VARIANTS["paper"], behaviour=replace(VARIANTS["paper"].behaviour, check_s=3.0))
     dive = Dive(variant).run(lambda time_s: place(START_DEG, 0.0), 4.0)
