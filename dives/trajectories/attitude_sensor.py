@@ -21,10 +21,10 @@ a frame's noise has no third."""
 class AttitudeSettings(Section):
     """White noise about each axis in each report, a heading that drifts to the left, and the age of a report.
 
-    The defaults are those of a small AHRS (VectorNav VN-100, data sheet): it resolves 0.05 degrees, sends 200 reports a
-    second, and without its compass, which servos and thrusters disturb, its gyro's bias of up to 10 degrees an hour
-    turns the heading. That it may be off by 0.5 degrees in pitch and roll and by 2 in heading is left out: it stays,
-    and only turns are used.
+    The defaults are assumptions about a small AHRS: 0.05 degrees of noise between its reports and 5 ms until one is
+    there, neither of them from a data sheet; and a heading that turns by 10 degrees an hour, which is the most that the
+    gyro's bias of Moog Crossbow's NAV440 drifts in a run (data sheet, rev. B), since without its compass, which servos
+    and thrusters disturb, nothing corrects it. What a sensor is off by all the time is left out: only turns are used.
     """
 
     noise_deg: NotNegative = 0.05
