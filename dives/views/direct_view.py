@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import cv2
@@ -18,7 +19,7 @@ from optics.train import OpticalTrain
 from rigs import Rig
 from tracking.perception.direct_view import DirectView
 
-VIEW_VERSION = 1
+VIEW_VERSION = 2
 """Raised when the same rig gets another direct view."""
 
 COLUMNS = 96
@@ -57,11 +58,13 @@ def traced_view(rig: Rig, parts: Sequence[PartMesh]) -> DirectView:
     """The same without the cache; it may have no cells."""
     layout = Layout.from_rig(rig)
     occluders = {group: Occluder.of_group(parts, group) for group in Group}
-    # M2 is not asked: it turns within the sphere of the moving parts.
     train = OpticalTrain.from_rig(rig, q1=layout.pan.limits[0], q2=layout.tilt.limits[0])
     shape = (round(COLUMNS * rig.camera.height_px / rig.camera.width_px), COLUMNS)
     field = folded_field(train, layout, occluders[Group.FIXED], COLUMNS, shape[0])
-    near = near_moving_parts(field, layout, occluders)
+    # M2 is in the way at some joint values, whether or not it is one of the parts.
+    mirror = rig.require_gaze().gaze_mirror
+    m2_reach_m = math.hypot(mirror.width_mm, mirror.height_mm) / 2000
+    near = near_moving_parts(field, layout, occluders, least_reach_m=m2_reach_m)
     seen = ~field.folded & ~near & (field.before.outcome == Outcome.SEEN)
     water, direction = np.zeros(shape, dtype=np.uint8), np.zeros((*shape, 3), dtype=np.float32)
     water.ravel()[field.cell[seen]] = 1

@@ -227,10 +227,16 @@ def _field_parameters(field: FoldedField, moving: NDArray[np.bool_], near: NDArr
     return parameters
 
 
-def near_moving_parts(field: FoldedField, layout: Layout, occluders: Occluders) -> NDArray[np.bool_]:
-    """Rays that between port and M1, or in the direct view, enter the sphere in which all moving parts turn."""
+def near_moving_parts(
+    field: FoldedField, layout: Layout, occluders: Occluders, *, least_reach_m: float = 0.0
+) -> NDArray[np.bool_]:
+    """Rays that between port and M1, or in the direct view, enter the sphere in which all moving parts turn.
+
+    Its radius is `least_reach_m` where the parts reach less far.
+    """
     moving = [part for group in (Group.PAN, Group.TILT) for part in occluders[group].parts]
     reach = max((np.linalg.norm(part.vertices_m, axis=1).max() for part in moving), default=0.0)
+    reach = max(float(reach), least_reach_m)
     to_gimbal = layout.body_from_gimbal.translation - field.port_m
     along = np.clip((field.port_direction * to_gimbal).sum(axis=1), 0, field.length_m)
     distance = np.linalg.norm(along[:, np.newaxis] * field.port_direction - to_gimbal, axis=1)

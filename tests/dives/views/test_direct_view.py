@@ -84,6 +84,22 @@ def test_where_a_part_may_turn_nothing_is_seen(bare):
     assert direct_view(RIG, [part]) is None
 
 
+def test_without_parts_the_gaze_mirror_itself_is_not_taken_for_water():
+    """In the bluerov2 rays past M1 come within 64 mm of M2's centre, and its corners turn at 89 mm."""
+    rig = Rig.load("bluerov2")
+    layout, train = Layout.from_rig(rig), OpticalTrain.from_rig(rig, q1=0.0, q2=0.0)
+    view = traced_view(rig, [])
+    rows, columns = view.water.shape
+    rays = train.without_mirrors().trace(pixel_grid(train.camera, columns, rows)).moved(layout.body_from_camera)
+    to_m2 = layout.body_from_gimbal.translation - rays.origin_m
+    nearest_m = np.linalg.norm(np.cross(rays.direction, to_m2), axis=1).reshape(rows, columns)
+    past_m1 = (train.trace(pixel_grid(train.camera, columns, rows)).status == Status.MISSED_M1).reshape(rows, columns)
+    half_m = np.hypot(rig.gaze.gaze_mirror.width_mm, rig.gaze.gaze_mirror.height_mm) / 2000
+    assert (past_m1 & (nearest_m < half_m)).any()
+    assert view.water.any()
+    assert (nearest_m[view.water] >= half_m).all()
+
+
 def test_it_is_kept(bare, monkeypatch):
     first = direct_view(RIG, [])
     monkeypatch.setattr("dives.views.direct_view.traced_view", lambda rig, parts: pytest.fail("it is made again"))
