@@ -19,7 +19,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from dives.dive import Dive
 from dives.looked_at import part_around
 from dives.paths import body_pose, decoy_pose, target_pose
-from dives.timed_mirrors import TimedMirrors
+from dives.timed_mirrors import MovingJoints
 from optics.gaze.kinematics import forward_gaze
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -105,7 +105,7 @@ class RenderedCamera:
         The dive's (`Dive.load_rig`).
     parts : sequence of PartMesh
         Hull and mount (`cad.assembly.meshes.rig_meshes`); may be empty.
-    mirrors : TimedMirrors
+    mirrors : MovingJoints
         Where the joints are while an image is exposed.
     quality : LightQuality, optional
         Full by default.
@@ -122,7 +122,7 @@ class RenderedCamera:
         dive: Dive,
         rig: Rig,
         parts: Sequence[PartMesh],
-        mirrors: TimedMirrors,
+        mirrors: MovingJoints,
         quality: LightQuality | None = None,
     ):
         self.dive, self.rig, self.mirrors = dive, rig, mirrors

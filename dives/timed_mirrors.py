@@ -34,6 +34,16 @@ class TrueMirrors(MirrorDriver, Protocol):
         """Go on from a state."""
 
 
+class MovingJoints(Protocol):
+    """Joints whose true motion an exposure sees."""
+
+    def advance(self, time_s: float) -> None:
+        """Let the mirrors move up to a time; one that is over already changes nothing."""
+
+    def q(self, times_s: FloatArray) -> FloatArray:
+        """True pan and tilt at times until which the mirrors have moved, radians, shape (n, 2)."""
+
+
 class TimedMirrors:
     """Mirrors with a queue of commands and a record of their motion.
 
