@@ -29,8 +29,9 @@ STREAM = 4
 MOST_ATTEMPTS = 200
 """At a path that keeps off hull, world and surface."""
 
-DURATION_S = 24.0
-"""Twice the expected search of the slowest preset."""
+DURATION_S = 36.0
+"""Three times the expected search of the slowest preset: what is found at an even rate is found by then in 95 % of the
+dives, 1 - exp(-3), and by twice the expected time in 86 %."""
 
 RIGS = {"aqua2": 1, "bluerov2": 2, "torpedo": 3}
 """Presets, and of how many pixels along each axis their cameras read one: 640 x 480, 960 x 540, 426 x 320 are left.

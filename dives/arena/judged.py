@@ -60,6 +60,7 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
         **searched,
         "held_fraction": share(frames.held, available & after, lasts),
         "held_of_all_fraction": share(frames.held, available, lasts),
+        "following_s": float(lasts[frames.following].sum()),
         "identity_error_fraction": share(on != "target", frames.following, lasts),
         **{f"longest_on_{thing}_s": longest_s(frames, frames.following & (on == thing)) for thing in THINGS},
         "losses": len(counted),

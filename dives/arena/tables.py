@@ -11,7 +11,14 @@ from scipy.stats import binom
 
 from dives.arena.judged import SHORTEST_AVAILABLE_S, THINGS
 from dives.arena.run import ArenaOutcome
-from dives.metrics.intervals import CONFIDENCE, Interval, difference_interval, fraction_interval, mean_interval
+from dives.metrics.intervals import (
+    CONFIDENCE,
+    Interval,
+    difference_interval,
+    fraction_interval,
+    mean_interval,
+    ratio_interval,
+)
 from rigs.atomic_files import csv_text
 
 HELD_FRACTION = 0.95
@@ -69,14 +76,27 @@ def _counted(happened: Callable[[Numbers], bool]) -> Callable[[list[Numbers]], I
     return lambda dives: fraction_interval(sum(map(happened, dives)), len(dives))
 
 
+def _identity_error(dives: list[Numbers]) -> Interval:
+    """Of all time in which something is followed, whatever the dive, the share on something else than the target."""
+    following = [dive for dive in dives if dive["following_s"] > 0]
+    seconds = [dive["following_s"] for dive in following]
+    found = ratio_interval([dive["identity_error_fraction"] * dive["following_s"] for dive in following], seconds)
+    return _within_shares(found)
+
+
+def _within_shares(found: Interval) -> Interval:
+    """An interval of a share, which ends at 0 and 1, where the truth must be."""
+    if found.low is None or found.high is None:
+        return found
+    return replace(found, low=max(found.low, 0.0), high=min(found.high, 1.0))
+
+
 def _mean(name: str) -> Callable[[list[Numbers]], Interval]:
-    """Mean over dives that have a number; of shares the interval ends at 0 and 1, where the truth must be."""
+    """Mean over dives that have a number."""
 
     def interval(dives: list[Numbers]) -> Interval:
         found = mean_interval([dive[name] for dive in dives if dive[name] is not None])
-        if not name.endswith("_fraction") or found.low is None or found.high is None:
-            return found
-        return replace(found, low=max(found.low, 0.0), high=min(found.high, 1.0))
+        return _within_shares(found) if name.endswith("_fraction") else found
 
     return interval
 
@@ -94,6 +114,7 @@ def _acquisition_s(dive: Numbers) -> float:
 
 
 METRICS: dict[str, Callable[[list[Numbers]], Interval]] = {
+    "planned_fraction": _counted(lambda dive: dive["planned_first_look_s"] is not None),
     "acquired_fraction": _counted(lambda dive: dive["acquired"]),
     "acquisition_time_median_s": _median(_acquisition_s),
     "acquisition_over_expected_median": _median(lambda dive: _acquisition_s(dive) / dive["expected_first_look_s"]),
@@ -101,6 +122,7 @@ METRICS: dict[str, Callable[[list[Numbers]], Interval]] = {
     "held_of_all_fraction": _mean("held_of_all_fraction"),
     "well_held_fraction": _counted(lambda dive: (dive["held_fraction"] or 0.0) >= HELD_FRACTION),
     "identity_error_fraction": _mean("identity_error_fraction"),
+    "identity_error_of_all_fraction": _identity_error,
     "on_robot_fraction": _counted(lambda dive: dive["longest_on_robot_s"] > LONGEST_ON_ROBOT_S),
     "recovered_fraction": _recovered,
     "reacquisition_time_median_s": lambda dives: median_interval(
@@ -111,6 +133,7 @@ METRICS: dict[str, Callable[[list[Numbers]], Interval]] = {
 """Numbers of a loop over dives whose target was available for `SHORTEST_AVAILABLE_S` or more."""
 
 MEANINGS = {
+    "planned_fraction": "dives in which the search, broken off by nothing, has the target in its view",
     "acquired_fraction": "dives that acquired the target",
     "acquisition_time_median_s": "median time to the acquisition, s; never counts as longer than any",
     "acquisition_over_expected_median": "the same over the search's own expected first look",
@@ -118,6 +141,7 @@ MEANINGS = {
     "held_of_all_fraction": "held, of all time available; mean over dives",
     "well_held_fraction": f"dives held {HELD_FRACTION:.0%} of the time available after the acquisition, or more",
     "identity_error_fraction": "on something else, of the time in which the loop tracks or predicts; mean over dives",
+    "identity_error_of_all_fraction": "the same of all such time, whichever dive it belongs to",
     "on_robot_fraction": f"dives that followed the robot itself for more than {LONGEST_ON_ROBOT_S:g} s at a time",
     "recovered_fraction": "losses after which it was held again",
     "reacquisition_time_median_s": "median time available until then, s",

@@ -80,6 +80,26 @@ def fraction_interval(successes: int, trials: int, *, confidence: float = CONFID
     return Interval(estimate=successes / trials, low=float(found.low), high=float(found.high), count=trials)
 
 
+def ratio_interval(values: ArrayLike, totals: ArrayLike, *, confidence: float = CONFIDENCE) -> Interval:
+    """Sum of values over the sum of the totals they are parts of, with the interval of a ratio estimate.
+
+    Numbers that belong together, such as those of one dive, are one sample; the ratio's standard error is that of
+    ``value - ratio total`` over the mean total (Cochran 1977, Sampling Techniques, section 6.4), with Student's t.
+
+    Parameters
+    ----------
+    values, totals : array, shape (n,)
+    confidence : float
+    """
+    parts, wholes = np.asarray(values, dtype=np.float64), np.asarray(totals, dtype=np.float64)
+    if wholes.sum() == 0:
+        return Interval(estimate=None, low=None, high=None, count=0)
+    ratio = float(parts.sum() / wholes.sum())
+    left = mean_interval((parts - ratio * wholes) / wholes.mean(), confidence=confidence)
+    low, high = (None if end is None else ratio + end for end in (left.low, left.high))
+    return Interval(estimate=ratio, low=low, high=high, count=len(parts))
+
+
 def difference_interval(
     values: Sequence[float | None], others: Sequence[float | None], *, confidence: float = CONFIDENCE
 ) -> Interval:

@@ -2,11 +2,11 @@
 
 `contrast_pyramid` tells where something redder than its surroundings is. There a finer image is cut at a redness above
 the surroundings', and the piece is compared with what is around it in numbers that no camera setting changes: how far
-it stands out, how clearly, how red, green and light it is beside them, and how long. A near ball is much redder than the
-water and a far one hardly, but then it is dark, and a brown or yellow thing is greener the redder it is: so the
+it stands out, how clearly, how red, green and light it is beside them, and how long. A near ball is much redder than
+the water and a far one hardly, but then it is dark, and a brown or yellow thing is greener the redder it is: so the
 logarithm of its odds to be the target is quadratic in these numbers, as between two normal distributions of different
-covariance (Hastie, Tibshirani & Friedman 2009, The Elements of Statistical Learning, section 4.3). The weights are those
-of a logistic regression (Cox 1958, J. R. Stat. Soc. B 20, 215-242) on images with ground truth
+covariance (Hastie, Tibshirani & Friedman 2009, The Elements of Statistical Learning, section 4.3). The weights are
+those of a logistic regression (Cox 1958, J. R. Stat. Soc. B 20, 215-242) on images with ground truth
 (`./run bench detector --fit`).
 """
 

@@ -33,6 +33,7 @@ def numbers(**changed):
         "first_visible_s": 5.5,
         "held_fraction": 0.9,
         "held_of_all_fraction": 0.7,
+        "following_s": 15.0,
         "identity_error_fraction": 0.0,
         "longest_on_robot_s": 0.0,
         "longest_on_decoy_s": 0.0,
@@ -53,6 +54,7 @@ NEVER = {
     "acquisition_time_s": None,
     "held_fraction": None,
     "held_of_all_fraction": 0.0,
+    "following_s": 0.0,
     "identity_error_fraction": None,
     "losses": 0,
     "losses_recovered": 0,
@@ -122,7 +124,21 @@ def test_rows_count_dives_whose_target_could_be_seen():
     assert found(rows, "recovered_fraction").count == 1
     assert found(rows, "on_robot_fraction", variant="paper").estimate == 1.0
     assert found(rows, "acquisition_over_expected_median", "place", "tank").estimate == 1.5
+    assert found(rows, "planned_fraction").estimate == 0.5
     assert {row.metric for row in rows} == set(METRICS)
+
+
+def test_identity_errors_of_all_time_count_long_dives_more():
+    """A tenth of a dive followed for 30 s and all of one followed for 1 s: 4 of 31 s, and 0.55 in the mean."""
+    outcomes = [
+        outcome(0, following_s=30.0, identity_error_fraction=0.1),
+        outcome(1, following_s=1.0, identity_error_fraction=1.0),
+        outcome(2, **NEVER),
+    ]
+    rows = arena_rows(outcomes)
+    assert found(rows, "identity_error_of_all_fraction").estimate == pytest.approx(4 / 31)
+    assert found(rows, "identity_error_of_all_fraction").low == 0.0
+    assert found(rows, "identity_error_fraction").estimate == pytest.approx(0.55)
 
 
 def test_loops_are_compared_over_the_same_seeds():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dives.metrics.intervals import Interval, difference_interval, fraction_interval, mean_interval
+from dives.metrics.intervals import Interval, difference_interval, fraction_interval, mean_interval, ratio_interval
 
 
 @pytest.mark.parametrize(
@@ -52,6 +52,23 @@ def test_it_holds_the_mean_as_often_as_it_says(count):
     samples = np.random.default_rng(count).normal(3.0, 2.0, (2000, count))
     held = [found.low <= 3.0 <= found.high for found in map(mean_interval, samples)]
     assert np.mean(held) == pytest.approx(0.95, abs=0.015)
+
+
+def test_a_ratio_counts_long_ones_more():
+    """Parts of 1, 2 and 3 of totals of 2, 4 and 6 lie on a line through zero: a half, and nothing is left to scatter.
+
+    With parts 1, 0, 3 of 2, 4, 6: R = 1 / 3, residuals 1 / 3, -4 / 3, 1 over the mean total of 4, and t_2 is 4.303.
+    """
+    exact = ratio_interval([1.0, 2.0, 3.0], [2.0, 4.0, 6.0])
+    assert (exact.estimate, exact.low, exact.high) == pytest.approx((0.5, 0.5, 0.5))
+    found = ratio_interval([1.0, 0.0, 3.0], [2.0, 4.0, 6.0])
+    half = 4.303 * np.std(np.array([1 / 3, -4 / 3, 1.0]) / 4, ddof=1) / np.sqrt(3)
+    assert (found.estimate, found.low, found.high) == pytest.approx((1 / 3, 1 / 3 - half, 1 / 3 + half), abs=1e-4)
+
+
+def test_nothing_has_no_ratio():
+    assert ratio_interval([], []).estimate is None
+    assert ratio_interval([0.0], [0.0]).count == 0
 
 
 def test_equal_numbers_have_no_width():
