@@ -1,6 +1,7 @@
 """What a loop made of one dive of the arena, against what it could have done.
 
-A target that no gaze shows, or that something stands before, cannot be held (`dives.planning.availability`).
+A target that no gaze shows, or that something stands before, cannot be held (`dives.planning.availability`), nor one
+that outruns the servos (`dives.planning.followable`).
 """
 
 from __future__ import annotations
@@ -16,14 +17,21 @@ from dives.dive import Dive
 from dives.metrics.frames import BoolArray, Frames, share, unit_vectors
 from dives.metrics.holding import Loss, losses, not_found_causes, runs
 from dives.metrics.pointing import pointing_metrics
-from dives.metrics.search_time import search_time_metrics
+from dives.metrics.search_time import gaze_view, search_time_metrics
 from dives.planning.availability import availability
+from dives.planning.followable import longest_in_view_s
 from dives.views.robot_view import robot_view
+from optics.gaze.motion import JointSpeeds
+from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import Rig
+from tracking.estimation.gimbal import Gimbal
 
 SHORTEST_AVAILABLE_S = 2.0
 """A dive whose target is available for less says nothing of the loop."""
+
+SERVO_SHARE = 0.8
+"""Of the servos' highest speeds: what needs more of them need not be held."""
 
 SHORTEST_LOSS_S = 0.5
 """A loss counts when the target was available so long of it."""
@@ -46,19 +54,35 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
         Its log.
     """
     frames = Frames.of(table)
-    available = availability(dive, rig, parts, frames.time_s).available
+    there = availability(dive, rig, parts, frames.time_s)
+    available = there.available
     after, lasts = frames.after_acquisition, frames.lasts_s
     on = followed_thing(frames, np.array(table["detected_thing"].to_pylist(), dtype=np.str_))
     counted = [loss for loss in losses(frames) if _seconds(frames, available, loss) >= SHORTEST_LOSS_S]
     recovered = [loss for loss in counted if loss.reacquired]
-    searched = search_time_metrics(rig, dive.loop_variant(), frames, robot_view(rig, parts))
-    acquired_s = None if frames.acquired is None else float(frames.time_s[frames.acquired])
+    shown = robot_view(rig, parts)
+    searched = search_time_metrics(rig, dive.loop_variant(), frames, shown)
+    acquired_s = possible_s = None
+    if frames.acquired is not None:
+        acquired_s = float(frames.time_s[frames.acquired])
+        q = np.radians([table[f"{joint}_true_deg"][frames.acquired].as_py() for joint in ("q1", "q2")])
+        possible_s = longest_in_view_s(
+            Gimbal(Layout.from_rig(rig)),
+            gaze_view(rig, dive.loop_variant(), shown),
+            JointSpeeds.from_rig(rig).slowed(SERVO_SHARE),
+            start=q,
+            times_s=frames.time_s[after],
+            direction=there.direction[after],
+            available=available[after],
+        )
     return {
         "available_s": float(lasts[available].sum()),
         "acquired": frames.acquired is not None,
         "acquisition_time_s": acquired_s,
         **searched,
         "held_fraction": share(frames.held, available & after, lasts),
+        "possible_s": possible_s,
+        "held_of_possible_fraction": _of_possible(float(lasts[frames.held & available & after].sum()), possible_s),
         "held_of_all_fraction": share(frames.held, available, lasts),
         "following_s": float(lasts[frames.following].sum()),
         "identity_error_fraction": share(on != "target", frames.following, lasts),
@@ -71,6 +95,11 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
         "not_found_causes_frames": not_found_causes(frames, available),
         "loss_causes": [[loss.start_s, loss.duration_s, loss.cause, loss.reacquired] for loss in counted],
     }
+
+
+def _of_possible(held_s: float, possible_s: float | None) -> float | None:
+    """Time held as a share of the longest that a mirror could have shown the target; a glimpse past an edge counts."""
+    return min(held_s / possible_s, 1.0) if possible_s else None
 
 
 def followed_thing(frames: Frames, detected: NDArray[np.str_]) -> NDArray[np.str_]:

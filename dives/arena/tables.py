@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
-from dives.arena.judged import SHORTEST_AVAILABLE_S, THINGS
+from dives.arena.judged import SERVO_SHARE, SHORTEST_AVAILABLE_S, THINGS
 from dives.arena.run import ArenaOutcome
 from dives.metrics.intervals import (
     CONFIDENCE,
@@ -119,6 +119,7 @@ METRICS: dict[str, Callable[[list[Numbers]], Interval]] = {
     "acquisition_time_median_s": _median(_acquisition_s),
     "acquisition_over_expected_median": _median(lambda dive: _acquisition_s(dive) / dive["expected_first_look_s"]),
     "held_fraction": _mean("held_fraction"),
+    "held_of_possible_fraction": _mean("held_of_possible_fraction"),
     "held_of_all_fraction": _mean("held_of_all_fraction"),
     "well_held_fraction": _counted(lambda dive: (dive["held_fraction"] or 0.0) >= HELD_FRACTION),
     "identity_error_fraction": _mean("identity_error_fraction"),
@@ -138,6 +139,8 @@ MEANINGS = {
     "acquisition_time_median_s": "median time to the acquisition, s; never counts as longer than any",
     "acquisition_over_expected_median": "the same over the search's own expected first look",
     "held_fraction": "held, of the time available after the acquisition; mean over dives that acquired",
+    "held_of_possible_fraction": "held after it, of the longest time that a mirror that knows the path beforehand could"
+    f" have shown the target at {SERVO_SHARE:.0%} of the servos' speeds",
     "held_of_all_fraction": "held, of all time available; mean over dives",
     "well_held_fraction": f"dives held {HELD_FRACTION:.0%} of the time available after the acquisition, or more",
     "identity_error_fraction": "on something else, of the time in which the loop tracks or predicts; mean over dives",

@@ -34,6 +34,10 @@ class JointSpeeds:
             tilt=float(np.radians(servos.tilt.speed_deg_per_s)),
         )
 
+    def slowed(self, share: float) -> JointSpeeds:
+        """A share of both."""
+        return JointSpeeds(pan=share * self.pan, tilt=share * self.tilt)
+
 
 def move_time(speeds: JointSpeeds, start: ArrayLike, goal: ArrayLike) -> FloatArray:
     """Seconds from joint values to others, shape (..., 2) each: the longer of the two joints' times."""
