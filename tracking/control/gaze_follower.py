@@ -190,8 +190,8 @@ class GazeFollower:
 
     def _note_missing(self, observation: Observation) -> None:
         """Go on at the steady rate from the first image without the target on; count those that should show it."""
-        if self._seen and self._steady.bearing is not None:
-            self._filter.coast(self._steady.bearing.rate)
+        if self._seen:
+            self._filter.coast(self._steady)
             self._last_seen = None if self._filter.bearing is None else (self._filter.bearing, observation.time_s)
         expected = self._expected_px(observation)
         shown = expected is not None and observation.shows(expected)

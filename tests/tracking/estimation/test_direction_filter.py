@@ -136,3 +136,38 @@ def test_it_goes_on_from_a_snapshot_to_the_same_bytes():
 def test_it_says_which_noise_it_cannot_use():
     with pytest.raises(ValueError, match="expected measurement_deg above 0, got 0"):
         DirectionNoise(measurement_deg=0.0)
+
+
+def coasting(quick, steady, times_s):
+    """Both filters at a target that goes 10 degrees/s along the equator, then the first without it."""
+    for time_s in times_s:
+        direction = great_circle(Rotation.identity(), math.radians(10), time_s)
+        for tracked in (quick, steady):
+            tracked.predict(time_s)
+            tracked.update(direction)
+    quick.coast(steady)
+
+
+def test_one_that_is_not_seen_spreads_as_its_steady_rate_does():
+    """A second at a rate that is known to s and may change by 6 degrees/s^1.5: s^2 and 6^2 / 3 beside where it was."""
+    noise = DirectionNoise()
+    quick = DirectionFilter(noise)
+    steady = DirectionFilter(DirectionNoise(acceleration_deg=noise.steady_acceleration_deg))
+    coasting(quick, steady, np.arange(0, 5, STEP_S))
+    last_s = 5 - STEP_S
+    before = np.array(steady.snapshot()["covariance"])
+    quick.predict(last_s + 1)
+    spread = before[0, 0] + 2 * before[0, 1] + before[1, 1] + math.radians(noise.unseen_acceleration_deg) ** 2 / 3
+    assert quick.expected_spread**2 == pytest.approx(spread + math.radians(noise.measurement_deg) ** 2)
+    # A third of what it would be by the turns that a target makes from image to image.
+    assert math.degrees(quick.expected_spread) == pytest.approx(4, abs=0.5)
+    # Seen again, it may turn as ever.
+    quick.update(great_circle(Rotation.identity(), math.radians(10), last_s + 1))
+    assert quick.snapshot()["coasts"] is False
+
+
+def test_nothing_known_does_not_go_on():
+    quick = DirectionFilter(DirectionNoise())
+    quick.coast(DirectionFilter(DirectionNoise()))
+    assert quick.bearing is None
+    assert not quick.snapshot()["coasts"]
