@@ -178,7 +178,7 @@ class GazeFollower:
             self._steady.forget()
         self._filter.update(direction, doubt)
         self._steady.update(direction, doubt)
-        outline = outline_log_odds(blobs[0], cut=sides != (0, 0))
+        outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
 
     def _may_be_another(self, blob: Blob, observation: Observation) -> bool:

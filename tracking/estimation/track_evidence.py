@@ -87,6 +87,8 @@ class TrackEvidence:
     share : float
         Of the images that should show it, those that did.
     trusted : bool
+    whole : bool
+        Whether an image has shown all of it.
     first : array, shape (3,), optional
         Unit vector to where it was first seen in all images since, steady axes.
     clutter : list of ClutterPlace
@@ -97,6 +99,7 @@ class TrackEvidence:
     age_s: float = 0.0
     share: float = 1.0
     trusted: bool = False
+    whole: bool = False
     first: FloatArray | None = None
     clutter: list[ClutterPlace] = field(default_factory=list)
 
@@ -119,20 +122,26 @@ class TrackEvidence:
 
     @property
     def likely(self) -> bool:
-        """Whether a candidate may be tracked: the less is asked of it the longer it has been seen."""
+        """Whether a candidate may be tracked: the less is asked of it the longer it has been seen.
+
+        What comes in over the edge of the view has no outline yet: it is a candidate until all of it is seen, or until
+        it is trusted as it is.
+        """
         if self.together is None or self.trusted:
             return True
-        return self.together >= AT_ONCE_LOG_ODDS * max(1 - self.age_s / AT_LEISURE_S, 0.0)
+        return (self.whole or self.age_s >= AT_LEISURE_S) and self.together >= AT_ONCE_LOG_ODDS * max(
+            1 - self.age_s / AT_LEISURE_S, 0.0
+        )
 
-    def update(self, contrast: float, outline: float, direction: FloatArray, interval_s: float) -> None:
+    def update(self, contrast: float, outline: float | None, direction: FloatArray, interval_s: float) -> None:
         """Take in one more image of what was taken for the target.
 
         Parameters
         ----------
         contrast : float
             Log odds of the detector; infinite ones are no guess.
-        outline : float
-            Log odds of its outline.
+        outline : float, optional
+            Log odds of its outline; None where an edge cuts it and hides what that is like.
         direction : array, shape (3,)
             Unit vector, steady axes.
         interval_s : float
@@ -143,9 +152,10 @@ class TrackEvidence:
         counted = min(max(contrast, -MOST_LOG_ODDS), MOST_LOG_ODDS)
         memory_s = min(max(MEMORY_S, self.age_s / AGED), LONGEST_MEMORY_S)
         self.contrast = _averaged(self.contrast, counted, interval_s / memory_s)
-        self.together = _averaged(self.together, counted + outline + moved, interval_s / memory_s)
+        self.together = _averaged(self.together, counted + (outline or 0.0) + moved, interval_s / memory_s)
         self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
         self.age_s += interval_s
+        self.whole = self.whole or outline is not None
         self.trusted = self.trusted or (self.age_s >= TRUSTED_S and self.together >= TRUSTED_LOG_ODDS)
 
     def miss(self, interval_s: float, *, shown: bool) -> None:
@@ -161,7 +171,7 @@ class TrackEvidence:
     def begin_again(self) -> None:
         """What is seen next may be another thing than what was followed: it has to be trusted first."""
         self.contrast = self.together = self.first = None
-        self.age_s, self.share, self.trusted = 0.0, 1.0, False
+        self.age_s, self.share, self.trusted, self.whole = 0.0, 1.0, False, False
 
     def drop(self, direction: FloatArray, time_s: float) -> None:
         """What is followed is not the target, or was not found again: remember where it is."""
@@ -182,13 +192,14 @@ class TrackEvidence:
             "age_s": self.age_s,
             "share": self.share,
             "trusted": self.trusted,
+            "whole": self.whole,
             "first": None if self.first is None else self.first.tolist(),
             "clutter": [[each.direction.tolist(), each.until_s] for each in self.clutter],
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        for name in ("contrast", "together", "age_s", "share", "trusted"):
+        for name in ("contrast", "together", "age_s", "share", "trusted", "whole"):
             setattr(self, name, snapshot[name])
         self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
         self.clutter = [

@@ -42,9 +42,7 @@ def ellipse_share(cells: NDArray[np.uint8]) -> float:
     return min(area / (4 * math.pi * math.sqrt(across * down - slant * slant)), 1.0)
 
 
-def outline_log_odds(blob: Blob, *, cut: bool) -> float:
-    """Natural logarithm of the odds that an outline is a ball's; 0 where an edge cuts it and hides what it is like."""
-    if cut:
-        return 0.0
+def outline_log_odds(blob: Blob) -> float:
+    """Natural logarithm of the odds that the outline of a blob that nothing cuts is a ball's."""
     missing = max(1 - blob.ellipse_share, LEAST_MISSING)
     return min(max(-WEIGHT * math.log(missing / EVEN_MISSING), -MOST_AGAINST), MOST_FOR)

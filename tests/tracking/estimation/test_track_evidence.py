@@ -17,6 +17,7 @@ from tracking.estimation.track_evidence import (
     MOVED_RAD,
     PROBATION_S,
     SHARE_MEMORY_S,
+    TRUSTED_S,
     UNDECIDED_S,
     TrackEvidence,
 )
@@ -120,6 +121,18 @@ def test_the_longer_a_candidate_is_seen_the_less_is_asked_of_it(log_odds, likely
         evidence.update(min(log_odds, MOST_LOG_ODDS), max(log_odds - MOST_LOG_ODDS, 0.0), AHEAD, INTERVAL_S)
         age_s += INTERVAL_S
     assert age_s == pytest.approx(likely_after_s, abs=2 * INTERVAL_S)
+
+
+def test_what_an_edge_cuts_is_tracked_when_all_of_it_is_seen_or_it_is_trusted():
+    evidence = followed(MOST_LOG_ODDS, None, 6)
+    assert evidence.together == MOST_LOG_ODDS
+    assert not evidence.likely
+    evidence.update(MOST_LOG_ODDS, 0.0, AHEAD, INTERVAL_S)
+    assert evidence.likely
+    assert not followed(MOST_LOG_ODDS, None, images(TRUSTED_S) - 1).likely
+    assert followed(MOST_LOG_ODDS, None, images(TRUSTED_S) + 1).likely
+    evidence.begin_again()
+    assert not evidence.whole
 
 
 def test_what_is_seen_in_few_of_the_images_that_should_show_it_is_doubted():

@@ -52,10 +52,9 @@ def blob(share):
 
 def test_odds_of_an_outline():
     """Even where it is said to be, for a ball above and against it below, and nothing where an edge cuts it."""
-    assert outline_log_odds(blob(1 - EVEN_MISSING), cut=False) == pytest.approx(0.0)
-    assert outline_log_odds(blob(1 - EVEN_MISSING / 1.3), cut=False) == pytest.approx(
-        -outline_log_odds(blob(1 - EVEN_MISSING * 1.3), cut=False)
+    assert outline_log_odds(blob(1 - EVEN_MISSING)) == pytest.approx(0.0)
+    assert outline_log_odds(blob(1 - EVEN_MISSING / 1.3)) == pytest.approx(
+        -outline_log_odds(blob(1 - EVEN_MISSING * 1.3))
     )
-    assert outline_log_odds(blob(1.0), cut=False) == MOST_FOR
-    assert outline_log_odds(blob(0.7), cut=False) == -MOST_AGAINST
-    assert outline_log_odds(blob(0.7), cut=True) == 0.0
+    assert outline_log_odds(blob(1.0)) == MOST_FOR
+    assert outline_log_odds(blob(0.7)) == -MOST_AGAINST
