@@ -1,18 +1,14 @@
-"""The dive that a design is validated with: the preset `spiral`, at a distance and for a size that fit the rig."""
+"""The dive that a design is validated with: the preset `spiral`, at a distance that fits the rig."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
 from cad.assembly.meshes import rig_meshes
 from dives.dive import Dive
-from dives.target_size import least_area_px
 from dives.trajectories.motions import Spiral
 from optics.mesh import Role, merge
 from rigs import Rig
-from scenes.stage.targets import Ball
 
 PRESET = "spiral"
 
@@ -21,31 +17,12 @@ OFF_THE_HULL_M = 0.5
 
 
 def validation_dive(rig: Rig) -> Dive:
-    """The preset `spiral` for a rig.
-
-    The ball starts farther off where the hull is large, and the least area of a blob is that of most of the ball at the
-    path's end: who built the target knows its size, and on a reef it is the size that tells it from red corals.
-
-    Raises
-    ------
-    ValueError
-        For a rig without mirrors or servos, or one whose camera does not see the gaze mirror at a level gaze.
-    """
+    """The preset `spiral` for a rig: the ball starts farther off where the hull is large."""
     dive = Dive.load(PRESET)
-    path, shape = dive.target.path, dive.target.load_shape()
-    assert isinstance(path, Spiral) and isinstance(shape, Ball)  # the preset is ours
+    path = dive.target.path
+    assert isinstance(path, Spiral)  # the preset is ours
     path = path.model_copy(update={"start_radius_m": max(path.start_radius_m, _hull_radius_m(rig) + OFF_THE_HULL_M)})
-    lasting = dive.duration_s - path.wait_s
-    farthest = math.hypot(
-        path.start_radius_m + path.receding_m_per_s * lasting, path.start_height_m + path.rising_m_per_s * lasting
-    )
-    return dive.model_copy(
-        update={
-            "rig": rig.name,
-            "target": dive.target.model_copy(update={"path": path}),
-            "detector": dive.detector.model_copy(update={"area_min_px": least_area_px(rig, shape, farthest)}),
-        }
-    )
+    return dive.model_copy(update={"rig": rig.name, "target": dive.target.model_copy(update={"path": path})})
 
 
 def _hull_radius_m(rig: Rig) -> float:

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from dives.dive import Dive, DiveError, parse_dive
-from dives.target_size import FARTHEST_M, LEAST_SHARE, least_area_px, sized
-from dives.validation import validation_dive
+from dives.dive import Dive, DiveError, parse_dive, varied
+from dives.target_size import LEAST_SHARE, LEAST_WEIGHED_SHARE, least_area_px, sized
 from rigs import Rig
 from scenes.stage.targets import Ball
 
@@ -47,15 +46,19 @@ def test_a_diameter_of_what_is_no_ball_is_refused():
 
 def test_the_least_area_is_that_of_most_of_the_ball():
     """aqua2's crop shows 22 degrees on 320 px and 17 on 240, each pixel 1.2 mrad: the ball fills 2350 px at 3 m."""
-    area = least_area_px(RIG, Ball(), FARTHEST_M)
-    assert area / LEAST_SHARE == pytest.approx(2350, rel=0.05)
-    assert least_area_px(RIG, Ball(radius_m=0.2), 2 * FARTHEST_M) == pytest.approx(area, abs=1)
+    area = least_area_px(RIG, Ball(), 1.0)
+    assert area == pytest.approx(2350, rel=0.05)
+    assert least_area_px(RIG, Ball(radius_m=0.2), 0.25) == pytest.approx(area, abs=1)
 
 
 def test_what_the_dive_says_counts_and_what_is_no_ball_stays():
-    assert sized(dive_of(""), RIG).detector.area_min_px == least_area_px(RIG, Ball(), FARTHEST_M)
-    preset = Dive.load("spiral")
+    assert sized(dive_of(""), RIG).detector.area_min_px == least_area_px(RIG, Ball(), LEAST_WEIGHED_SHARE)
+    preset = Dive.load("wide-hue")
     assert sized(preset, RIG) == preset
     buoy = dive_of('shape = "buoy"')
     assert sized(buoy, RIG) == buoy
-    assert validation_dive(RIG).detector.area_min_px is not None
+
+
+def test_a_window_of_colours_asks_for_most_of_the_ball():
+    windowed = varied(dive_of(""), variant="paper")
+    assert sized(windowed, RIG).detector.area_min_px == least_area_px(RIG, Ball(), LEAST_SHARE)

@@ -84,8 +84,8 @@ ODDS = np.array(
 LEAST_LOG_ODDS = -1.0
 """Of what may be the target: what is followed already is in the right place, which counts as much as its looks."""
 
-ACQUIRED_LOG_ODDS = 1.0
-"""From which it is taken for a target of which nothing is known yet: 1 of 100 images without a target has as much."""
+ACQUIRED_LOG_ODDS = 1.5
+"""From which it is taken for a target of which nothing is known yet (`dives.target_size.LEAST_WEIGHED_SHARE`)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,6 +31,11 @@ def detector_of(settings: DetectorSettings, *, contrast: bool) -> Detector:
     if settings.onnx is not None:
         model = LearnedModel(settings.onnx)
         return lambda crop, ignored, _: detect_by_model(crop, model, settings, ignored)
-    if contrast and settings.window == RED_IN_WATER:
+    if weighs_contrast(settings, contrast=contrast):
         return lambda crop, ignored, expected: detect_by_contrast(crop, settings.area_min_px, ignored, expected)
     return lambda crop, ignored, _: detect(crop, settings, ignored)
+
+
+def weighs_contrast(settings: DetectorSettings, *, contrast: bool) -> bool:
+    """Whether a loop that finds its target by its contrast, or not, does so with these settings."""
+    return contrast and settings.onnx is None and settings.window == RED_IN_WATER

@@ -115,7 +115,7 @@ def test_what_was_doubted_is_not_acquired_again():
     for image in range(IMAGES):
         seen, _ = observation(image, target, 0.0)
         following.expect(seen)
-        following.update(weighed(seen, 1.5 if image < 3 else -3.0))
+        following.update(weighed(seen, ACQUIRED_LOG_ODDS if image == 0 else -3.0))
     assert following.doubted
     following.forget(brief=False)
     seen, _ = observation(IMAGES, target, 0.0)
