@@ -51,6 +51,10 @@ GAP_S, FADED = 0.2, 1.0
 JUDGED_S = 0.3
 """After which it may fall below even: the first images of a target are smeared, or show its edge."""
 
+KNOWN_S = 20.0
+"""After which what has been followed all the time is the target, however pale it becomes: it may be lost, but is not
+doubted."""
+
 SHARE_MEMORY_S, LEAST_SHARE = 1.0, 1 / 3
 """Over which the share of images is averaged that show what they should, and the least share of them."""
 
@@ -107,6 +111,8 @@ class TrackEvidence:
     def doubted(self) -> bool:
         """Whether what is followed is likelier not to be the target."""
         if self.contrast is None or self.together is None:
+            return False
+        if self.trusted and self.age_s >= KNOWN_S:
             return False
         if self.share < LEAST_SHARE:
             return True

@@ -11,6 +11,7 @@ from tracking.estimation.track_evidence import (
     CLUTTER_S,
     FADED,
     GAP_S,
+    KNOWN_S,
     MEMORY_S,
     MOST_LOG_ODDS,
     MOVED_LOG_ODDS,
@@ -86,6 +87,18 @@ def test_what_was_followed_for_long_may_fade_for_longer(seen_s, doubted):
     for _ in range(images(1.5)):
         evidence.update(-1.5, -1.0, AHEAD, INTERVAL_S)
     assert evidence.trusted and evidence.doubted is doubted
+
+
+@pytest.mark.parametrize("seen_s, doubted", [(KNOWN_S / 2, True), (KNOWN_S + 1, False)])
+def test_what_was_the_target_for_long_may_be_lost_but_is_not_doubted(seen_s, doubted):
+    """Found in one image of four, at dusk 4 m away, for ten seconds."""
+    evidence = followed(1.5, 1.0, images(seen_s))
+    for image in range(images(10.0)):
+        if image % 4:
+            evidence.miss(INTERVAL_S, shown=True)
+        else:
+            evidence.update(0.5, 0.0, AHEAD, INTERVAL_S)
+    assert evidence.doubted is doubted
 
 
 def test_what_is_neither_has_a_probation():
