@@ -25,6 +25,10 @@ from tracking.perception.contrast_pyramid import ContrastPyramid
 SEEDS = range(100, 250)
 """Of the arena; every second one with balls of other colours."""
 
+TABLE_COUNTS = 4
+"""Times that a piece of the table's images counts: their balls are farther, at dusk and in other waters than those of
+the arena, of which there are 17 times as many pieces."""
+
 MOSTLY, HARDLY = 0.5, 0.1
 """Shares of a piece's pixels that show the target; what lies between is left out."""
 
@@ -43,8 +47,8 @@ Samples = list[tuple[Contrast, bool]]
 
 
 def samples_of(images: list[EvaluationImage]) -> Samples:
-    """Pieces of the table's images, and which of them are the target."""
-    return [
+    """Pieces of the table's images, each as often as it counts, and which of them are the target."""
+    return TABLE_COUNTS * [
         sample
         for each in images
         if each.robot is not None

@@ -22,8 +22,8 @@ LEAST_SHARE = 0.6
 
 LEAST_WEIGHED_SHARE = 0.15
 """The same of a blob whose odds say what it is, and which may be the rest of a ball that robot or crop's edge cuts. Of
-stills of the arena's dives 100 to 189 log odds from 1.5 and this share find 92 % of the pieces of targets, and 2.9
-other things in 100 images; log odds from 1 and 0.6 find 84 %, and 2.4."""
+stills of the arena's dives 100 to 189 log odds from 2 and this share find 91 % of the pieces of targets, and 2.7
+other things in 100 images; log odds from 1 and 0.6 find 84 %, and 2.8."""
 
 FARTHEST_M = 3.0
 """At which a dive's ball is looked for unless the dive says how small it may be: beyond, less than half of it keeps a

@@ -64,27 +64,27 @@ FEW = np.float32(1e-3)
 PLAIN = 10.0
 """Spreads from which a thing is there without doubt: more of them do not tell a target from other things."""
 
-LEAST_FEATURES = np.array([0.02, -2.3, 0.0, -0.33, -1.48, 0.0])
-MOST_FEATURES = np.array([2.3, 2.3, 1.0, 0.49, 0.94, 2.4])
+LEAST_FEATURES = np.array([0.02, -2.3, 0.0, -0.33, -1.56, 0.0])
+MOST_FEATURES = np.array([2.3, 2.3, 1.0, 0.48, 0.94, 2.4])
 """Of `Contrast.features`, which 98 of 100 pieces keep: beyond, the odds do not go on."""
 
 ODDS = np.array(
     [
-        [-6.21, 0.61, 1.64, -5.75, -21.02, -9.87, 2.80],
-        [0, 0.60, 0.37, 0.63, 0.80, 1.88, -0.44],
-        [0, 0, 0.26, -6.15, 5.77, -0.16, -0.33],
-        [0, 0, 0, 27.79, 20.25, -3.47, -2.89],
-        [0, 0, 0, 0, -90.74, 7.91, 13.15],
-        [0, 0, 0, 0, 0, -3.21, 1.02],
-        [0, 0, 0, 0, 0, 0, -1.55],
+        [-4.80, 0.91, 1.84, -11.94, -19.09, -9.16, 1.94],
+        [0, 0.31, 0.43, 1.87, 0.62, 1.62, -0.42],
+        [0, 0, 0.21, -6.11, 7.50, 0.11, -0.38],
+        [0, 0, 0, 32.91, 12.94, -2.58, -2.37],
+        [0, 0, 0, 0, -93.22, 5.93, 10.21],
+        [0, 0, 0, 0, 0, -2.75, 0.41],
+        [0, 0, 0, 0, 0, 0, -1.54],
     ]
 )
 """Weights of 1 and the features, two by two, in the logarithm of the odds."""
 
-LEAST_LOG_ODDS = -1.0
+LEAST_LOG_ODDS = -2.0
 """Of what may be the target: what is followed already is in the right place, which counts as much as its looks."""
 
-ACQUIRED_LOG_ODDS = 1.5
+ACQUIRED_LOG_ODDS = 2.0
 """From which it is taken for a target of which nothing is known yet (`dives.target_size.LEAST_WEIGHED_SHARE`)."""
 
 
