@@ -36,6 +36,9 @@ as one does of which nothing is known."""
 GATE = 3.0
 """Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
 
+Directions = dict[tuple[float, float], FloatArray | None]
+"""Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
+
 
 class GazeFollower:
     """Measures the target's direction through the exact train, and points at where it will be.
@@ -101,7 +104,8 @@ class GazeFollower:
     @property
     def beyond_reach(self) -> bool:
         """Whether the target is estimated to be where no gaze within the joint limits shows it."""
-        return self.direction is not None and self._pointing.beyond_reach(self.direction)
+        direction = self.direction
+        return direction is not None and self._pointing.beyond_reach(direction)
 
     @property
     def waits_at_the_end(self) -> bool:
@@ -141,9 +145,16 @@ class GazeFollower:
 
     def update(self, observation: Observation) -> tuple[Blob, ...]:
         """Correct the direction by the ray of the centroid of the blobs that are the target's."""
-        blobs = self._likeliest(tuple(blob for blob in observation.blobs if self._may_be_target(blob, observation)))
+        directions = {blob.centroid_px: self._direction(blob.centroid_px, observation) for blob in observation.blobs}
+        blobs = self._likeliest(
+            tuple(
+                blob
+                for blob in observation.blobs
+                if self._may_be_target(blob, directions[blob.centroid_px], observation.time_s)
+            )
+        )
         if blobs:
-            self._take_in(blobs, observation)
+            self._take_in(blobs, directions, observation)
         elif self.known:
             self._note_missing(observation)
         self._seen = bool(blobs)
@@ -163,11 +174,11 @@ class GazeFollower:
         q = self._pointing.command(ahead, ahead_s, observation.q, seen=self._seen, left=left)
         return self._view.past_robot(q, ahead.after(ahead_s).direction)
 
-    def _take_in(self, blobs: tuple[Blob, ...], observation: Observation) -> None:
-        """Correct direction and evidence by what was taken for the target."""
+    def _take_in(self, blobs: tuple[Blob, ...], directions: Directions, observation: Observation) -> None:
+        """Correct direction and evidence by what was taken for the target; directions of centroids are known."""
         sides = _cut_sides(blobs[0], observation) if len(blobs) == 1 else (0, 0)
         middle_px, doubt = self._middle_px(blobs, sides)
-        direction = self._direction(middle_px, observation)
+        direction = directions[middle_px] if middle_px in directions else self._direction(middle_px, observation)
         if direction is None:
             return
         if self._may_be_another(blobs[0], observation):
@@ -273,15 +284,14 @@ class GazeFollower:
         most = max((blob.log_odds for blob in blobs), default=math.inf)
         return tuple(blob for blob in blobs if blob.log_odds == most)
 
-    def _may_be_target(self, blob: Blob, observation: Observation) -> bool:
-        """Whether the blob, as a disc of its area, comes near enough to the expected direction."""
+    def _may_be_target(self, blob: Blob, direction: FloatArray | None, time_s: float) -> bool:
+        """Whether the blob, as a disc of its area about a direction, comes near enough to the expected one."""
         bearing = self._filter.bearing
-        direction = self._direction(blob.centroid_px, observation)
         if direction is None:
             return False
         likely = blob.log_odds >= ACQUIRED_LOG_ODDS
         if bearing is None:
-            return likely and not self._evidence.is_clutter(direction, observation.time_s)
+            return likely and not self._evidence.is_clutter(direction, time_s)
         if not likely and self._filter.expected_spread > PLACE_TELLS_RAD:
             return False
         expected = bearing.direction
@@ -302,9 +312,10 @@ class GazeFollower:
         return float(self._last_seen[0].direction @ direction) > math.cos(WIDEST_GATE_RAD)
 
     def _expected_px(self, observation: Observation) -> tuple[float, float] | None:
-        if self.direction is None or observation.crop.empty:
+        direction = self.direction
+        if direction is None or observation.crop.empty:
             return None
-        pixel = self._lines_of_sight.pixel(self.direction, observation.q)
+        pixel = self._lines_of_sight.pixel(direction, observation.q)
         if pixel is None:
             return None
         x, y = observation.crop.from_image(np.array([pixel]))[0].tolist()
@@ -314,4 +325,4 @@ class GazeFollower:
 def _cut_sides(blob: Blob, observation: Observation) -> tuple[int, int]:
     """On which sides the crop's edge or the robot cuts a blob."""
     crop, robot = observation.crop, observation.robot
-    return cut_sides(blob, np.zeros((crop.height_px, crop.width_px), bool) if robot is None else robot > 0)
+    return cut_sides(blob, np.zeros((crop.height_px, crop.width_px), np.uint8) if robot is None else robot)

@@ -99,7 +99,7 @@ class Pointing:
         pan_now = min(max(self._gimbal.angles(q)[0], self._pan_limits[0]), self._pan_limits[1])
         x, y, z = self._gimbal.in_gimbal(bearing.after(ahead_s).direction).tolist()
         if seen:
-            later = self._gimbal.in_gimbal([bearing.after(seconds).direction for seconds in self._times_s.tolist()])
+            later = self._gimbal.in_gimbal(bearing.directions_after(self._times_s.tolist()))
             pan = self._kept_in_view(self._pan((x, y), later, pan_now), (x, y), later[0], pan_now)
         else:
             near = min(self._exact_pans((x, y), pan_now), key=lambda exact: abs(exact - pan_now))
@@ -151,7 +151,7 @@ class Pointing:
         """Pan angle to ask for while the target is not seen: the nearest one, or where it will come in view."""
         pans = np.append(self._nodes, near)
         arrivals_s = np.maximum(np.abs(pans - pan_now) / self._pan_speed, ahead_s)
-        later = self._gimbal.in_gimbal([bearing.after(seconds).direction for seconds in arrivals_s.tolist()])
+        later = self._gimbal.in_gimbal(bearing.directions_after(arrivals_s.tolist()))
         met = np.minimum(self._losses(later, pans).diagonal(), 1.0)
         best = int(np.argmin(met))
         waiting = self._losses(later[best : best + 1], pans[-1:])[0, 0]

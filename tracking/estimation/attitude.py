@@ -12,6 +12,7 @@ axes go with the body, as they do without a sensor, until the next report, from 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +59,13 @@ class TurningBearing(Bearing):
         later = super().after(seconds)
         back = _turned(-min(seconds, self.turning_s) * self.body_rate)
         return Bearing(direction=back @ later.direction, rate=back @ later.rate)
+
+    def directions_after(self, seconds: Sequence[float]) -> FloatArray:
+        """Its direction at later times, shape (n, 3), as `after` has it of one."""
+        turned_s = [min(each, self.turning_s) for each in seconds]
+        back = {each: _turned(-each * self.body_rate) for each in set(turned_s)}
+        later = super().directions_after(seconds)
+        return np.array([back[each] @ direction for each, direction in zip(turned_s, later, strict=True)])
 
 
 class SteadyAxes:

@@ -15,6 +15,7 @@ correction is brought back to it. There is no pole anywhere, at the zenith neith
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
-from tracking.estimation.kalman import Estimate, predict, update
+from tracking.estimation.kalman import Correction, Estimate, predict, update
 
 OBSERVED = np.array([[1.0, 0.0]])
 """H: the direction is measured, the rate is not."""
@@ -88,6 +89,15 @@ class Bearing:
             direction=cosine * self.direction + sine * along, rate=speed * (cosine * along - sine * self.direction)
         )
 
+    def directions_after(self, seconds: Sequence[float]) -> FloatArray:
+        """Its direction at later times, shape (n, 3), as `after` has it of one."""
+        speed = math.sqrt(self.rate @ self.rate)
+        if speed == 0:
+            return np.tile(self.direction, (len(seconds), 1))
+        turns = [speed * each for each in seconds]
+        cosines, sines = np.array([[math.cos(turn), math.sin(turn)] for turn in turns]).T[..., np.newaxis]
+        return np.asarray(cosines * self.direction + sines * (self.rate / speed))
+
 
 class DirectionFilter:
     """Where the target is among directions; without a bearing before the first measurement."""
@@ -126,7 +136,7 @@ class DirectionFilter:
             self._estimate = Estimate(mean=np.array([bearing.direction, bearing.rate]), covariance=predicted.covariance)
         self._time_s = time_s
 
-    def update(self, direction: ArrayLike, doubt: float = 0.0) -> float:
+    def update(self, direction: ArrayLike, doubt: float = 0.0) -> Correction | None:
         """Take in a measured direction at the time of the last prediction.
 
         Parameters
@@ -138,19 +148,19 @@ class DirectionFilter:
 
         Returns
         -------
-        innovation_squared : float
-            Chi-square distributed with two degrees of freedom while the model holds; 0 for the first.
+        Correction, optional
+            Its innovation squared has two degrees of freedom: nothing lies along the direction. None for the first.
         """
         self._coasts = False
         measured = np.asarray(direction, dtype=np.float64)
         if self._estimate is None:
             self._estimate = Estimate(mean=np.array([measured, np.zeros(3)]), covariance=self._first)
-            return 0.0
+            return None
         correction = update(self._estimate, measured[np.newaxis], OBSERVED, self._measurement + doubt**2)
         self._estimate = Estimate(
             mean=_on_the_sphere(correction.estimate.mean), covariance=correction.estimate.covariance
         )
-        return correction.innovation_squared
+        return correction
 
     def coast(self, steady: DirectionFilter) -> None:
         """Go on, until the next measurement, at the rate of a filter that follows more steadily, as sure as it is."""

@@ -41,14 +41,24 @@ class Correction:
     ----------
     estimate : Estimate
     gain : array, shape (n, m)
-    innovation_squared : float
-        Normalised innovation squared, summed over the columns: chi-square distributed with m (times k) degrees of
-        freedom while the model holds.
+    innovation : array, shape (m,) or (m, k)
+        The measurement less what was expected.
+    spread : array, shape (m, m)
+        Covariance of the innovation.
     """
 
     estimate: Estimate
     gain: FloatArray
-    innovation_squared: float
+    innovation: FloatArray
+    spread: FloatArray
+
+    @property
+    def innovation_squared(self) -> float:
+        """Normalised innovation squared, summed over the columns.
+
+        Chi-square distributed with m (times k) degrees of freedom while the model holds.
+        """
+        return float((self.innovation * np.linalg.solve(self.spread, self.innovation)).sum())
 
 
 def predict(estimate: Estimate, transition: ArrayLike, process_noise: ArrayLike, moved: ArrayLike = 0.0) -> Estimate:
@@ -100,5 +110,6 @@ def update(
             covariance=kept @ estimate.covariance @ kept.T + gain @ noise @ gain.T,
         ),
         gain=gain,
-        innovation_squared=float((innovation * np.linalg.solve(spread, innovation)).sum()),
+        innovation=innovation,
+        spread=spread,
     )

@@ -187,6 +187,7 @@ class TrackingLoop:
         blobs = self._follower.update(observation)
         if looking:
             detection = taken(detection, blobs)
+        beyond_reach = self._follower.beyond_reach
         before = self._state
         self._state = next_state(
             before,
@@ -194,7 +195,7 @@ class TrackingLoop:
             elapsed_s=elapsed_s,
             found=bool(blobs),
             expected=expected is not None and observation.shows(expected),
-            beyond_reach=self._follower.beyond_reach or self._follower.waits_at_the_end,
+            beyond_reach=beyond_reach or self._follower.waits_at_the_end,
             likely=self._follower.likely,
             doubted=self._follower.doubted,
         )
@@ -217,7 +218,7 @@ class TrackingLoop:
             predicted_px=expected,
             error_px=None if target is None else _pair(error(target, crop.width_px, crop.height_px)),
             target_direction=self._follower.direction,
-            beyond_reach=self._follower.beyond_reach,
+            beyond_reach=beyond_reach and self._follower.known,
         )
 
     def corners_px(self, report: MirrorReport) -> FloatArray:

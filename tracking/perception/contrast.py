@@ -34,8 +34,7 @@ from tracking.perception.contrast_pyramid import (
     FloatImage,
     Mask,
     Place,
-    median_of,
-    spread_of,
+    median_and_spread,
 )
 from tracking.perception.crop import check_image
 from tracking.perception.outline import ellipse_share
@@ -165,8 +164,7 @@ class Piece:
         cell_px = FINEST_PX << self.level
         (x, y), (rows, columns) = (first * cell_px for first in self.first), self.cells.shape
         part = mask[y : y + rows * cell_px, x : x + columns * cell_px]
-        shown = cv2.resize(self.cells, part.shape[::-1], interpolation=cv2.INTER_NEAREST)
-        part[np.asarray(shown) > 0] = 255
+        np.maximum(part, cv2.resize(255 * self.cells, part.shape[::-1], interpolation=cv2.INTER_NEAREST), out=part)
 
 
 def detect_by_contrast(
@@ -231,12 +229,12 @@ def cut_out(pyramid: ContrastPyramid, place: Place) -> Piece | None:
     cells = _held_together(smooth, part[..., 3] > 0.5, (x - x0, y - y0), width)
     if cells is None:
         return None
-    contours, _ = cv2.findContours(cells, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    cv2.drawContours(cells, contours, -1, 1, cv2.FILLED)
-    box = cv2.boundingRect(contours[0])
+    box = cv2.boundingRect(cells)
     if place.level + 1 < LEVELS and _goes_on(box, (x0, y0), cells.shape, (rows, columns)):
         return cut_out(pyramid, place.coarser())
-    contrast = _compared(part, smooth[0], cells, place.standing_out)
+    contours, _ = cv2.findContours(cells, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    cv2.drawContours(cells, contours, -1, 1, cv2.FILLED)
+    contrast = _compared(part, smooth[0], cells, box, place.standing_out)
     if contrast is None:
         return None
     cell_px = FINEST_PX << level
@@ -248,7 +246,7 @@ def cut_out(pyramid: ContrastPyramid, place: Place) -> Piece | None:
         box_px=((box[0] + x0) * cell_px, (box[1] + y0) * cell_px, box[2] * cell_px, box[3] * cell_px),
         circularity=circularity(contours[0]),
         log_odds=contrast.log_odds,
-        ellipse_share=ellipse_share(cells),
+        ellipse_share=ellipse_share(moments),
     )
     return Piece(contrast=contrast, blob=blob, cells=cells, level=level, first=(x0, y0))
 
@@ -265,7 +263,7 @@ def _held_together(
     if np.count_nonzero(around) < FEWEST or not known[inner].any():
         return None
     (red, red_spread), (green, green_spread), (light, light_spread) = (
-        (median_of(outside), spread_of(outside)) for outside in (plane[::2, ::2][around] for plane in smooth)
+        median_and_spread(plane[::2, ::2][around]) for plane in smooth
     )
     height = float(redness[inner][known[inner]].mean()) - red
     if not height > 0:
@@ -298,12 +296,14 @@ def _goes_on(box: Sequence[int], first: tuple[int, int], part: tuple[int, int], 
     )
 
 
-def _compared(part: FloatImage, redness: FloatImage, cells: Mask, standing_out: float) -> Contrast | None:
+def _compared(
+    part: FloatImage, redness: FloatImage, cells: Mask, box: Sequence[int], standing_out: float
+) -> Contrast | None:
     """A piece beside the rest of a box around it; None when it is too small, or too little of the ring is seen."""
     area = cv2.countNonZero(cells)
     if area < LEAST_CELLS:
         return None
-    x, y, width, height = cv2.boundingRect(cells)
+    x, y, width, height = box
     thick = int(0.6 * math.sqrt(area)) + GAP // 2
     window = slice(max(y - thick, 0), y + height + thick), slice(max(x - thick, 0), x + width + thick)
     part, redness, cells = part[window], redness[window], cells[window]

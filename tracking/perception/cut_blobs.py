@@ -19,14 +19,14 @@ CUT_SHARE = 0.3
 is as long."""
 
 
-def cut_sides(blob: Blob, hidden: NDArray[np.bool_]) -> tuple[int, int]:
+def cut_sides(blob: Blob, hidden: NDArray[np.uint8]) -> tuple[int, int]:
     """On which sides of its box a blob is cut.
 
     Parameters
     ----------
     blob : Blob
     hidden : array, shape (crop height, crop width)
-        Pixels that do not show a target; beyond the crop none does.
+        Above 0 in pixels that do not show a target; beyond the crop none does.
 
     Returns
     -------

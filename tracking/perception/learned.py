@@ -137,7 +137,8 @@ def _weighed(blob: Blob, mask: Mask, odds: NDArray[np.float32]) -> Blob:
     x, y, width, height = blob.box_px
     box = slice(y, y + height), slice(x, x + width)
     within = mask[box] > 0
-    return replace(blob, log_odds=float(odds[box][within].mean()), ellipse_share=ellipse_share(within.astype(np.uint8)))
+    share = ellipse_share(cv2.moments(within.astype(np.uint8), binaryImage=True))
+    return replace(blob, log_odds=float(odds[box][within].mean()), ellipse_share=share)
 
 
 def _first_sentence(error: Exception) -> str:

@@ -9,10 +9,7 @@ smear roughen every outline, so that this is weighed like the other marks of a t
 from __future__ import annotations
 
 import math
-
-import cv2
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Mapping
 
 from tracking.records import Blob
 
@@ -33,9 +30,8 @@ MOST_FOR, MOST_AGAINST = 2.0, 1.5
 """Log odds that an outline counts for; less against, since a ball at dusk is as ragged as a coral."""
 
 
-def ellipse_share(cells: NDArray[np.uint8]) -> float:
-    """Area of the cells that are 1 over that of the ellipse with their second moments, from 0 to 1."""
-    moments = cv2.moments(cells, binaryImage=True)
+def ellipse_share(moments: Mapping[str, float]) -> float:
+    """Area of cells over that of the ellipse with their second moments, from 0 to 1; OpenCV's moments of a mask."""
     area = moments["m00"]
     across, down = (moments[name] / area + CELL_MOMENT for name in ("mu20", "mu02"))
     slant = moments["mu11"] / area

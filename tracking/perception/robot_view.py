@@ -51,7 +51,7 @@ class RobotView:
         sides = corners[0] + np.float32(along_pan) * (corners[1] - corners[0])
         depth = sides[0] + np.float32(along_tilt) * (sides[1] - sides[0])
         fine = np.asarray(cv2.resize(depth, (width_px, height_px), interpolation=cv2.INTER_LINEAR))
-        return (fine > -MARGIN_CELLS).astype(np.uint8) * np.uint8(255)
+        return (fine > -MARGIN_CELLS).view(np.uint8) * np.uint8(255)
 
     def depth_in(self, q: FloatArray, across: FloatArray, down: FloatArray) -> FloatArray:
         """`depth` at joint values, shape (n, 2), in the cells that hold places of the crop from 0 to 1, shape (n,).
@@ -69,6 +69,6 @@ class RobotView:
 
 def _place(values: FloatArray, value: float) -> tuple[int, float]:
     """Position of the interval of rising values in which one lies, and how far along it, from 0 to 1."""
-    first = int(np.clip(np.searchsorted(values, value) - 1, 0, len(values) - 2))
-    along = (value - values[first]) / (values[first + 1] - values[first])
-    return first, float(np.clip(along, 0.0, 1.0))
+    first = min(max(int(np.searchsorted(values, value)) - 1, 0), len(values) - 2)
+    low, high = values[first : first + 2].tolist()
+    return first, min(max((value - low) / (high - low), 0.0), 1.0)

@@ -76,6 +76,8 @@ def test_the_body_turns_on_no_longer_than_it_is_asked_for():
     axes, bearing, _ = followed(lambda time_s: turning([0.0, 0.0, 0.5], time_s), told=True)
     ahead = axes.bearing_ahead(bearing, 0.1)
     np.testing.assert_allclose(ahead.after(2.0).direction, ahead.after(0.1).direction, atol=ROUNDING)
+    each = [ahead.after(seconds).direction for seconds in (0.05, 0.1, 2.0)]
+    np.testing.assert_array_equal(ahead.directions_after([0.05, 0.1, 2.0]), each)
 
 
 def test_an_own_rate_of_the_target_is_carried_into_the_body():

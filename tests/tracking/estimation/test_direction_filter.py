@@ -28,6 +28,7 @@ def test_a_bearing_runs_along_its_great_circle(seed, speed, seconds):
     bearing = Bearing(direction=turn.apply([1.0, 0.0, 0.0]), rate=turn.apply([0.0, speed, 0.0]))
     later = bearing.after(seconds)
     np.testing.assert_allclose(later.direction, great_circle(turn, speed, seconds), atol=1e-14)
+    np.testing.assert_array_equal(bearing.directions_after([0.0, seconds]), [bearing.direction, later.direction])
     assert later.rate @ later.direction == pytest.approx(0, abs=1e-14)
     assert np.linalg.norm(later.rate) == pytest.approx(speed, abs=1e-14)
 
@@ -82,9 +83,9 @@ def test_its_innovations_are_chi_square_distributed():
             truth = _moved(truth, _tangent(truth.direction) @ step, _tangent(truth.direction) @ change)
             tracked.predict(frame * STEP_S)
             seen = truth.direction + across @ rng.normal(scale=deviation, size=2)
-            squared = tracked.update(seen / np.linalg.norm(seen))
+            correction = tracked.update(seen / np.linalg.norm(seen))
             if frame >= 10:
-                total, count = total + squared, count + 1
+                total, count = total + correction.innovation_squared, count + 1
     assert count == 4000
     assert chi2.ppf(0.0005, 2 * count) < total < chi2.ppf(0.9995, 2 * count)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tracking.perception import ACQUIRED_LOG_ODDS, detect_by_contrast
 from tracking.perception.contrast import LEAST_LOG_ODDS, Contrast, cut_out
-from tracking.perception.contrast_pyramid import ContrastPyramid, median_of, spread_of
+from tracking.perception.contrast_pyramid import ContrastPyramid, median_and_spread
 
 WATER = np.array([0.02, 0.10, 0.16])
 """Linear light of open water, red to blue: a hue of 208 degrees."""
@@ -157,5 +157,5 @@ def test_spread_is_that_of_a_normal_distribution_but_for_a_few():
     values = np.random.default_rng(1).normal(3.0, 0.5, 20_000).astype(np.float32)
     values[:1000] = 100.0
     # The standard error of a MAD of so many is 0.6 %; 5 % of outliers move it by 7 %.
-    assert spread_of(values) == pytest.approx(0.5, rel=0.1)
-    assert median_of(np.array([5, 1, 3], dtype=np.float32)) == 3
+    assert median_and_spread(values)[1] == pytest.approx(0.5, rel=0.1)
+    assert median_and_spread(np.array([5, 1, 3], dtype=np.float32))[0] == 3
