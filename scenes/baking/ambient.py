@@ -120,7 +120,7 @@ def cached(
         return values
 
     key = light_key(name, mesh, light, quality, places)
-    if _KEPT_ALONE.get() and not is_kept(mesh, light, quality, name, places=places):
+    if _KEPT_ALONE.get() and not entry_path(name, key).exists():
         raise NotKeptError(name)
     return load_or_make(name, key, found, pack=lambda made: {"values": made}, unpack=lambda stored: stored["values"])
 

@@ -37,6 +37,7 @@ from scenes.baking.ambient import (
     is_kept,
 )
 from scenes.baking.light_quality import LightQuality
+from scenes.baking.memory import give_memory_back
 from scenes.baking.secant import Secant
 from scenes.kernels.ambient_cube import ROW as SIDE_ROW
 from scenes.kernels.ambient_cube import SIDES
@@ -131,7 +132,9 @@ def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[Floa
     volume = source_volume(finer, source)
     ambient = Reflection(mesh, around, PLACES_M.kept, quality.directions).once(ambient, volume)
     water = _Water(light, grid_points(axes))
+    give_memory_back()  # before what takes most
     source, _ = water.source(around, ambient, volume)
+    give_memory_back()
     # In corners a coarse grid lets light into shadows: what scatters twice there is 2 % too bright after one iteration.
     volume = source_volume(axes, source)
     del source  # as large as all else is
@@ -267,7 +270,7 @@ def _rings() -> tuple[FloatArray, FloatArray]:
 
 
 @lru_cache(maxsize=2)
-def nearest_around_nodes(directions: bytes) -> NDArray[np.int64]:
+def nearest_around_nodes(directions: bytes) -> NDArray[np.int16]:
     """Number of the direction that is nearest to each part of the rings about each node, shape (nodes, parts)."""
     middle, _ = _rings()
     turn = np.tile(np.arange(AROUND) * (2 * np.pi / AROUND), RINGS)[:, np.newaxis]
@@ -289,10 +292,10 @@ def side_weights(directions: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=2)
-def nearest_direction(directions: bytes) -> NDArray[np.int64]:
+def nearest_direction(directions: bytes) -> NDArray[np.int16]:
     """Number of the direction that is nearest to each of many cells of the sphere, all of one solid angle."""
     tree = cKDTree(np.frombuffer(directions).reshape(-1, 3))
-    return np.asarray(tree.query(_cell_middles())[1])
+    return np.asarray(tree.query(_cell_middles())[1], dtype=np.int16)
 
 
 def _cell_middles() -> FloatArray:

@@ -85,8 +85,8 @@ def render(
     if lit is None:
         if on_draft is not None and is_long_to_light(scene):
             CLOCK.begin("draft")
-            draft = _draft(scene, rig, parts)
-            on_draft(written(draft, replace(request, light="draft"), replace(output, truth=None)))
+            # Nobody holds it while the full light is found: it is large.
+            on_draft(written(_draft(scene, rig, parts), replace(request, light="draft"), replace(output, truth=None)))
             CLOCK.begin("light")
         lit = prepare(scene, rig, parts)
     return written(lit, request, output)
