@@ -33,9 +33,10 @@ def woken_threads() -> Iterator[None]:
     if not _RESTING:
         yield
         return
+    before = dr.thread_count()
     dr.set_thread_count(_RESTING[-1])
     try:
         yield
         dr.sync_thread()
     finally:
-        dr.set_thread_count(1)
+        dr.set_thread_count(before)

@@ -26,6 +26,7 @@ from optics.kernels.cache_contents import entry_path
 from optics.kernels.freezing import Flat
 from optics.kernels.packing import Packing, on_device, on_host, opaque_numbers, vectors
 from optics.kernels.trees import leaves_of
+from optics.workers.threads import woken_threads
 from scenes.baking.gather_places import places_on
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.sample_directions import SampleDirections, scattered_density, scattered_directions
@@ -301,10 +302,11 @@ class Surroundings:
         nothing = FixedHit(distance=dr.full(Float32, FAR_M, 1), face=dr.zeros(UInt32, 1))
         gain = dr.full(Float32, 1.0, dr.width(origin))
         rays = Rays(origin=origin, direction=direction, gain=gain, prefix=(nothing,))
-        dr.eval(rays)
-        found: FrameArrays = compiled_frame(self._shape)(
-            Flat(rays), self._flat_geometry, self._flat_tables, *self._records
-        )
+        with woken_threads():
+            dr.eval(rays)
+            found: FrameArrays = compiled_frame(self._shape)(
+                Flat(rays), self._flat_geometry, self._flat_tables, *self._records
+            )
         return found
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
 from optics.kernels.packing import opaque_numbers, rows_of
 from optics.kernels.ray_scene import shared_scene
+from optics.workers.threads import woken_threads
 from scenes.kernels.grid import GridTable
 from scenes.kernels.shadow_table import ShadowTable
 from scenes.kernels.sun_map import SunMap, sun_map
@@ -97,8 +98,10 @@ def geometry_of(meshes: dict[str, GroupMesh], towards_sun: NDArray[np.float64]) 
         if textured:
             vertex_rows.append(_vertex_rows(mesh))
         used = used_vertices(mesh)
+        with woken_threads():
+            scene = shared_scene(mesh.vertices_m, mesh.faces)
         groups[name] = GroupScene(
-            scene=shared_scene(mesh.vertices_m, mesh.faces),
+            scene=scene,
             box=(opaque_numbers(used.min(axis=0)), opaque_numbers(used.max(axis=0))),
             offset=dr.opaque(Float32, float(first_face)),
         )

@@ -19,6 +19,7 @@ from optics.kernels.backend import Array3f32, Float32, UInt32, dr, mi
 from optics.kernels.cache import load_or_make, result_key
 from optics.kernels.packing import opaque_numbers
 from optics.kernels.powers import decay
+from optics.workers.threads import woken_threads
 
 CELLS = 2048
 """Along each side."""
@@ -118,8 +119,9 @@ def _heights(
     axes = [Array3f32(*opaque_numbers(axis)) for axis in directions]
     column, row = Float32(node % CELLS) * step + low_u, Float32(node // CELLS) * step + low_v
     ray = mi.Ray3f(axes[0] * column + axes[1] * row + axes[2] * highest, -axes[2])
-    found = scene.ray_intersect_preliminary(ray, coherent=True)
-    return np.array(dr.select(found.is_valid(), highest - found.t, -np.inf), dtype=np.float32)
+    with woken_threads():
+        found = scene.ray_intersect_preliminary(ray, coherent=True)
+        return np.array(dr.select(found.is_valid(), highest - found.t, -np.inf), dtype=np.float32)
 
 
 def reached_by_sun(grid: SunMap, point: Any, normal: Any) -> Any:

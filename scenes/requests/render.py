@@ -18,6 +18,7 @@ from optics.kernels.backend import dr
 from optics.kernels.clock import CLOCK
 from optics.layout import Layout, check_stows
 from optics.mesh import PartMesh
+from optics.workers.threads import woken_threads
 from rigs import Rig
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import LitScene, is_long_to_light, prepare, prepare_from_cache
@@ -251,7 +252,7 @@ def _facts(frame: Frame, rig: Rig, scene: Scene, request: RenderRequest, *, path
 def _timed(make: Callable[[], Made]) -> tuple[Made, float]:
     """What is made, and how long that took without compiling, which the clock is given."""
     start = time.perf_counter()
-    with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory), woken_threads():
         made = make()
         kernels = dr.kernel_history()
     compiling_s = sum(kernel.get("codegen_time", 0.0) + kernel.get("backend_time", 0.0) for kernel in kernels) / 1000

@@ -62,6 +62,7 @@ def render(
     """
     from mirrorgaze.loading import load_usable_rig
     from optics.kernels.clock import CLOCK
+    from optics.workers.threads import resting_threads
     from scenes.requests.render import render
     from scenes.requests.request import Output, RenderRequest
 
@@ -81,15 +82,16 @@ def render(
         light=light,
     )
     files = Output(path=output, sensor=sensor, truth=ground_truth)
-    described = scene.scene(loaded, flat_sea=renderer == "reference")
-    view = render(
-        loaded,
-        described,
-        request,
-        files,
-        progress=lambda done, total: print_progress("reference", done, total),
-        on_draft=lambda draft: typer.echo(f"{output}: draft, in rough light; the full light follows", err=True),
-    )
+    # Half of the time goes into what Python does between two kernels.
+    with resting_threads():
+        view = render(
+            loaded,
+            scene.scene(loaded, flat_sea=renderer == "reference"),
+            request,
+            files,
+            progress=lambda done, total: print_progress("reference", done, total),
+            on_draft=lambda draft: typer.echo(f"{output}: draft, in rough light; the full light follows", err=True),
+        )
     for note in view.notes:
         typer.echo(note, err=True)
     if json:

@@ -23,7 +23,9 @@ def test_threads_rest_but_in_kernels():
         assert dr.thread_count() == 1
         with woken_threads():
             assert dr.thread_count() == 3
-            total = dr.sum(dr.arange(Float32, 1000))
+            with woken_threads():
+                total = dr.sum(dr.arange(Float32, 1000))
+            assert dr.thread_count() == 3
         assert dr.thread_count() == 1
         assert total[0] == 999 * 1000 / 2
     assert dr.thread_count() == 3
