@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import quad
 
 from optics.kernels.backend import Array3f32, Float32, dr
-from optics.kernels.packing import on_device
+from optics.kernels.packing import on_device, opaque_numbers
 from rigs.lamps import Lamp
 from scenes.light.lamps import (
     VISIBLE_NM,
@@ -171,8 +171,8 @@ def test_backscatter_is_its_integral(position, angle):
                 inputs([lamp]),
                 vectors(np.zeros((5, 3))),
                 vectors(directions),
-                Float32(length),
-                attenuation=numbers32(ATTENUATION),
+                *opaque_numbers(length),
+                attenuation=opaque_numbers(ATTENUATION),
                 volume_scattering=volume_scattering,
             )
             np.testing.assert_allclose(seen[band], row, atol=0.005 * expected.max())
