@@ -44,7 +44,7 @@ GRID = MapGrid(poses=15, columns=48, rows=36)
 
 DAY = int(datetime(2026, 11, 3, 12, tzinfo=UTC).timestamp())
 
-SLOW_FILES = ("write_drawings", "write_steps", "write_robot")
+SLOW_FILES = ("write_drawings", "assembly_steps", "write_steps", "write_robot")
 """Of an export: tests/cad/export look at them. What the report says of a mount does not depend on them."""
 
 
