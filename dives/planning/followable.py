@@ -2,7 +2,7 @@
 
 Where a target goes, joints of a given speed cannot always follow: past pan's end the mirror must turn round, and beside
 the zenith it must turn faster than any servo. Dynamic programming (Bellman 1957) over a grid of poses finds the most
-frames in which one that moves within its speeds shows the target; no loop can show more.
+frames in which one that moves within its speeds shows the target, to within the grid's step.
 """
 
 from __future__ import annotations

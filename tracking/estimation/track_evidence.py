@@ -130,14 +130,13 @@ class TrackEvidence:
     def likely(self) -> bool:
         """Whether a candidate may be tracked: the less is asked of it the longer it has been seen.
 
-        What comes in over the edge of the view has no outline yet: it is a candidate until all of it is seen, or until
-        it is trusted as it is.
+        What comes in over the edge of the view has no outline yet: it is a candidate until all of it is seen, until it
+        is trusted as it is, or for as long as anything else is asked for more than even odds.
         """
         if self.together is None or self.trusted:
             return True
-        return (self.whole or self.age_s >= AT_LEISURE_S) and self.together >= AT_ONCE_LOG_ODDS * max(
-            1 - self.age_s / AT_LEISURE_S, 0.0
-        )
+        asked = AT_ONCE_LOG_ODDS * max(1 - self.age_s / AT_LEISURE_S, 0.0)
+        return (self.whole or asked == 0) and self.together >= asked
 
     def update(self, contrast: float, outline: float | None, direction: FloatArray, interval_s: float) -> None:
         """Take in one more image of what was taken for the target.

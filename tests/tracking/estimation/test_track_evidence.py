@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tracking.estimation.track_evidence import (
+    AT_LEISURE_S,
     CLUTTER_RAD,
     CLUTTER_S,
     FADED,
@@ -144,6 +145,9 @@ def test_what_an_edge_cuts_is_tracked_when_all_of_it_is_seen_or_it_is_trusted():
     assert evidence.likely
     assert not followed(MOST_LOG_ODDS, None, images(TRUSTED_S) - 1).likely
     assert followed(MOST_LOG_ODDS, None, images(TRUSTED_S) + 1).likely
+    # Too pale to be trusted, it is tracked after the second in which less and less is asked of what is whole.
+    assert not followed(0.5, None, images(AT_LEISURE_S) - 2).likely
+    assert followed(0.5, None, images(AT_LEISURE_S) + 1).likely
     evidence.begin_again()
     assert not evidence.whole
 
