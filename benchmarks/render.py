@@ -53,7 +53,14 @@ REFERENCE_SAMPLES = (40, 160)
 
 ALLOWED_MEMORY_MB = 2048.0
 
-ON_PROCESSOR = "import json; from benchmarks.render import fast_frames; print(json.dumps(fast_frames()))"
+CARD_BATCHES = [(world, size, count) for world in WORLDS for size, count in (((640, 480), 16), ((64, 64), 1024))]
+"""World, size and states in a call: what fills a graphics card."""
+
+CARD_CALLS = 6
+
+ON_PROCESSOR = (
+    "import json; from benchmarks.render import batches, fast_frames; print(json.dumps([fast_frames(), batches()]))"
+)
 """Code of the child process that measures the fast renderer without the graphics card."""
 
 
@@ -92,7 +99,7 @@ def fast_frames() -> list[tuple[float, float]]:
 
 
 def _card_rows(on_card: list[tuple[float, float]]) -> list[dict[str, Any]]:
-    """The same frames on the graphics card and on the processor."""
+    """The same frames, alone and many in a call, on the graphics card and on the processor."""
     child = subprocess.run(
         [sys.executable, "-c", ON_PROCESSOR],
         env={**os.environ, BACKEND_VARIABLE: "llvm"},
@@ -100,12 +107,30 @@ def _card_rows(on_card: list[tuple[float, float]]) -> list[dict[str, Any]]:
         text=True,
         check=True,
     )
-    on_processor = json.loads(child.stdout.splitlines()[-1])
+    frames_on_processor, batches_on_processor = json.loads(child.stdout.splitlines()[-1])
     note = f"{activate().device}; peer: our own on {os.cpu_count()} processors"
-    return [
+    rows = [
         _row(f"{world}, {width} x {height}, ground truth, graphics card", full, other, "ms", note)
-        for (world, (width, height)), (_, full), (_, other) in zip(CASES, on_card, on_processor, strict=True)
+        for (world, (width, height)), (_, full), (_, other) in zip(CASES, on_card, frames_on_processor, strict=True)
     ]
+    for (world, (width, height), count), ours, other in zip(CARD_BATCHES, batches(), batches_on_processor, strict=True):
+        name = f"{world}, {width} x {height}, {count} states in a call, graphics card"
+        rows.append(_row(name, ours, other, "ms", f"of one frame: {1000 / ours:.0f} frames/s; {note}"))
+    return rows
+
+
+def batches() -> list[float]:
+    """Milliseconds of one of many frames of a call, in the order of `CARD_BATCHES`."""
+    rig = Rig.load("aqua2")
+    parts = rig_meshes(rig)
+    found = []
+    for world, (width, height), count in CARD_BATCHES:
+        scene = make_scene(rig, world=world)
+        renderer = FastRenderer(prepare(scene, rig, parts), width_px=width, height_px=height)
+        states = _states(scene, count * (2 + CARD_CALLS))
+        calls = [states[k : k + count] for k in range(0, len(states), count)]
+        found.append(_call_ms(renderer, calls, truth=False, warm_up=2) / count)
+    return found
 
 
 def _row(name: str, ours: float, peer: float, unit: str, note: str) -> dict[str, Any]:
@@ -137,14 +162,14 @@ def _fast(rig: Rig, parts: list[PartMesh], scene: Scene, size: tuple[int, int]) 
     return bare, full
 
 
-def _call_ms(renderer: FastRenderer, calls: list[list[State]], *, truth: bool) -> float:
+def _call_ms(renderer: FastRenderer, calls: list[list[State]], *, truth: bool, warm_up: int = WARM_UP) -> float:
     """Median milliseconds of a call."""
 
     def call(states: list[State]) -> None:
         dr.eval(renderer.arrays(states, truth=truth))
         dr.sync_thread()
 
-    return _median_ms(call, calls, WARM_UP)
+    return _median_ms(call, calls, warm_up)
 
 
 def _median_ms(frame: Callable[[Any], None], arguments: list[Any], warm_up: int) -> float:
