@@ -23,7 +23,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from cad.assembly.meshes import rig_meshes
-from optics.kernels.backend import BACKEND_VARIABLE, activate, dr, mi
+from optics.kernels.backend import BACKEND_VARIABLE, THREADS_VARIABLE, activate, dr, mi
 from optics.layout import Layout
 from optics.mesh import Group, PartMesh, Role
 from optics.ports.port import FlatPort, port_from_spec
@@ -99,24 +99,33 @@ def fast_frames() -> list[tuple[float, float]]:
 
 
 def _card_rows(on_card: list[tuple[float, float]]) -> list[dict[str, Any]]:
-    """The same frames, alone and many in a call, on the graphics card and on the processor."""
+    """The same frames, alone and many in a call, on the graphics card, on two threads of the processor and on all."""
+    rows = []
+    ours = [full for _, full in on_card] + batches()
+    names = [f"{world}, {width} x {height}, ground truth" for world, (width, height) in CASES]
+    names += [
+        f"{world}, {width} x {height}, {count} states in a call" for world, (width, height), count in CARD_BATCHES
+    ]
+    for threads in (2, os.cpu_count() or 1):
+        note = f"of one frame; {activate().device}; peer: our own in {threads} threads of its processor"
+        peers = _on_processor(threads)
+        rows += [
+            _row(f"{name}, graphics card", *both, "ms", note) for name, *both in zip(names, ours, peers, strict=True)
+        ]
+    return rows
+
+
+def _on_processor(threads: int) -> list[float]:
+    """What `_card_rows` measures on the card, by the processor in a process of its own."""
     child = subprocess.run(
         [sys.executable, "-c", ON_PROCESSOR],
-        env={**os.environ, BACKEND_VARIABLE: "llvm"},
+        env={**os.environ, BACKEND_VARIABLE: "llvm", THREADS_VARIABLE: str(threads)},
         stdout=subprocess.PIPE,
         text=True,
         check=True,
     )
-    frames_on_processor, batches_on_processor = json.loads(child.stdout.splitlines()[-1])
-    note = f"{activate().device}; peer: our own on {os.cpu_count()} processors"
-    rows = [
-        _row(f"{world}, {width} x {height}, ground truth, graphics card", full, other, "ms", note)
-        for (world, (width, height)), (_, full), (_, other) in zip(CASES, on_card, frames_on_processor, strict=True)
-    ]
-    for (world, (width, height), count), ours, other in zip(CARD_BATCHES, batches(), batches_on_processor, strict=True):
-        name = f"{world}, {width} x {height}, {count} states in a call, graphics card"
-        rows.append(_row(name, ours, other, "ms", f"of one frame: {1000 / ours:.0f} frames/s; {note}"))
-    return rows
+    frames, many = json.loads(child.stdout.splitlines()[-1])
+    return [full for _, full in frames] + many
 
 
 def batches() -> list[float]:

@@ -35,7 +35,7 @@ def _place(check: str) -> str:
 
 def _last_run(row: Row, result: Result | None) -> str:
     if not row.run:
-        return "cannot be repeated"
+        return "needs a graphics card"
     if result is None:
         return "in `./run test`" if all(run.startswith("tests/") for run in row.run) else "by hand"
     return f"{result.date}: {'held' if result.held else 'FAILED'}"

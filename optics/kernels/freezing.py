@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
-from optics.kernels.backend import dr
+from optics.kernels.backend import arithmetic, dr
 from optics.kernels.trees import Structure, is_tree, leaves_of, structure_of
 
 Kernel = Callable[..., Any]
@@ -26,7 +26,7 @@ class Flat:
         self.structure = _STRUCTURES.setdefault(structure, structure)
 
 
-def frozen(*, recordings: int = 10) -> Callable[[Kernel], Kernel]:
+def frozen(*, recordings: int = 10, fast: bool = False) -> Callable[[Kernel], Kernel]:
     """Decorator: `drjit.freeze` that does not collect garbage while it records, and takes and returns trees fast.
 
     A Mitsuba scene in the garbage would be freed in the middle of the recording, which can hold no such thing, and the
@@ -37,6 +37,8 @@ def frozen(*, recordings: int = 10) -> Callable[[Kernel], Kernel]:
     ----------
     recordings : int
         More than these are worth a warning: arguments that change between calls make recordings useless.
+    fast : bool
+        As `optics.kernels.backend.arithmetic` has it: for kernels in single precision alone.
     """
 
     def decorator(function: Kernel) -> Kernel:
@@ -47,7 +49,7 @@ def frozen(*, recordings: int = 10) -> Callable[[Kernel], Kernel]:
             key = tuple(id(each.structure) if isinstance(each, Flat) else None for each in arguments)
             if key not in recorded:
                 structures = [each.structure if isinstance(each, Flat) else None for each in arguments]
-                recorded[key] = _recorder(function, structures, recordings)
+                recorded[key] = _recorder(function, structures, recordings, fast=fast)
             kernel, result = recorded[key]
             with _without_collection():
                 leaves = kernel(*(each.leaves if isinstance(each, Flat) else each for each in arguments))
@@ -59,14 +61,17 @@ def frozen(*, recordings: int = 10) -> Callable[[Kernel], Kernel]:
 
 
 def _recorder(
-    function: Kernel, structures: Sequence[Structure | None], recordings: int
+    function: Kernel, structures: Sequence[Structure | None], recordings: int, *, fast: bool
 ) -> tuple[Kernel, list[Structure]]:
     """The function from leaves to leaves, frozen; and a list to which the result's structure comes, if it has one."""
     found: list[Structure] = []
 
     def of_leaves(*arguments: Any) -> Any:
         pairs = zip(structures, arguments, strict=True)
-        result = function(*(each if structure is None else structure.filled(iter(each)) for structure, each in pairs))
+        with arithmetic(fast=fast):
+            result = function(
+                *(each if structure is None else structure.filled(iter(each)) for structure, each in pairs)
+            )
         if not is_tree(result):
             return result
         found[:] = [structure_of(result)]

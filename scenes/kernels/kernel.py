@@ -76,7 +76,7 @@ def compiled_frame(shape: Shape) -> Callable[..., Any]:
     """Frozen kernel of one or several frames."""
 
     # Every renderer has scenes of its own, for which the recording is made again.
-    @frozen(recordings=RENDERERS)
+    @frozen(recordings=RENDERERS, fast=True)
     def frame(  # noqa: PLR0917
         rays: Rays, geometry: Geometry, tables: LightTables, light_record: Any, state_records: Any, chosen: Any = None
     ) -> FrameArrays:
@@ -151,7 +151,7 @@ def _in_place(found: FrameArrays, place: Any, lanes: int) -> FrameArrays:
 def compiled_prefix(state: Packing) -> Callable[..., Any]:
     """Frozen kernel of what no joint moves: where rays of the port, and of M1 behind it, hit the fixed group."""
 
-    @frozen(recordings=RENDERERS)
+    @frozen(recordings=RENDERERS, fast=True)
     def prefix(rays: Rays, groups: dict[str, GroupScene], state_records: Any) -> tuple[FixedHit, ...]:
         record: StateRecord = state.unpack(state_records, UInt32(0))
         mirrors = {name: mirror for name, mirror in record.mirrors.items() if name == Primitive.M1.name}

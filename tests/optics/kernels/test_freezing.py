@@ -2,6 +2,12 @@
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from optics.kernels.backend import Array3f64, Float64, dr
+from optics.kernels.freezing import frozen
 
 RECORDED_BESIDE_A_DEAD_SCENE = """
 import gc
@@ -39,3 +45,19 @@ def test_a_scene_in_the_garbage_does_not_end_the_process():
         [sys.executable, "-c", RECORDED_BESIDE_A_DEAD_SCENE], capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stdout) == (0, "[2.0, 4.0, 6.0]\n"), done.stderr
+
+
+@frozen()
+def divided(x):
+    vector = Array3f64(x, 2 * x, -2 * x)
+    return [dr.rcp(x), dr.rsqrt(x), *dr.normalize(vector), *(vector / (3 * x))]
+
+
+def test_reciprocals_have_double_precision_in_every_thread():
+    """A graphics card's fast ones have seven digits, and Dr.Jit takes them in a thread that nobody has told not to."""
+    x = np.random.default_rng(5).uniform(0.1, 10, 1000)
+    thirds = [1 / 3, 2 / 3, -2 / 3]
+    expected = [1 / x, 1 / np.sqrt(x), *(np.full(1000, t) for t in thirds * 2)]
+    with ThreadPoolExecutor(1) as other:
+        for found in (divided(Float64(x)), other.submit(divided, Float64(x)).result()):
+            np.testing.assert_allclose(np.array([column.numpy() for column in found]), expected, rtol=1e-15)
