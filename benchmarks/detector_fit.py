@@ -52,7 +52,7 @@ def samples_of(images: list[EvaluationImage]) -> Samples:
         sample
         for each in images
         if each.robot is not None
-        for sample in _samples(each.crop, each.robot, each.target, np.zeros_like(each.target))
+        for sample in _samples(each.crop, each.robot, each.target, np.zeros_like(each.target), each.red_over_water)
     ]
 
 
@@ -64,7 +64,7 @@ def samples_of_arena() -> Samples:
         with resting_threads():
             for still in stills(seed, others=seed % 2 == 1):
                 unknown = (still.label == Label.DECOY) & still.red_decoy
-                samples += _samples(still.crop, still.robot, still.label == Label.TARGET, unknown)
+                samples += _samples(still.crop, still.robot, still.label == Label.TARGET, unknown, still.red_over_water)
     return samples
 
 
@@ -106,13 +106,17 @@ def _weights(terms: FloatArray, is_target: NDArray[np.bool_], counted: FloatArra
 
 
 def _samples(
-    crop: NDArray[np.uint8], robot: NDArray[np.uint8], target: NDArray[np.bool_], unknown: NDArray[np.bool_]
+    crop: NDArray[np.uint8],
+    robot: NDArray[np.uint8],
+    target: NDArray[np.bool_],
+    unknown: NDArray[np.bool_],
+    red_over_water: float,
 ) -> Iterator[tuple[Contrast, bool]]:
     """What a crop has that stands out, and whether it is the target."""
     pyramid = ContrastPyramid(crop, robot)
     found: list[Piece] = []
     for place in pyramid.places():
-        piece = None if any(each.covers(place) for each in found) else cut_out(pyramid, place)
+        piece = None if any(each.covers(place) for each in found) else cut_out(pyramid, place, red_over_water)
         if piece is None or piece.blob.area_px < DetectorSettings().area_min_px:
             continue
         found.append(piece)

@@ -19,11 +19,11 @@ from cad.assembly.meshes import rig_meshes
 from dives.arena.distribution import arena_dive, arena_rig
 from dives.checks import dive_problems
 from dives.dive import Dive
+from dives.known_target import with_known_target
 from dives.looked_at import pixels_around
 from dives.paths import body_pose, decoy_pose, target_pose
 from dives.rendered_camera import RenderedCamera
 from dives.specification import BallColour
-from dives.target_size import sized
 from dives.views.robot_view import robot_view
 from optics.gaze.kinematics import inverse_gaze
 from optics.gaze.motion import JointSpeeds
@@ -50,7 +50,9 @@ SLEWING, STEADY_RAD_PER_S = 0.35, 0.15
 """Share of stills in which one joint turns at up to its highest speed, as in a search, and how fast both turn in
 others, standard deviation."""
 
-OTHERS = tuple(colour for colour in get_args(BallColour) if colour != "red")
+OTHERS = (*(colour for colour in get_args(BallColour) if colour != "red"), *2 * ("black", "grey"))
+"""Colours of what is no target, dark and grey ones three times: so is most that is met under water."""
+
 OTHERS_DIAMETER_M, OTHERS_DISTANCE_M, OTHERS_ELEVATION_DEG = (0.12, 0.5), (0.9, 3.0), 20.0
 
 MARGIN_S = 0.1
@@ -74,12 +76,15 @@ class Still:
         uint8: 255 where the robot may show.
     red_decoy : bool
         Whether another red ball is about, that cannot be told from the target.
+    red_over_water : float
+        Of the target (`tracking.perception.DetectorSettings`).
     """
 
     crop: NDArray[np.uint8]
     label: NDArray[np.uint8]
     robot: NDArray[np.uint8]
     red_decoy: bool
+    red_over_water: float
 
 
 def stills(seed: int, *, others: bool) -> Iterator[Still]:
@@ -88,7 +93,7 @@ def stills(seed: int, *, others: bool) -> Iterator[Still]:
     dive = arena_dive(seed).dive
     dive = _with_others(dive, rng) if others else dive
     rig = dive.at_frame_rate(arena_rig(dive.rig))
-    dive = sized(dive, rig)
+    dive = with_known_target(dive, rig)
     parts = rig_meshes(rig)
     view, corners = robot_view(rig, parts), ExactCorners(rig)
     outline = mirror_outline(rig.require_gaze().gaze_mirror)
@@ -108,7 +113,11 @@ def stills(seed: int, *, others: bool) -> Iterator[Still]:
         flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
         label = cv2.warpPerspective(camera.exposure.label, crop.image_from_crop, size, flags=flags)
         yield Still(
-            crop=crop.take(image.image), label=np.asarray(label), robot=view.mask(q, *size), red_decoy=red_decoy
+            crop=crop.take(image.image),
+            label=np.asarray(label),
+            robot=view.mask(q, *size),
+            red_decoy=red_decoy,
+            red_over_water=dive.detector_settings().red_over_water,
         )
 
 

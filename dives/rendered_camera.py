@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from dives.dive import Dive
+from dives.known_target import above_water
 from dives.looked_at import part_around
 from dives.paths import body_pose, decoy_pose, target_pose
 from dives.timed_mirrors import MovingJoints
@@ -28,7 +29,6 @@ from optics.workers.threads import woken_threads
 from rigs import Rig
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
-from scenes.light.sun import Sun
 from scenes.light.waves import Wind
 from scenes.renderer import FastRenderer
 from scenes.sensor import (
@@ -260,9 +260,7 @@ def dive_scene(dive: Dive, rig: Rig) -> Scene:
         rig,
         world=dive.world,
         depth_m=dive.depth_m,
-        jerlov_type=dive.jerlov_type,
-        sun=Sun(elevation_deg=dive.sun.elevation_deg, azimuth_deg=dive.sun.azimuth_deg),
-        cloud=dive.cloud,
+        **above_water(dive),
         wind=Wind(speed_m_per_s=dive.wind.speed_m_per_s, azimuth_deg=dive.wind.azimuth_deg),
         target=dive.target.load_shape(),
         target_m=start,

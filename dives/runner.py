@@ -25,12 +25,12 @@ from dives.dive import Dive
 from dives.files import finish_dive, is_finished
 from dives.ground_truth_columns import GroundTruthColumns
 from dives.journal import Journal
+from dives.known_target import with_known_target
 from dives.looked_at import pixels_around, with_margin
 from dives.named_files import digests
 from dives.paths import attitude_sensor
 from dives.recorder import Recorder
 from dives.rendered_camera import RenderedCamera
-from dives.target_size import sized
 from dives.timed_mirrors import TimedMirrors
 from dives.views.direct_view import direct_view
 from dives.views.robot_view import robot_view
@@ -193,7 +193,7 @@ def run_dive(
     """
     folder = Path(folder)
     rig = dive.load_rig() if rig is None else dive.at_frame_rate(rig)
-    dive = sized(dive, rig)
+    dive = with_known_target(dive, rig)
     identity = identity_of(dive, rig, quality)
     if is_finished(folder, identity):
         log(f"{folder}: this dive is finished already")

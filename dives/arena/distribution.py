@@ -77,7 +77,7 @@ SHORTEST_LEG_M = 0.2
 
 DECOYS = (0.5, 0.3, 0.2)
 """Probabilities of none, one and two things beside the target."""
-DECOY_COLOURS = ("red", "red", "orange", "yellow", "blue")
+DECOY_COLOURS = ("red", "red", "orange", "yellow", "blue", "black", "grey")
 DECOY_SPEED_M_PER_S = 0.1
 
 HIDDEN = 0.25

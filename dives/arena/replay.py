@@ -9,9 +9,9 @@ from pathlib import Path
 from cad.assembly.meshes import rig_meshes
 from dives.arena.distribution import arena_dive, arena_rig
 from dives.arena.run import with_loop
+from dives.known_target import with_known_target
 from dives.recorder import OVERLAY, png
 from dives.runner import ClosedLoop
-from dives.target_size import sized
 from rigs.atomic_files import atomic_file, scratch_folder, write_bytes
 from scenes.baking.light_quality import LightQuality
 from tracking.overlay import overlay
@@ -39,7 +39,7 @@ def write_frames(
     """
     dive = with_loop(arena_dive(seed), variant)
     rig = dive.at_frame_rate(arena_rig(dive.rig))
-    closed = ClosedLoop(sized(dive, rig), rig, rig_meshes(rig), quality)
+    closed = ClosedLoop(with_known_target(dive, rig), rig, rig_meshes(rig), quality)
     frames = dive.frames if video else max(images) + 1
     with _video_writer(Path(video), dive.frame_rate_hz) if video else nullcontext() as writer:
         for frame in range(frames):

@@ -14,10 +14,10 @@ import tomlkit
 from dives.dive import Dive, find_dive, parse_dive, varied
 from dives.ensembles.members import Member, folder_name
 from dives.files import is_finished
+from dives.known_target import with_known_target
 from dives.metrics import dive_metrics
 from dives.metrics.verdict import dive_verdict
 from dives.runner import identity_of, run_dive
-from dives.target_size import sized
 from optics.workers.run import Failure, all_ended, counted, run_many
 from optics.workers.shards import Manifest, Shard
 from rigs import Rig
@@ -198,7 +198,7 @@ def unfinished(
     for name, dive in dives.items():
         try:
             rig = dive.load_rig()
-            if not is_finished(folders[name], identity_of(sized(dive, rig), rig, quality)):
+            if not is_finished(folders[name], identity_of(with_known_target(dive, rig), rig, quality)):
                 left[name] = folders[name]
         except ValueError as error:
             problems.append(str(error))

@@ -11,7 +11,7 @@ from typing import Literal, Self, get_args
 import numpy as np
 
 from dives.dive import Dive
-from dives.target_size import sized
+from dives.known_target import with_known_target
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
@@ -93,7 +93,7 @@ class GazeTask:
         loaded = dive if isinstance(dive, Dive) else Dive.load(dive)
         own = loaded.load_rig() if rig is None else loaded.at_frame_rate(rig)
         return cls(
-            dive=sized(loaded, own),
+            dive=with_known_target(loaded, own),
             rig=own,
             action=action,
             frame_px=frame_px,

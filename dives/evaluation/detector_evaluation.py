@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from dives.known_target import red_of
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
 from optics.mirror_outline import mirror_outline
@@ -77,6 +78,8 @@ class EvaluationImage:
     corners_px : array, shape (4, 2)
     distance_m, elevation_deg : float
         Of the target, and of the gaze.
+    red_over_water : float
+        Of the target (`tracking.perception.DetectorSettings`).
     empty : bool
         There is no target to be seen anywhere.
     """
@@ -88,6 +91,7 @@ class EvaluationImage:
     corners_px: NDArray[np.float64]
     distance_m: float
     elevation_deg: float
+    red_over_water: float
     empty: bool
 
     @property
@@ -112,7 +116,7 @@ def by_window(settings: DetectorSettings) -> Detector:
 
 def by_contrast(each: EvaluationImage) -> Detection:
     """The default loop's detector, as long as nothing is followed: the likeliest blob, if it is likely enough."""
-    return _acquired(detect_by_contrast(each.crop, ignored=each.robot))
+    return _acquired(detect_by_contrast(each.crop, ignored=each.robot, red_over_water=each.red_over_water))
 
 
 def by_model(file: str) -> Detector:
@@ -187,6 +191,8 @@ def evaluation_images(
     rng = np.random.default_rng(seed)
     sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)
     card = renderer.scene.light.white_radiance(renderer.scene.depth_m)
+    assert renderer.scene.target is not None  # as is said above
+    red = red_of(renderer.scene.light, renderer.scene.depth_m, renderer.scene.target.shape)
     images = []
     layout, outline = Layout.from_rig(renderer.rig), mirror_outline(renderer.rig.require_gaze().gaze_mirror)
     for number in range(count):
@@ -215,6 +221,7 @@ def evaluation_images(
                 corners_px=corners,
                 distance_m=drawn.distance_m,
                 elevation_deg=float(np.degrees(forward_gaze(layout, q1, q2).elevation)),
+                red_over_water=red,
                 empty=drawn.empty,
             )
         )

@@ -142,7 +142,8 @@ class Recording:
 def changed_settings(dive: Dive, detector: str | None, changes: Mapping[str, Any]) -> DetectorSettings:
     """Settings to detect a dive with again: those of a detector by name, else the dive's own, with some changed.
 
-    With neither a name nor changes they are the dive's `[offline_detector]`.
+    With neither a name nor changes they are the dive's `[offline_detector]`. A name says nothing of the water: that
+    is the dive's.
 
     Parameters
     ----------
@@ -159,7 +160,7 @@ def changed_settings(dive: Dive, detector: str | None, changes: Mapping[str, Any
     """
     offline = dive.offline_settings()
     if detector is not None:
-        settings = detector_named(detector)
+        settings = replace(detector_named(detector), red_over_water=dive.detector_settings().red_over_water)
     elif changes:
         settings = dive.detector_settings()
     elif offline is not None:

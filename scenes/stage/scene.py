@@ -142,7 +142,6 @@ def make_scene(
         robot would touch the surface, a target above it.
     """
     problems = Problems()
-    bands = bands_of_camera(rig.camera)
     depth_fits = DEPTHS_M[0] <= depth_m <= DEPTHS_M[1]
     with problems.collecting():
         if not depth_fits:
@@ -155,14 +154,10 @@ def make_scene(
         # At a depth that is no good, only to hear what else is wrong.
         around = world_named(world, depth_m if depth_fits else DEPTHS_M[1], seed)
     with problems.collecting():
-        water = rig.water if jerlov_type is None else _water(rig, jerlov_type)
-    with problems.collecting():
-        daylight = Daylight(wavelength_nm=bands.wavelength_nm, sun=sun or Sun(), cloud=cloud)
+        light = scene_light(rig, jerlov_type=jerlov_type, sun=sun, cloud=cloud)
     with problems.collecting():
         shape = target if isinstance(target, Ball | MeshShape) else target_named(target)
     problems.raise_any()
-    coating = rig.gaze.mount.mirror_coating if rig.gaze else "protected-aluminium"
-    light = underwater_light(water, daylight, bands, coating)
     return Scene(
         world=around,
         light=light,
@@ -171,6 +166,19 @@ def make_scene(
         target=Target(shape=shape, world_from_target=RigidTransform.from_translation(place)),
         snow=MarineSnow(seed=seed) if snow else None,
     )
+
+
+def scene_light(rig: Rig, *, jerlov_type: str | None = None, sun: Sun | None = None, cloud: float = 0.0) -> Light:
+    """Light under water as `make_scene` has it, without a world; `ValueError` with all that is wrong with it."""
+    bands = bands_of_camera(rig.camera)
+    problems = Problems()
+    with problems.collecting():
+        water = rig.water if jerlov_type is None else _water(rig, jerlov_type)
+    with problems.collecting():
+        daylight = Daylight(wavelength_nm=bands.wavelength_nm, sun=sun or Sun(), cloud=cloud)
+    problems.raise_any()
+    coating = rig.gaze.mount.mirror_coating if rig.gaze else "protected-aluminium"
+    return underwater_light(water, daylight, bands, coating)
 
 
 def _water(rig: Rig, jerlov_type: str) -> Water:

@@ -6,14 +6,14 @@ from scipy.stats import norm
 from benchmarks.detector_fit import fitted_odds
 from tracking.perception.contrast import Contrast
 
-TARGETS = ([1.2, 0.6, 0.40, 0.05, -0.4, 0.5], [0.2, 0.3, 0.10, 0.05, 0.2, 0.10])
-OTHERS = ([1.0, 0.2, 0.25, 0.10, -0.1, 0.6], [0.2, 0.5, 0.10, 0.10, 0.3, 0.12])
+TARGETS = ([1.2, 0.6, 0.40, 0.05, -0.4, 0.5, 0.3], [0.2, 0.3, 0.10, 0.05, 0.2, 0.10, 0.4])
+OTHERS = ([1.0, 0.2, 0.25, 0.10, -0.1, 0.6, 0.3], [0.2, 0.5, 0.10, 0.10, 0.3, 0.12, 0.4])
 """Mean and standard deviation of each feature."""
 
 
 def pieces(distribution, count, rng):
-    for features in rng.normal(*distribution, (count, 6)):
-        out, clear, redness, greenness, lightness, aspect = features.tolist()
+    for features in rng.normal(*distribution, (count, 7)):
+        out, clear, redness, greenness, lightness, aspect, red = features.tolist()
         yield Contrast(
             standing_out=np.exp(out),
             clearness=np.exp(clear),
@@ -21,6 +21,7 @@ def pieces(distribution, count, rng):
             greenness=greenness,
             lightness=lightness,
             aspect=np.exp(aspect),
+            red_over_water=red,
         )
 
 

@@ -22,8 +22,8 @@ import pytest
 from cad.assembly.meshes import rig_meshes
 from dives import files, journal, recorder, rendered_camera, runner
 from dives.dive import Dive, varied
+from dives.known_target import with_known_target
 from dives.runner import DiveStoppedError
-from dives.target_size import sized
 from dives.trajectories.attitude_sensor import AttitudeSettings
 from dives.views.direct_view import direct_view
 from scenes.baking.light_quality import LightQuality
@@ -44,7 +44,7 @@ import os, signal, sys, time
 from pathlib import Path
 from scenes.baking.light_quality import LightQuality
 from dives import journal
-from dives.target_size import sized
+from dives.known_target import with_known_target
 from dives.runner import run_dive
 from dives.dive import parse_dive
 
@@ -131,7 +131,7 @@ def test_without_video_a_search_has_the_direct_view_of_the_whole_image(small_div
     monkeypatch.setattr(DirectLook, "is_due", lambda look, time_s: round(30 * time_s) in LOOKS)
     for shown in (False, True):
         given[shown] = []
-        closed = runner.ClosedLoop(sized(searching, rig), rig, rig_meshes(rig), COARSE)
+        closed = runner.ClosedLoop(with_known_target(searching, rig), rig, rig_meshes(rig), COARSE)
         closed.whole_images = shown
         records = [closed.next() for _ in range(FRAMES)]
         view = direct_view(rig, rig_meshes(rig))
@@ -263,7 +263,7 @@ def test_a_flipped_bit_of_the_log_is_a_sentence(whole, tmp_path):
 
 def identity_of(dive: Dive) -> str:
     rig = dive.load_rig()
-    return runner.identity_of(sized(dive, rig), rig, COARSE)
+    return runner.identity_of(with_known_target(dive, rig), rig, COARSE)
 
 
 def damaged(content: bytes, how: str, at: int | None = None) -> bytes:

@@ -92,6 +92,10 @@ RED_IN_WATER = ColourWindow(hue_from_deg=300, hue_to_deg=16, saturation_min=0.08
 water, where white balance makes grey of a blue (docs/explanation/perception.md)."""
 
 
+RED_OVER_WATER = 0.85
+"""Of the chart's red in Jerlov's type IB at 5 m under a sun 60 degrees high (`scenes.light.inherent_contrast`)."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class DetectorSettings:
     """What counts as the target.
@@ -109,6 +113,9 @@ class DetectorSettings:
         4 pi area / perimeter^2 of a blob's outline, 1 for a disc.
     aspect_max : float
         Longer over shorter side of a blob's upright box. The crop stretches a ball: its shape changes with tilt.
+    red_over_water : float
+        Natural logarithm of the target's radiance over that of the water behind it, in the camera's red, from near by:
+        what water, depth and sun leave of its red. The contrast weighs by it what may be the target.
     onnx : str, optional
         File of a learned model (`tracking.perception.learned`), which takes the place of window, smoothing, opening and
         closing.
@@ -121,6 +128,7 @@ class DetectorSettings:
     area_min_px: float = 100.0
     circularity_min: float = 0.3
     aspect_max: float = 2.5
+    red_over_water: float = RED_OVER_WATER
     onnx: str | None = None
 
     def __post_init__(self) -> None:

@@ -2,12 +2,13 @@
 
 `contrast_pyramid` tells where something redder than its surroundings is. There a finer image is cut at a redness above
 the surroundings', and the piece is compared with what is around it in numbers that no camera setting changes: how far
-it stands out, how clearly, how red, green and light it is beside them, and how long. A near ball is much redder than
-the water and a far one hardly, but then it is dark, and a brown or yellow thing is greener the redder it is: so the
-logarithm of its odds to be the target is quadratic in these numbers, as between two normal distributions of different
-covariance (Hastie, Tibshirani & Friedman 2009, The Elements of Statistical Learning, section 4.3). The weights are
-those of a logistic regression (Cox 1958, J. R. Stat. Soc. B 20, 215-242) on images with ground truth
-(`./run bench detector --fit`).
+it stands out, how clearly, how red, green and light it is beside them, and how long. A seventh number is known
+beforehand: how much red the water leaves the target. A near ball is much redder than the water and a far one hardly,
+but then it is dark; a black thing is dark and hardly redder at any distance, and so is the ball where little red is
+left; a brown or yellow thing is greener the redder it is. So the logarithm of the odds to be the target is quadratic
+in these numbers, as between two normal distributions of different covariance (Hastie, Tibshirani & Friedman 2009, The
+Elements of Statistical Learning, section 4.3). The weights are those of a logistic regression (Cox 1958, J. R. Stat.
+Soc. B 20, 215-242) on images with ground truth (`./run bench detector --fit`).
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
 from tracking.perception.clusters import circularity, weighted_centroid
+from tracking.perception.colour import RED_OVER_WATER
 from tracking.perception.contrast_pyramid import (
     FEWEST,
     FINEST_PX,
@@ -63,19 +65,20 @@ FEW = np.float32(1e-3)
 PLAIN = 10.0
 """Spreads from which a thing is there without doubt: more of them do not tell a target from other things."""
 
-LEAST_FEATURES = np.array([0.02, -2.3, 0.0, -0.33, -1.56, 0.0])
-MOST_FEATURES = np.array([2.3, 2.3, 1.0, 0.48, 0.94, 2.4])
+LEAST_FEATURES = np.array([0.02, -2.3, 0.0, -0.34, -1.53, 0.0, -0.89])
+MOST_FEATURES = np.array([2.3, 2.3, 1.01, 0.48, 0.92, 2.43, 1.46])
 """Of `Contrast.features`, which 98 of 100 pieces keep: beyond, the odds do not go on."""
 
 ODDS = np.array(
     [
-        [-4.80, 0.91, 1.84, -11.94, -19.09, -9.16, 1.94],
-        [0, 0.31, 0.43, 1.87, 0.62, 1.62, -0.42],
-        [0, 0, 0.21, -6.11, 7.50, 0.11, -0.38],
-        [0, 0, 0, 32.91, 12.94, -2.58, -2.37],
-        [0, 0, 0, 0, -93.22, 5.93, 10.21],
-        [0, 0, 0, 0, 0, -2.75, 0.41],
-        [0, 0, 0, 0, 0, 0, -1.54],
+        [-3.70, 0.54, 0.76, -5.91, -4.10, -9.12, 2.22, -0.51],
+        [0, 0.01, 0.67, 3.34, -6.84, 1.29, -0.42, -0.36],
+        [0, 0, -0.15, -3.83, 10.97, 0, 0.17, -0.44],
+        [0, 0, 0, 27.86, 3.43, -3.74, -3.13, 1.18],
+        [0, 0, 0, 0, -107.11, 15.90, -1.23, 4.05],
+        [0, 0, 0, 0, 0, -3.73, -1.33, 0.16],
+        [0, 0, 0, 0, 0, 0, -2.73, 0.14],
+        [0, 0, 0, 0, 0, 0, 0, -1.64],
     ]
 )
 """Weights of 1 and the features, two by two, in the logarithm of the odds."""
@@ -84,7 +87,7 @@ LEAST_LOG_ODDS = -2.0
 """Of what may be the target: what is followed already is in the right place, which counts as much as its looks."""
 
 ACQUIRED_LOG_ODDS = 2.0
-"""From which it is taken for a target of which nothing is known yet (`dives.target_size.LEAST_WEIGHED_SHARE`)."""
+"""From which it is taken for a target of which nothing is known yet (`dives.known_target.LEAST_WEIGHED_SHARE`)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,6 +104,8 @@ class Contrast:
         Mean differences from the ring: of ``ln R - (ln G + ln B) / 2``, ``ln G - ln B`` and ``ln G``.
     aspect : float
         Longer over shorter side of the upright box.
+    red_over_water : float
+        Of the target, whatever the piece is (`tracking.perception.DetectorSettings`).
     """
 
     standing_out: float
@@ -109,9 +114,10 @@ class Contrast:
     greenness: float
     lightness: float
     aspect: float
+    red_over_water: float
 
     def features(self) -> FloatArray:
-        """Numbers that are weighed, shape (6,)."""
+        """Numbers that are weighed, shape (7,)."""
         return np.array(
             [
                 math.log(min(max(self.standing_out, STANDS_OUT), PLAIN)),
@@ -120,6 +126,7 @@ class Contrast:
                 self.greenness,
                 self.lightness,
                 math.log(self.aspect),
+                self.red_over_water,
             ]
         )
 
@@ -172,6 +179,7 @@ def detect_by_contrast(
     area_min_px: float = 100.0,
     ignored: Mask | None = None,
     expected_px: tuple[float, float] | None = None,
+    red_over_water: float = RED_OVER_WATER,
 ) -> Detection:
     """Find what may be the target in a crop, the likeliest first.
 
@@ -186,6 +194,8 @@ def detect_by_contrast(
     expected_px : tuple of float, optional
         Where a target is expected that is followed already: what is there is judged first, and when it may be the
         target nothing else is.
+    red_over_water : float
+        Of the target (`tracking.perception.DetectorSettings`).
 
     Raises
     ------
@@ -201,7 +211,7 @@ def detect_by_contrast(
         if judged == JUDGED or any(each.covers(place) for each in likely):
             continue
         judged += 1
-        piece = cut_out(pyramid, place)
+        piece = cut_out(pyramid, place, red_over_water)
         if piece is None or piece.blob.area_px < area_min_px or piece.blob.log_odds < LEAST_LOG_ODDS:
             continue
         likely.append(piece)
@@ -214,8 +224,11 @@ def detect_by_contrast(
     return Detection(mask=mask, blobs=blobs, centroid_px=weighted_centroid(blobs))
 
 
-def cut_out(pyramid: ContrastPyramid, place: Place) -> Piece | None:
-    """What stands out at a place, cut out of a finer level; None when nothing of it holds together."""
+def cut_out(pyramid: ContrastPyramid, place: Place, red_over_water: float) -> Piece | None:
+    """What stands out at a place, cut out of a finer level; None when nothing of it holds together.
+
+    `red_over_water` is that of the target (`tracking.perception.DetectorSettings`).
+    """
     level = min(place.level - 1, 1)
     rows, columns = pyramid.shape(level)
     scale = 1 << (place.level - level)
@@ -231,10 +244,10 @@ def cut_out(pyramid: ContrastPyramid, place: Place) -> Piece | None:
         return None
     box = cv2.boundingRect(cells)
     if place.level + 1 < LEVELS and _goes_on(box, (x0, y0), cells.shape, (rows, columns)):
-        return cut_out(pyramid, place.coarser())
+        return cut_out(pyramid, place.coarser(), red_over_water)
     contours, _ = cv2.findContours(cells, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(cells, contours, -1, 1, cv2.FILLED)
-    contrast = _compared(part, smooth[0], cells, box, place.standing_out)
+    contrast = _compared(part, smooth[0], cells, box, known=(place.standing_out, red_over_water))
     if contrast is None:
         return None
     cell_px = FINEST_PX << level
@@ -297,9 +310,12 @@ def _goes_on(box: Sequence[int], first: tuple[int, int], part: tuple[int, int], 
 
 
 def _compared(
-    part: FloatImage, redness: FloatImage, cells: Mask, box: Sequence[int], standing_out: float
+    part: FloatImage, redness: FloatImage, cells: Mask, box: Sequence[int], *, known: tuple[float, float]
 ) -> Contrast | None:
-    """A piece beside the rest of a box around it; None when it is too small, or too little of the ring is seen."""
+    """A piece beside the rest of a box around it; None when it is too small, or too little of the ring is seen.
+
+    How far it stands out, and the target's red over the water's, are known already.
+    """
     area = cv2.countNonZero(cells)
     if area < LEAST_CELLS:
         return None
@@ -307,21 +323,22 @@ def _compared(
     thick = int(0.6 * math.sqrt(area)) + GAP // 2
     window = slice(max(y - thick, 0), y + height + thick), slice(max(x - thick, 0), x + width + thick)
     part, redness, cells = part[window], redness[window], cells[window]
-    known = (part[..., 3] > 0.5).astype(np.uint8)
-    inside = cv2.bitwise_and(cells, known)
-    ring = cv2.subtract(known, cv2.dilate(cells, np.ones((GAP, GAP), dtype=np.uint8)))
+    looked_at = (part[..., 3] > 0.5).astype(np.uint8)
+    inside = cv2.bitwise_and(cells, looked_at)
+    ring = cv2.subtract(looked_at, cv2.dilate(cells, np.ones((GAP, GAP), dtype=np.uint8)))
     if cv2.countNonZero(ring) < 0.3 * area:
         return None
     differences = np.subtract(cv2.mean(part, inside)[:3], cv2.mean(part, ring)[:3])
     (above,), _ = cv2.meanStdDev(redness, mask=inside)
     (below,), (spread,) = cv2.meanStdDev(redness, mask=ring)
     return Contrast(
-        standing_out=standing_out,
+        standing_out=known[0],
         clearness=float(above[0] - below[0]) / math.hypot(float(spread[0]), FLOOR),
         redness=float(differences[0]),
         greenness=float(differences[1]),
         lightness=float(differences[2]),
         aspect=max(width, height) / min(width, height),
+        red_over_water=known[1],
     )
 
 

@@ -32,7 +32,9 @@ def detector_of(settings: DetectorSettings, *, contrast: bool) -> Detector:
         model = LearnedModel(settings.onnx)
         return lambda crop, ignored, _: detect_by_model(crop, model, settings, ignored)
     if weighs_contrast(settings, contrast=contrast):
-        return lambda crop, ignored, expected: detect_by_contrast(crop, settings.area_min_px, ignored, expected)
+        return lambda crop, ignored, expected: detect_by_contrast(
+            crop, settings.area_min_px, ignored, expected, settings.red_over_water
+        )
     return lambda crop, ignored, _: detect(crop, settings, ignored)
 
 

@@ -11,8 +11,8 @@ from cad.assembly.meshes import rig_meshes
 from dives.arena import replay
 from dives.arena.distribution import ArenaDive, arena_dive
 from dives.arena.run import NUMBERS_FILE, drawn_digest, run_arena, with_loop
+from dives.known_target import with_known_target
 from dives.runner import ClosedLoop, run_dive
-from dives.target_size import sized
 from scenes.baking.light_quality import LightQuality
 from tracking.overlay import overlay
 
@@ -83,7 +83,7 @@ def test_images_are_those_of_the_dive(quiet, tmp_path):
     """Frame 5, drawn whole after five that were not, is frame 5 of a dive that is drawn whole throughout."""
     replay.write_frames(0, "default", {5: str(tmp_path / "key_frames" / "five.png")}, quality=LightQuality.coarse())
     rig = quiet.load_rig()
-    closed = ClosedLoop(sized(quiet, rig), rig, rig_meshes(rig), LightQuality.coarse())
+    closed = ClosedLoop(with_known_target(quiet, rig), rig, rig_meshes(rig), LightQuality.coarse())
     closed.whole_images = True
     for _ in range(6):
         record = closed.next()

@@ -15,9 +15,9 @@ import pytest
 
 from dives.ensembles.members import Choice, members
 from dives.ensembles.run import planned, run_ensemble, with_rigs
+from dives.known_target import with_known_target
 from dives.metrics.frames import FLAGS, NUMBERS, TEXT
 from dives.runner import identity_of
-from dives.target_size import sized
 from optics.workers.shards import Shard
 from rigs import Rig
 from tracking.log import LOG
@@ -87,10 +87,10 @@ def run(work, short, tmp_path):
 
     def running(chosen, failing="", shard=None):
         dives = planned(short, chosen)
-        # As `run_dive` has it: a dive that names no least area of a blob is sized by its ball.
+        # As `run_dive` has it: a dive that names no least area of a blob gets that of its ball.
         rig = Rig.load("aqua2")
         identities = {
-            name: identity_of(sized(dive, dive.at_frame_rate(rig)), dive.at_frame_rate(rig))
+            name: identity_of(with_known_target(dive, dive.at_frame_rate(rig)), dive.at_frame_rate(rig))
             for name, dive in dives.items()
         }
         (tmp_path / "stand_in/identities.json").write_text(json.dumps(identities))

@@ -83,7 +83,8 @@ def again(recorded, folder, settings):
 def test_the_same_settings_give_the_same_log(recorded, tmp_path):
     """Images, crops and truth come back bit by bit; but an error that a prediction had is no detection's."""
     before = read_log(recorded)
-    after, comparison = again(recorded, tmp_path / "again", RED_BALL)
+    settings = Dive.load(recorded / "dive.toml").detector_settings()
+    after, comparison = again(recorded, tmp_path / "again", settings)
     assert 2 < comparison["recorded"]["frames_found"] < FRAMES  # it is seen in some, so that there is something to say
     assert comparison["recorded"] == comparison["again"]
     assert {value for value in comparison["gain"].values() if value is not None} == {0}
@@ -176,9 +177,12 @@ def test_a_folder_without_a_dive_is_refused(tmp_path):
 
 def test_settings_to_detect_with(recorded):
     dive = Dive.load(recorded / "dive.toml")
-    assert changed_settings(dive, "wide-hue", {}) == WIDE_HUE
+    left = dive.detector.red_over_water
+    assert left is not None
+    assert changed_settings(dive, "wide-hue", {}) == replace(WIDE_HUE, red_over_water=left)
     changed = changed_settings(dive, None, {"hue_to_deg": 30.0, "aspect_max": 4.0})
-    assert changed == replace(RED_BALL, window=replace(RED_BALL.window, hue_to_deg=30.0), aspect_max=4.0)
+    window = replace(RED_BALL.window, hue_to_deg=30.0)
+    assert changed == replace(RED_BALL, window=window, aspect_max=4.0, red_over_water=left)
     with pytest.raises(ValueError, match="no \\[offline_detector\\]"):
         changed_settings(dive, None, {})
     with pytest.raises(ValueError, match="detector 'blue': expected one of"):

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracking.perception import ACQUIRED_LOG_ODDS, detect_by_contrast
+from tracking.perception.colour import RED_OVER_WATER
 from tracking.perception.contrast import LEAST_LOG_ODDS, Contrast, cut_out
 from tracking.perception.contrast_pyramid import ContrastPyramid, median_and_spread
 
@@ -73,6 +74,16 @@ def test_what_is_no_red_thing_is_not_acquired(thing):
     assert all(blob.log_odds < ACQUIRED_LOG_ODDS for blob in blobs)
 
 
+@pytest.mark.parametrize("distance_m", [0.8, 1.5, 3.0])
+def test_a_black_thing_is_no_target_where_red_is_left(distance_m):
+    """What is seen of it is the water before it: of each channel 1 - exp(-c r), with c of Jerlov's type IB at 5 m."""
+    black = WATER * (1 - np.exp(-np.array([0.27, 0.19, 0.17]) * distance_m))
+    deep, clear = (detect_by_contrast(scene(black)[0], red_over_water=each).blobs for each in (-1.0, RED_OVER_WATER))
+    assert all(blob.log_odds < ACQUIRED_LOG_ODDS for blob in clear)
+    # The target is as black where no red is left.
+    assert deep and (not clear or deep[0].log_odds > clear[0].log_odds)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_water_alone_holds_nothing_that_is_acquired(seed):
     crop, _ = scene(radius=0, ball=WATER, seed=seed)
@@ -125,7 +136,7 @@ def test_a_ball_larger_than_its_window_is_cut_out_whole():
     """Cut out where its top alone stands out, it would go on past the window."""
     crop, disc = scene(radius=70, at=(160, 120))
     pyramid = ContrastPyramid(crop)
-    pieces = [cut_out(pyramid, place) for place in pyramid.places()]
+    pieces = [cut_out(pyramid, place, RED_OVER_WATER) for place in pyramid.places()]
     areas = [piece.blob.area_px for piece in pieces if piece is not None]
     assert max(areas) == pytest.approx(disc.sum(), rel=0.1)
 
@@ -135,7 +146,8 @@ def test_contrasts_are_differences_of_logarithms():
     crop, _ = scene(radius=45)
     pyramid = ContrastPyramid(crop)
     piece = max(
-        filter(None, (cut_out(pyramid, each) for each in pyramid.places())), key=lambda each: each.blob.log_odds
+        filter(None, (cut_out(pyramid, each, RED_OVER_WATER) for each in pyramid.places())),
+        key=lambda each: each.blob.log_odds,
     )
     around = WATER * np.interp(110, [0, 239], [1.3, 0.8])
     red, green, blue = np.log(BALL / around)
@@ -148,6 +160,7 @@ def test_contrasts_are_differences_of_logarithms():
 
 def test_odds_fall_with_what_speaks_against_a_red_target():
     usual = {"standing_out": 10, "clearness": 5, "redness": 0.5, "greenness": 0.06, "lightness": -0.5, "aspect": 1.3}
+    usual |= {"red_over_water": RED_OVER_WATER}
     best = Contrast(**usual).log_odds
     for worse in ({"standing_out": 2}, {"clearness": 1}, {"greenness": 0.5}, {"lightness": 0.5}, {"aspect": 4}):
         assert Contrast(**usual | worse).log_odds < best

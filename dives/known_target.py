@@ -1,0 +1,81 @@
+"""What is known of a target before the dive: how large it is in the crop, and how red in its water.
+
+On a reef its size tells it from red corals, and how much red the water leaves it tells it from black things.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from dives.dive import Dive
+from optics.layout import Layout
+from rigs import Rig
+from scenes.light.inherent_contrast import red_over_water
+from scenes.light.light import Light
+from scenes.light.materials import Material
+from scenes.light.sun import Sun
+from scenes.stage.scene import scene_light
+from scenes.stage.targets import Ball, TargetShape
+from tracking.control.crop_scale import crop_scale, level_pose
+from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.lines_of_sight import LinesOfSight
+from tracking.loop.variants import VARIANTS
+from tracking.perception import Crop, ExactCorners
+from tracking.perception.detectors import weighs_contrast
+
+LEAST_SHARE = 0.6
+"""Of the ball's area where it is farthest: a smaller blob in a window of colours is something else of that colour."""
+
+LEAST_WEIGHED_SHARE = 0.15
+"""The same of a blob whose odds say what it is, and which may be the rest of a ball that robot or crop's edge cuts. Of
+stills of the arena's dives 100 to 189 log odds from 2 and this share find 91 % of the pieces of targets, and 2.0
+other things in 100 images, another red ball not counted."""
+
+FARTHEST_M = 3.0
+"""At which a dive's ball is looked for unless the dive says how small it may be: beyond, less than half of it keeps a
+colour that tells it from the water (docs/explanation/perception.md)."""
+
+
+def least_area_px(rig: Rig, ball: Ball, share: float) -> float:
+    """Pixels of the crop, at a level gaze, of a share of a ball's area where it is farthest from the gaze mirror.
+
+    Raises
+    ------
+    ValueError
+        For a rig without mirrors, or one whose camera does not see the gaze mirror at a level gaze.
+    """
+    corners = ExactCorners(rig)
+    lines_of_sight = LinesOfSight(rig, VARIANTS["default"].target_distance_m)
+    scale = crop_scale(lines_of_sight, lambda q: Crop.of(corners.corners(q)), level_pose(Gimbal(Layout.from_rig(rig))))
+    if not np.isfinite(scale).all():
+        raise ValueError(f"expected a camera that sees the gaze mirror at a level gaze, got rig {rig.name!r}")
+    return float(round(share * math.pi * (ball.radius_m / FARTHEST_M) ** 2 / float(scale.prod())))
+
+
+def red_of(light: Light, depth_m: float, shape: TargetShape) -> float:
+    """`red_over_water` of a target's shape, which is red unless it is a ball of something else; to two digits."""
+    return round(red_over_water(light, depth_m, shape.material if isinstance(shape, Ball) else Material.TARGET), 2)
+
+
+def with_known_target(dive: Dive, rig: Rig) -> Dive:
+    """The dive with what its `[detector]` leaves open: a ball's least area, and what its water leaves of red.
+
+    Lamps bring their own red: on a rig that has any the detector's own number stays.
+    """
+    shape, given = dive.target.load_shape(), dive.detector
+    weighed = weighs_contrast(dive.detector_settings(), contrast=dive.loop_variant().contrast)
+    known: dict[str, float] = {}
+    if given.area_min_px is None and isinstance(shape, Ball):
+        known["area_min_px"] = least_area_px(rig, shape, LEAST_WEIGHED_SHARE if weighed else LEAST_SHARE)
+    if given.red_over_water is None and weighed and not rig.lamps:
+        known["red_over_water"] = red_of(scene_light(rig, **above_water(dive)), dive.depth_m, shape)
+    return dive.model_copy(update={"detector": given.model_copy(update=known)}) if known else dive
+
+
+def above_water(dive: Dive) -> dict[str, Any]:
+    """What of a dive its light comes from, as `scenes.stage.scene.make_scene` takes it."""
+    sun = Sun(elevation_deg=dive.sun.elevation_deg, azimuth_deg=dive.sun.azimuth_deg)
+    return {"jerlov_type": dive.jerlov_type, "sun": sun, "cloud": dive.cloud}
