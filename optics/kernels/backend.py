@@ -176,24 +176,9 @@ def activate() -> Backend:
     if threads:
         drjit.set_thread_count(int(threads))
     if backend.kind == "cuda":
+        # As `optics.kernels.freezing.arithmetic` has it.
         drjit.set_flag(drjit.JitFlag.FastMath, False)
     return backend
-
-
-@contextmanager
-def arithmetic(*, fast: bool) -> Iterator[None]:
-    """Chooses what a graphics card takes for reciprocals, quotients and roots in kernels that are traced inside.
-
-    A fast reciprocal is good to 3e-7 in double precision too (PTX, ``rcp.approx.ftz.f64``; measured), and Dr.Jit
-    takes it for ``rcp``, ``rsqrt``, ``normalize``, a vector over a number, and in derivatives: in every thread but the
-    one that called `activate`, since its flag is a thread's own. On the processor there is nothing to choose.
-    """
-    if activate().kind == "llvm":
-        yield
-        return
-    drjit = _loaded("drjit")
-    with drjit.scoped_set_flag(drjit.JitFlag.FastMath, fast):
-        yield
 
 
 def _check_loaded_llvm(version: Version) -> None:

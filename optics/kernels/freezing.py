@@ -1,4 +1,7 @@
-"""Frozen functions: their kernels are recorded once and replayed, without tracing the Python again."""
+"""Frozen functions: their kernels are recorded once and replayed, without tracing the Python again.
+
+And how exactly a graphics card computes in them.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
-from optics.kernels.backend import arithmetic, dr
+from optics.kernels.backend import activate, dr
 from optics.kernels.trees import Structure, is_tree, leaves_of, structure_of
 
 Kernel = Callable[..., Any]
@@ -38,7 +41,7 @@ def frozen(*, recordings: int = 10, fast: bool = False) -> Callable[[Kernel], Ke
     recordings : int
         More than these are worth a warning: arguments that change between calls make recordings useless.
     fast : bool
-        As `optics.kernels.backend.arithmetic` has it: for kernels in single precision alone.
+        As `arithmetic` has it: for kernels in single precision alone.
     """
 
     def decorator(function: Kernel) -> Kernel:
@@ -79,6 +82,21 @@ def _recorder(
 
     # Numbers are inputs from the first call on: else a second call with another number records and compiles once more.
     return dr.freeze(wraps(function)(of_leaves), warn_after=recordings, auto_opaque=False), found
+
+
+@contextmanager
+def arithmetic(*, fast: bool) -> Iterator[None]:
+    """Kernels that are traced inside take a graphics card's fast reciprocals, quotients and roots, or exact ones.
+
+    A fast reciprocal is good to 3e-7 in double precision too (PTX, ``rcp.approx.ftz.f64``; measured), and Dr.Jit
+    takes it for ``rcp``, ``rsqrt``, ``normalize``, a vector over a number, and in derivatives: in every thread but the
+    one that activated the backend, because its flag is a thread's own. On the processor there is no choice.
+    """
+    if activate().kind == "llvm":
+        yield
+        return
+    with dr.scoped_set_flag(dr.JitFlag.FastMath, fast):
+        yield
 
 
 @contextmanager

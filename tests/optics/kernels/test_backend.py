@@ -168,23 +168,6 @@ def test_activating_again_is_the_same_backend():
     assert dr.__name__ == "drjit"
 
 
-def test_on_a_card_reciprocals_are_fast_only_where_they_may_be(monkeypatch):
-    from optics.kernels import backend
-    from optics.kernels.backend import dr
-
-    def is_fast():
-        return dr.flag(dr.JitFlag.FastMath)
-
-    usual = is_fast()
-    with backend.arithmetic(fast=not usual):
-        assert is_fast() == (usual if activate().kind == "llvm" else not usual)
-    monkeypatch.setattr(backend, "activate", lambda: Backend(kind="cuda", device="a card"))
-    for fast in (False, True):
-        with backend.arithmetic(fast=fast):
-            assert is_fast() == fast
-        assert is_fast() == usual
-
-
 def test_every_name_on_offer_can_be_imported():
     import optics.kernels.backend
 

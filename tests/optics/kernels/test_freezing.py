@@ -6,7 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from optics.kernels.backend import Array3f64, Float64, dr
+from optics.kernels import freezing
+from optics.kernels.backend import Array3f64, Backend, Float64, activate, dr
 from optics.kernels.freezing import frozen
 
 RECORDED_BESIDE_A_DEAD_SCENE = """
@@ -61,3 +62,18 @@ def test_reciprocals_have_double_precision_in_every_thread():
     with ThreadPoolExecutor(1) as other:
         for found in (divided(Float64(x)), other.submit(divided, Float64(x)).result()):
             np.testing.assert_allclose(np.array([column.numpy() for column in found]), expected, rtol=1e-15)
+
+
+def is_fast():
+    return dr.flag(dr.JitFlag.FastMath)
+
+
+def test_on_the_processor_nothing_changes_and_on_a_card_what_is_asked_for(monkeypatch):
+    usual = is_fast()
+    with freezing.arithmetic(fast=not usual):
+        assert is_fast() == (usual if activate().kind == "llvm" else not usual)
+    monkeypatch.setattr(freezing, "activate", lambda: Backend(kind="cuda", device="a card"))
+    for fast in (False, True):
+        with freezing.arithmetic(fast=fast):
+            assert is_fast() == fast
+        assert is_fast() == usual
