@@ -2,15 +2,23 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
 
+from optics.status import Region
 from optics.water.radiative_transfer.column import multiple_radiance, once_radiance, solve_columns
 from optics.water.radiative_transfer.field import WINDOW_STREAMS
 from optics.water.radiative_transfer.quadrature import window_cosines_air
-from rigs import Water
+from rigs import Rig, Water
+from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_scene import prepare
 from scenes.light.inherent_contrast import AZIMUTHS_RAD, level_radiance, red_over_water
 from scenes.light.light import underwater_light
 from scenes.light.materials import Material
 from scenes.light.spectrum import reflectance
+from scenes.renderer import FastRenderer
+from scenes.stage.frame import Label
+from scenes.stage.scene import make_scene, on_gaze
+from scenes.stage.targets import Ball
 
 DEPTH_M = 5.0
 
@@ -51,3 +59,31 @@ def test_red_fades_with_depth(light):
     assert np.all(np.diff(found) < 0)
     assert found[1] > np.log(2)
     assert found[-1] < 0
+
+
+def rendered(depth_m, jerlov_type, material):
+    """The same of an image of a ball 0.45 m away, mean of four headings; without hull and mount."""
+    rig = Rig.load("aqua2")
+    ball = Ball(radius_m=0.05, material=material)
+    scene = make_scene(rig, world="blue", depth_m=depth_m, jerlov_type=jerlov_type, target=ball)
+    renderer = FastRenderer(prepare(scene, rig, (), quality=LightQuality.coarse()), width_px=160, height_px=120)
+    ratios = []
+    for heading in np.radians([0, 90, 180, 270]):
+        body = RigidTransform.from_components([0, 0, -depth_m], Rotation.from_euler("z", heading))
+        place = body.apply(on_gaze(rig, q1=0.0, q2=0.0, distance_m=0.45))
+        frame = renderer.render(world_from_body=body, world_from_target=RigidTransform.from_translation(place))
+        red, gaze = frame.radiance[..., 0], frame.region == Region.GAZE
+        ratios.append(red[frame.label == Label.TARGET].mean() / red[gaze & (frame.label == Label.OPEN_WATER)].mean())
+    return red_over_water(scene.light, depth_m, material), np.log(np.mean(ratios))
+
+
+def test_images_say_what_water_and_material_change():
+    """Rationale: the side that is looked at gets less light than the mean of all, alike for every ball and water.
+
+    Expected: from one case to the next the numbers of the images change as predicted, within 0.4: what is left of a
+    contrast after 0.45 m of water is a tenth to a quarter less, of numbers that differ by up to 1.7.
+    """
+    cases = [(5.0, "IB", Material.TARGET), (9.0, "1C", Material.TARGET), (5.0, "IB", Material.PRINT_BLACK)]
+    predicted, seen = np.array([rendered(*case) for case in cases]).T
+    assert np.ptp(predicted) > 1.4
+    np.testing.assert_allclose(np.diff(seen), np.diff(predicted), atol=0.4)
