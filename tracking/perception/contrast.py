@@ -247,7 +247,7 @@ def cut_out(pyramid: ContrastPyramid, place: Place, red_over_water: float) -> Pi
         return cut_out(pyramid, place.coarser(), red_over_water)
     contours, _ = cv2.findContours(cells, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(cells, contours, -1, 1, cv2.FILLED)
-    contrast = _compared(part, smooth[0], cells, box, known=(place.standing_out, red_over_water))
+    contrast = _compared(part, smooth[0], cells, box, standing_out=place.standing_out, red_over_water=red_over_water)
     if contrast is None:
         return None
     cell_px = FINEST_PX << level
@@ -310,11 +310,11 @@ def _goes_on(box: Sequence[int], first: tuple[int, int], part: tuple[int, int], 
 
 
 def _compared(
-    part: FloatImage, redness: FloatImage, cells: Mask, box: Sequence[int], *, known: tuple[float, float]
+    part: FloatImage, redness: FloatImage, cells: Mask, box: Sequence[int], **known: float
 ) -> Contrast | None:
     """A piece beside the rest of a box around it; None when it is too small, or too little of the ring is seen.
 
-    How far it stands out, and the target's red over the water's, are known already.
+    `known` are the numbers of the contrast that are known already: how far it stands out, and `red_over_water`.
     """
     area = cv2.countNonZero(cells)
     if area < LEAST_CELLS:
@@ -332,13 +332,12 @@ def _compared(
     (above,), _ = cv2.meanStdDev(redness, mask=inside)
     (below,), (spread,) = cv2.meanStdDev(redness, mask=ring)
     return Contrast(
-        standing_out=known[0],
+        **known,
         clearness=float(above[0] - below[0]) / math.hypot(float(spread[0]), FLOOR),
         redness=float(differences[0]),
         greenness=float(differences[1]),
         lightness=float(differences[2]),
         aspect=max(width, height) / min(width, height),
-        red_over_water=known[1],
     )
 
 
