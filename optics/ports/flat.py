@@ -133,7 +133,10 @@ def _least_slope(radius: Any, layers: tuple[tuple[Any, Any], ...]) -> Any:
 
 
 def _refracted_slope(slope: Any, ratio: Any) -> tuple[Any, Any]:
-    """Tangent of the refracted angle for a tangent in the first medium, and its derivative."""
-    secant2 = 1 + dr.square(slope)
-    root = dr.rsqrt(secant2 - dr.square(ratio * slope))
+    """Tangent of the refracted angle for a tangent in the first medium, and its derivative.
+
+    Under the root stands 1 + s^2 - (ratio s)^2. The difference of the squares is taken of the indices: for grazing rays
+    the squares themselves cancel, and where a card rounds a product and a sum at once, not even to 1 for equal indices.
+    """
+    root = dr.rsqrt(dr.fma((1 - ratio) * (1 + ratio), dr.square(slope), 1))
     return ratio * slope * root, ratio * dr.square(root) * root

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cad.assembly.meshes import rig_meshes
+from optics.kernels.backend import activate
 from optics.layout import Layout
 from rigs import Rig
 from scenes.exterior import HEIGHT_PX, VIEWPOINTS, WIDTH_PX, exterior_view, front_faces
@@ -20,7 +21,8 @@ def test_the_gimbal_moves_and_the_hull_stays(aqua2):
     view = VIEWPOINTS["left"]
     rest, same, turned = (exterior_view(rig, parts, viewpoint=view, q1=q1) for q1 in (0.0, 0.0, 1.0))
     assert rest.shape == (HEIGHT_PX, WIDTH_PX, 3)
-    np.testing.assert_array_equal(rest, same)
+    # A graphics card sums a pixel's samples in any order: the last bit of a pixel can round the other way.
+    np.testing.assert_allclose(rest.astype(int), same, rtol=0, atol=1 if activate().kind == "cuda" else 0)
     differs = (np.abs(rest.astype(int) - turned) > 8).any(axis=2)
     middle = np.zeros_like(differs)
     middle[HEIGHT_PX // 4 : 7 * HEIGHT_PX // 8, WIDTH_PX // 4 : 3 * WIDTH_PX // 4] = True
