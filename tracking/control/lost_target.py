@@ -1,8 +1,9 @@
 """Where a target that was lost can have gone, and where to look for it next.
 
 A few hundred places stand for what is known: each goes on from where the target was last estimated, at a rate of its
-own about the estimated one, from standing still to turning away. A place that an image had in view without showing the
-target loses weight, and slowly gains it again, since what hid the target may let it go. Where to look next is the
+own about the estimated one, from standing still to turning away. A place that an image showed without the
+target loses weight, and slowly gains it again, since what hid the target may let it go; one that the robot itself hid in
+that image keeps it. Where to look next is the
 gaze that has most weight in view when the servos get there, divided by the time that this takes, as among the sweeps
 of a search for a target of which nothing is known (`search_plan`; Stone 1975, Theory of Optimal Search, chapter 9, for
 targets that move).
@@ -11,12 +12,14 @@ targets that move).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
+from tracking.control.gaze_view import GazeView
 from tracking.control.search_plan import in_view, pose_grid, seen_from
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
@@ -57,6 +60,31 @@ ARRIVALS_S = np.array([0.1, 0.25, 0.5, 1.0, 1.75, 2.5])
 """Times at which the places are extrapolated; a gaze takes the nearest to when the servos get there."""
 
 
+def search_grid(gimbal: Gimbal, view: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pan and tilt of the gazes that are weighed, in the gimbal's frame."""
+    return pose_grid(gimbal, GRID * float(view[0]), GRID * float(view[1]) / 2)
+
+
+@dataclass(frozen=True)
+class ShownPoses:
+    """What the robot leaves of the view.
+
+    Attributes
+    ----------
+    view : GazeView
+    share : array, shape (pans, tilts)
+        Of the view that poses of `search_grid` show, from 0 to 1.
+    """
+
+    view: GazeView
+    share: FloatArray
+
+    @classmethod
+    def of(cls, gimbal: Gimbal, view: GazeView, angles: FloatArray) -> ShownPoses:
+        """Of a view of `angles` across and upwards, shape (2,), radians."""
+        return cls(view, view.share_shown(angles, *search_grid(gimbal, angles)))
+
+
 class LostTarget:
     """A search around where a target was lost.
 
@@ -71,11 +99,21 @@ class LostTarget:
         Of the target when it was last seen.
     age_s : float
         Since then.
+    shown : ShownPoses, optional
+        What the robot leaves of the view; without it, all.
     """
 
-    def __init__(self, gimbal: Gimbal, speeds: JointSpeeds, view: FloatArray, bearing: Bearing, age_s: float):
+    def __init__(
+        self,
+        gimbal: Gimbal,
+        speeds: JointSpeeds,
+        view: FloatArray,
+        bearing: Bearing,
+        age_s: float,
+        shown: ShownPoses | None = None,
+    ):
         self._gimbal, self._speeds, self._view, self._bearing = gimbal, speeds, view, bearing
-        self._grid = pose_grid(gimbal, GRID * float(view[0]), GRID * float(view[1]) / 2)
+        self._grid, self._shown = search_grid(gimbal, view), shown
         self._places = _Places(gimbal, bearing)
         self._weights: FloatArray = np.ones(PLACES)
         self._age_s = age_s
@@ -99,7 +137,10 @@ class LostTarget:
     def note_unseen(self, q: FloatArray, passed_s: float) -> None:
         """Take in an image taken at `q` that did not show the target, so long after the one before."""
         self._age_s += passed_s
-        seen = in_view(self._gimbal, q, self._places.after(self._age_s), self._view)
+        places = self._places.after(self._age_s)
+        seen = in_view(self._gimbal, q, places, self._view)
+        if self._shown is not None:
+            seen &= self._shown.view.shows_at(q, places)
         self._weights[seen] *= math.exp(-passed_s / SEEN_S)
         self._weights += (1 - self._weights) * -math.expm1(-passed_s / REGAINED_S)
 
@@ -115,10 +156,17 @@ class LostTarget:
         }
 
     @classmethod
-    def restored(cls, snapshot: dict[str, Any], gimbal: Gimbal, speeds: JointSpeeds, view: FloatArray) -> LostTarget:
+    def restored(
+        cls,
+        snapshot: dict[str, Any],
+        gimbal: Gimbal,
+        speeds: JointSpeeds,
+        view: FloatArray,
+        shown: ShownPoses | None = None,
+    ) -> LostTarget:
         """A search that goes on from a snapshot."""
         bearing = Bearing(direction=np.array(snapshot["direction"]), rate=np.array(snapshot["rate"]))
-        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"])
+        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"], shown)
         search._weights = np.array(snapshot["weights"])
         search._goal = None if snapshot["goal"] is None else np.array(snapshot["goal"])
         search._goal_s = snapshot["goal_s"]
@@ -139,6 +187,8 @@ class LostTarget:
                 there = self._places.after(self._age_s + seconds)
                 seen = seen_from(there, pans[rows], tilts[columns], self._view) @ self._weights
                 gain[np.ix_(rows, columns)] = np.where(then[np.ix_(rows, columns)], seen, gain[np.ix_(rows, columns)])
+        if self._shown is not None:
+            gain *= self._shown.share
         best = np.unravel_index(int((gain / (travel_s + LOOK_S)).argmax()), gain.shape)
         return float(pans[best[0]]), float(tilts[best[1]]), float(travel_s[best])
 

@@ -11,13 +11,14 @@ from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.gaze_view import GazeView
-from tracking.control.lost_target import GIVEN_UP_S, LostTarget
+from tracking.control.lost_target import GIVEN_UP_S, LostTarget, ShownPoses
 from tracking.control.search import OVERLAP, Search
 from tracking.control.search_plan import in_view
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.perception import Crop, ExactCorners
+from tracking.perception.robot_view import RobotView
 
 RIG = Rig.load("aqua2")
 GIMBAL = Gimbal(Layout.from_rig(RIG))
@@ -99,6 +100,19 @@ def test_images_count_while_it_is_waited_for_where_it_is_predicted():
     there = GIMBAL.joint_values(math.radians(40), 0.0)
     first, other = (GIMBAL.gaze(lost.next_pose(there, 0.0)) @ direction(40, 0) for lost in (at_once, waited))
     assert math.acos(first) < math.acos(other) - math.radians(1)
+
+
+@pytest.mark.parametrize(("depth_cells", "kept"), [(-50.0, 0.02), (50.0, 1.0)])
+def test_what_the_robot_hides_is_not_counted_as_seen(depth_cells, kept):
+    """Ten images that show the water, or only the robot, where a target was that stands still."""
+    q1, q2 = (np.array([low, high]) for low, high in zip(GIMBAL.lowest, GIMBAL.highest, strict=True))
+    robot = RobotView(q1=q1, q2=q2, depth=np.full((2, 2, 30, 40), depth_cells, dtype=np.float16))
+    shown = GazeView(GIMBAL, LinesOfSight(RIG), lambda q: Crop.of(CORNERS.corners(q)), robot)
+    search = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(10, 0, 0), 0.0, ShownPoses.of(GIMBAL, shown, STEP))
+    q = GIMBAL.joint_values(math.radians(10), 0.0)
+    for _ in range(10):
+        search.note_unseen(q, INTERVAL_S)
+    assert np.median(search.snapshot()["weights"]) == pytest.approx(kept, abs=0.04)
 
 
 def test_after_a_while_it_may_be_anywhere():
