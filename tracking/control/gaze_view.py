@@ -38,9 +38,6 @@ TILTS = 63
 ASIDE = math.tan(math.radians(3.0))
 """From the axis, on the tangent plane, of the points that tell a homography: rays at the crop's edge may miss M1."""
 
-PARTS = np.linspace(-0.75, 0.75, 4)
-"""Of half a view, across and upwards: the middles of its sixteen equal parts."""
-
 DODGES = np.radians(np.arange(-15.0, 15.1, 2.5))
 """Of the gaze, across and upwards, about the pose that is centred on a direction."""
 
@@ -79,14 +76,6 @@ class GazeView:
         """Which unit vectors, gimbal's frame, shape (n, 3), joint values show, shape (n,)."""
         pan, tilt = self._gimbal.angles(q)
         return np.asarray(self.shows(direction, np.array([pan]), np.array([tilt]))[0, 0])
-
-    def share_shown(self, view: FloatArray, pan: FloatArray, tilt: FloatArray) -> FloatArray:
-        """How much of a view, radians across and upwards, shape (2,), poses show, from 0 to 1, shape (pans, tilts)."""
-        across, upwards = (each.ravel() for each in np.meshgrid(*(np.tan(side / 2) * PARTS for side in view.tolist())))
-        rays = np.stack([across, upwards, np.ones(len(across))], axis=-1)
-        rays = np.broadcast_to(rays, (len(pan), *rays.shape))
-        shown = [self._clearance_at(pan, angle, rays) >= CLEAR_CELLS for angle in tilt.tolist()]
-        return np.asarray(np.mean(shown, axis=2).T)
 
     def clearance(self, direction: FloatArray, pan: FloatArray, tilt: FloatArray) -> NDArray[np.float32]:
         """How far directions are from what hides them.

@@ -2,17 +2,15 @@
 
 A few hundred places stand for what is known: each goes on from where the target was last estimated, at a rate of its
 own about the estimated one, from standing still to turning away. A place that an image showed without the
-target loses weight, and slowly gains it again, since what hid the target may let it go; one that the robot itself hid in
-that image keeps it. Where to look next is the
-gaze that has most weight in view when the servos get there, divided by the time that this takes, as among the sweeps
-of a search for a target of which nothing is known (`search_plan`; Stone 1975, Theory of Optimal Search, chapter 9, for
-targets that move).
+target loses weight, and slowly gains it again, since what hid the target may let it go; one that the robot itself hid
+in that image keeps it. Where to look next is the gaze that shows most weight when the servos get there, divided by the
+time that this takes, as among the sweeps of a search for a target of which nothing is known (`search_plan`; Stone 1975,
+Theory of Optimal Search, chapter 9, for targets that move).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -53,36 +51,14 @@ LOOK_S = 0.1
 GIVEN_UP_S = 12.0
 """After which the target may be anywhere."""
 
-GRID = 0.5
+ASKED = 40
+"""Poses at most that are asked what they show."""
+
+GRID = 0.35
 """Of a view, between gazes that are weighed."""
 
 ARRIVALS_S = np.array([0.1, 0.25, 0.5, 1.0, 1.75, 2.5])
 """Times at which the places are extrapolated; a gaze takes the nearest to when the servos get there."""
-
-
-def search_grid(gimbal: Gimbal, view: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pan and tilt of the gazes that are weighed, in the gimbal's frame."""
-    return pose_grid(gimbal, GRID * float(view[0]), GRID * float(view[1]) / 2)
-
-
-@dataclass(frozen=True)
-class ShownPoses:
-    """What the robot leaves of the view.
-
-    Attributes
-    ----------
-    view : GazeView
-    share : array, shape (pans, tilts)
-        Of the view that poses of `search_grid` show, from 0 to 1.
-    """
-
-    view: GazeView
-    share: FloatArray
-
-    @classmethod
-    def of(cls, gimbal: Gimbal, view: GazeView, angles: FloatArray) -> ShownPoses:
-        """Of a view of `angles` across and upwards, shape (2,), radians."""
-        return cls(view, view.share_shown(angles, *search_grid(gimbal, angles)))
 
 
 class LostTarget:
@@ -99,8 +75,8 @@ class LostTarget:
         Of the target when it was last seen.
     age_s : float
         Since then.
-    shown : ShownPoses, optional
-        What the robot leaves of the view; without it, all.
+    shown : GazeView, optional
+        What each pose shows; without it, all that lies in the view.
     """
 
     def __init__(
@@ -110,10 +86,12 @@ class LostTarget:
         view: FloatArray,
         bearing: Bearing,
         age_s: float,
-        shown: ShownPoses | None = None,
+        *,
+        shown: GazeView | None = None,
     ):
         self._gimbal, self._speeds, self._view, self._bearing = gimbal, speeds, view, bearing
-        self._grid, self._shown = search_grid(gimbal, view), shown
+        self._grid = pose_grid(gimbal, GRID * float(view[0]), GRID * float(view[1]) / 2)
+        self._shown = shown
         self._places = _Places(gimbal, bearing)
         self._weights: FloatArray = np.ones(PLACES)
         self._age_s = age_s
@@ -140,7 +118,7 @@ class LostTarget:
         places = self._places.after(self._age_s)
         seen = in_view(self._gimbal, q, places, self._view)
         if self._shown is not None:
-            seen &= self._shown.view.shows_at(q, places)
+            seen &= self._shown.shows_at(q, places)
         self._weights[seen] *= math.exp(-passed_s / SEEN_S)
         self._weights += (1 - self._weights) * -math.expm1(-passed_s / REGAINED_S)
 
@@ -162,11 +140,12 @@ class LostTarget:
         gimbal: Gimbal,
         speeds: JointSpeeds,
         view: FloatArray,
-        shown: ShownPoses | None = None,
+        *,
+        shown: GazeView | None = None,
     ) -> LostTarget:
         """A search that goes on from a snapshot."""
         bearing = Bearing(direction=np.array(snapshot["direction"]), rate=np.array(snapshot["rate"]))
-        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"], shown)
+        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"], shown=shown)
         search._weights = np.array(snapshot["weights"])
         search._goal = None if snapshot["goal"] is None else np.array(snapshot["goal"])
         search._goal_s = snapshot["goal_s"]
@@ -179,17 +158,30 @@ class LostTarget:
             (np.abs(pans - pan) / self._speeds.pan)[:, np.newaxis], np.abs(tilts - tilt) / self._speeds.tilt
         )
         arrival = np.abs(travel_s[..., np.newaxis] + LOOK_S / 2 - ARRIVALS_S).argmin(axis=-1)
+        arrived = {
+            index: self._places.after(self._age_s + seconds) for index, seconds in enumerate(ARRIVALS_S.tolist())
+        }
         gain = np.zeros(travel_s.shape)
-        for index, seconds in enumerate(ARRIVALS_S.tolist()):
+        for index, places in arrived.items():
             then = arrival == index
             rows, columns = then.any(axis=1), then.any(axis=0)
             if rows.any():
-                there = self._places.after(self._age_s + seconds)
-                seen = seen_from(there, pans[rows], tilts[columns], self._view) @ self._weights
+                seen = seen_from(places, pans[rows], tilts[columns], self._view) @ self._weights
                 gain[np.ix_(rows, columns)] = np.where(then[np.ix_(rows, columns)], seen, gain[np.ix_(rows, columns)])
-        if self._shown is not None:
-            gain *= self._shown.share
-        best = np.unravel_index(int((gain / (travel_s + LOOK_S)).argmax()), gain.shape)
+        most_first = np.unravel_index(np.argsort(-gain / (travel_s + LOOK_S), axis=None)[:ASKED], gain.shape)
+        candidates = list(zip(*(each.tolist() for each in most_first), strict=True))
+        best, most = candidates[0], 0.0
+        for pose in candidates:
+            if self._shown is None:
+                break
+            # What a pose shows is at most what lies in its view, so that few poses are asked what they show.
+            time_s = float(travel_s[pose]) + LOOK_S
+            if gain[pose] <= most * time_s:
+                break
+            row, column = pose
+            shown = self._shown.shows(arrived[int(arrival[pose])], pans[row : row + 1], tilts[column : column + 1])
+            per_s = float(shown[0, 0] @ self._weights) / time_s
+            best, most = (pose, per_s) if per_s > most else (best, most)
         return float(pans[best[0]]), float(tilts[best[1]]), float(travel_s[best])
 
 

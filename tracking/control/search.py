@@ -15,7 +15,7 @@ from optics.kernels.arrays import FloatArray
 from tracking.control.direct_look import DirectLook
 from tracking.control.gaze_view import GazeView
 from tracking.control.joint_paths import raster_path
-from tracking.control.lost_target import LostTarget, ShownPoses
+from tracking.control.lost_target import LostTarget
 from tracking.control.search_plan import likely_path, slowed
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
@@ -58,7 +58,7 @@ class Search:
         sweeping = speeds if likely is None else slowed(speeds, self._step, interval_s)[0]
         self._longest_s = min(float(self._step[0]) / sweeping.pan, float(self._step[1]) / (2 * sweeping.tilt))
         self._likely_first = likely is not None
-        self._shown = None if likely is None else ShownPoses.of(gimbal, likely, self._step)
+        self._shown = likely
         self._path = (
             raster_path(gimbal, speeds, self._step)
             if likely is None
@@ -83,7 +83,7 @@ class Search:
 
     def begin_lost(self, bearing: Bearing, age_s: float) -> None:
         """Search where a target can have gone that was last seen at a bearing, so long ago."""
-        self._lost = LostTarget(self._gimbal, self._speeds, self._step, bearing, age_s, self._shown)
+        self._lost = LostTarget(self._gimbal, self._speeds, self._step, bearing, age_s, shown=self._shown)
 
     def note_unseen(self, seconds: float, q: FloatArray) -> None:
         """Take in an image taken at `q` without a lost target that is still waited for where it is predicted."""
@@ -147,6 +147,6 @@ class Search:
         self._time_s, self._approach_s = snapshot["time_s"], snapshot["approach_s"]
         lost, self._lost = snapshot["lost"], None
         if lost is not None:
-            self._lost = LostTarget.restored(lost, self._gimbal, self._speeds, self._step, self._shown)
+            self._lost = LostTarget.restored(lost, self._gimbal, self._speeds, self._step, shown=self._shown)
         if self._direct is not None:
             self._direct.restore(snapshot["direct"])

@@ -19,11 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 from optics.kernels.arrays import FloatArray
 
 MARGIN_CELLS = 0.5
-"""By which the robot is grown: a quarter of a degree of the aqua2's gaze, about what half of a servo's backlash moves it by.
+"""By which the robot is grown: a quarter of a degree of the aqua2's gaze, about half of a servo's backlash.
 
 It hides 10 to 15 % of the water in views that show the robot, where a whole cell hides 18 to 28. Of 1,273 stills of the
-arena that show the target 1,191 are acquired instead of 1,169, of 77 in which the whole cell hides half of it 54 instead
-of 38, and hull or mount in none."""
+arena that show the target 1,191 are acquired instead of 1,169; of 77 in which the whole cell hides half of it 54, not
+38; hull or mount in none."""
 
 
 @dataclass(frozen=True, kw_only=True)

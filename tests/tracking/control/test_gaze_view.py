@@ -89,16 +89,6 @@ def test_a_robot_hides_what_is_less_than_a_balls_half_beside_it():
     assert [bool(shown.shows_at(q, GIMBAL.in_gimbal(each)[np.newaxis])[0]) for each in left] == [False, True]
 
 
-def test_of_a_view_counts_what_the_robot_leaves():
-    """A robot over the left half of the crop leaves half of the view, one over none of it all."""
-    columns = np.arange(CELLS[0]) + 0.5
-    pan, tilt = np.radians([-20.0, 30.0]), np.radians([0.0, 45.0])
-    angles = np.radians([16.0, 10.0])
-    np.testing.assert_array_equal(view().share_shown(angles, pan, tilt), np.ones((2, 2)))
-    halved = view(np.tile(CELLS[0] / 2 - columns, (CELLS[1], 1))).share_shown(angles, pan, tilt)
-    np.testing.assert_array_equal(halved, np.full((2, 2), 0.5))
-
-
 def test_a_gaze_turns_aside_when_the_robot_is_in_its_middle():
     """The gaze goes to the right, so that the target stands left of the robot: by three cells, and no more."""
     shown, q = view(right_of(20)), GIMBAL.joint_values(0.0, 0.0)
