@@ -179,7 +179,8 @@ class LostTarget:
             if gain[pose] <= most * time_s:
                 break
             row, column = pose
-            shown = self._shown.shows(arrived[int(arrival[pose])], pans[row : row + 1], tilts[column : column + 1])
+            places, gaze = arrived[int(arrival[pose])], (pans[row : row + 1], tilts[column : column + 1])
+            shown = seen_from(places, *gaze, self._view) & self._shown.shows(places, *gaze)
             per_s = float(shown[0, 0] @ self._weights) / time_s
             best, most = (pose, per_s) if per_s > most else (best, most)
         return float(pans[best[0]]), float(tilts[best[1]]), float(travel_s[best])
