@@ -126,3 +126,17 @@ def test_after_a_while_it_may_be_anywhere():
         np.testing.assert_array_equal(
             search.advance(INTERVAL_S, GIMBAL.middle), everything.advance(INTERVAL_S, GIMBAL.middle)
         )
+
+
+@pytest.mark.parametrize("last", [(0, 60, 10), (-75, 62, 8), (40, 10, 15), (-60, -10, 0)])
+def test_a_search_goes_on_from_every_pose(last):
+    """What a pose was looked at for is gone once images have shown it: no gaze stays for a second without a target."""
+    search = Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN)
+    search.begin_lost(last_seen(*last), 0.0)
+    q, stayed, longest = GIMBAL.middle, 0, 0
+    for _ in range(round(10 / INTERVAL_S)):
+        most = np.array([SPEEDS.pan, SPEEDS.tilt]) * INTERVAL_S
+        step = np.clip(search.advance(INTERVAL_S, q) - q, -most, most)
+        stayed = stayed + 1 if np.allclose(step, 0, atol=1e-6) else 0
+        q, longest = q + step, max(longest, stayed)
+    assert longest * INTERVAL_S < 1.0
