@@ -114,7 +114,7 @@ def test_every_derivative_is_the_limit_of_difference_quotients(rig):
     rig = RIGS[rig]
     points = points_of(rig)
     found = projection_jacobian(PerturbedTrain(rig), points, (Q1, Q2))
-    # Two kernels, and each has its rounding: a graphics card fuses products and sums in one as it does not in the other.
+    # Two kernels, each with its rounding: a graphics card fuses products and sums in one as it does not in the other.
     np.testing.assert_allclose(found.outputs, unbounded(rig).project(points).pixels, rtol=0, atol=2 * ROUNDING_PX)
     for name in parameter_names(rig):
         coarse, fine = (quotient(rig, points, name, step) for step in (STEP, STEP / 2))
