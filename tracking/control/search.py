@@ -57,7 +57,6 @@ class Search:
         # Lost images leave no gap: from one to the next a sweep goes on by no more than a step.
         sweeping = speeds if likely is None else slowed(speeds, self._step, interval_s)[0]
         self._longest_s = min(float(self._step[0]) / sweeping.pan, float(self._step[1]) / (2 * sweeping.tilt))
-        self._likely_first = likely is not None
         self._shown = likely
         self._path = (
             raster_path(gimbal, speeds, self._step)
@@ -76,7 +75,7 @@ class Search:
         beginning until the mirror has come, which would cut the first strip short otherwise.
         """
         self._lost = None
-        approaches_s = move_time(self._speeds, q, self._path.q[[0] if self._likely_first else [0, -1]])
+        approaches_s = move_time(self._speeds, q, self._path.q[[0, -1] if self._shown is None else [0]])
         nearer = int(np.argmin(approaches_s))
         self._time_s = nearer * self._path.duration_s
         self._approach_s = float(approaches_s[nearer])
@@ -123,7 +122,7 @@ class Search:
         passed_s = min(seconds, self._longest_s)
         self._time_s += max(passed_s - self._approach_s, 0.0)
         self._approach_s = max(self._approach_s - passed_s, 0.0)
-        if self._likely_first and self._time_s > self._path.duration_s:
+        if self._shown is not None and self._time_s > self._path.duration_s:
             self.begin(self._path.q[-1])
         return self._place()
 
