@@ -100,6 +100,8 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--first", type=int, default=FIRST, help="seed of the first dive")
     parser.add_argument("--dives", type=int, default=DIVES)
     options = parser.parse_args(arguments)
+    if options.first < 0 or options.dives < 1:
+        parser.error(f"expected --first of at least 0 and --dives of at least 1, got {options.first}, {options.dives}")
     all_losses = [each for seed in range(options.first, options.first + options.dives) for each in losses(seed)]
     table = Table("lost", "times", "gaze", "found", "mean, s", f"after {LONG_S:g} s or not")
     for name, in_view in (("in view", True), ("past pan's end", False)):
