@@ -27,12 +27,11 @@ def run() -> list[dict[str, Any]]:
     with tempfile.TemporaryDirectory() as named:
         folder = Path(named)
         wider_rig().save(folder / MIRROR_FILE)
-        spent = []
+        designs = []
         for name, caches, rig, options, _ in WAITS:
             words = ["-m", "mirrorgaze", "design", rig, *options, "-o", name.replace(" ", "_")]
-            spent.append(Caches(folder, caches).output_and_seconds(words, name)[1])
-        frame_s = float(Caches(folder, "whole").output_and_seconds(["-c", STOCK], "stock")[0])
+            designs.append(Caches(folder, caches).finished(words, name))
+        frame_s = float(Caches(folder, "whole").finished(["-c", STOCK], "stock").output)
     return [
-        waited_row(name, seconds, allowed_s, frame_s)
-        for (name, *_, allowed_s), seconds in zip(WAITS, spent, strict=True)
+        waited_row(name, done, allowed_s, frame_s) for (name, *_, allowed_s), done in zip(WAITS, designs, strict=True)
     ]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.processes import CACHE, KERNELS, finished
+from benchmarks.processes import CACHE, KERNELS, Finished, finished
 from rigs import Rig
 
 MIRROR_FILE, WIDER_MM = "wider.toml", 10
@@ -57,9 +57,9 @@ def run() -> list[dict[str, Any]]:
         wider_rig().save(folder / MIRROR_FILE)
         same_water = Rig.load("aqua2").water.model_dump()
         Rig.load("bluerov2").with_(water=same_water).save(folder / SAME_WATER_FILE)
-        seconds = [_waited_s(wait, folder) for wait in WAITS]
-        frame_s = float(Caches(folder, WAITS[-1].caches).output_and_seconds(["-c", STOCK], "stock")[0])
-    return [waited_row(wait.name, spent, wait.allowed_s, frame_s) for wait, spent in zip(WAITS, seconds, strict=True)]
+        renders = [_render(wait, folder) for wait in WAITS]
+        frame_s = float(Caches(folder, WAITS[-1].caches).finished(["-c", STOCK], "stock").output)
+    return [waited_row(wait.name, done, wait.allowed_s, frame_s) for wait, done in zip(WAITS, renders, strict=True)]
 
 
 def wider_rig() -> Rig:
@@ -85,9 +85,9 @@ def stock_frame_s() -> float:
     return statistics.median(seconds[STOCK_WARM_UP:])
 
 
-def _waited_s(wait: Wait, folder: Path) -> float:
+def _render(wait: Wait, folder: Path) -> Finished:
     command = ["-m", "mirrorgaze", "render", wait.rig, "--world", wait.world, *wait.options, "-o", "view.png"]
-    return Caches(folder, wait.caches).output_and_seconds(command, wait.name)[1]
+    return Caches(folder, wait.caches).finished(command, wait.name)
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,8 @@ class Caches:
     folder: Path
     name: str
 
-    def output_and_seconds(self, arguments: list[str], name: str) -> tuple[str, float]:
-        """What a process prints that has these caches, and its processor time; it must succeed."""
+    def finished(self, arguments: list[str], name: str) -> Finished:
+        """What a process came to that has these caches; it must succeed."""
         caches = self.folder / f"{self.name} caches"
         # Dr.Jit makes its folder, not those above it.
         caches.mkdir(exist_ok=True)
@@ -106,14 +106,15 @@ class Caches:
         done = finished(arguments, folder=self.folder, name=name.replace(" ", "_"), variables=variables)
         if done.status:
             raise RuntimeError(f"{name}: expected success, got status {done.status}: {done.said}")
-        return done.output, done.processor_s
+        return done
 
 
-def waited_row(name: str, spent_s: float, allowed_s: float, frame_s: float) -> dict[str, Any]:
+def waited_row(name: str, done: Finished, allowed_s: float, frame_s: float) -> dict[str, Any]:
     """Row of what a user waits for, beside what is allowed and the machine's speed, a frame of stock `path`."""
     width, height = STOCK_SIZE
+    spent_s = done.processor_s
     beside = (
         f"{spent_s / frame_s:.0f} frames of stock path ({STOCK_WORLD}, {width} x {height}: {1000 * frame_s:.0f} ms)"
     )
-    note = f"processor time, {beside}; peer: what is allowed"
+    note = f"processor time, {beside}; at most {done.memory_gb:.2f} GB; peer: what is allowed"
     return {"name": name, "ours": spent_s, "peer": allowed_s, "unit": "s", "ratio": allowed_s / spent_s, "note": note}

@@ -16,10 +16,14 @@ CACHE, KERNELS = "MIRRORGAZE_CACHE", "DRJIT_CACHE_DIR"
 
 @dataclass(frozen=True, kw_only=True)
 class Finished:
-    """What a process came to: its exit status, its processor time with that of its children, and what it said."""
+    """What a process came to: its exit status, its processor time with that of its children, and what it said.
+
+    The memory is the most that it, or a child, has held.
+    """
 
     status: int
     processor_s: float
+    memory_gb: float
     output: str
     said: str
 
@@ -38,4 +42,10 @@ def finished(arguments: Sequence[str], *, folder: Path, name: str, variables: Ma
         _, status, used = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     printed, said = (file.read_text(encoding="utf-8") for file in files)
-    return Finished(status=process.returncode, processor_s=used.ru_utime + used.ru_stime, output=printed, said=said)
+    return Finished(
+        status=process.returncode,
+        processor_s=used.ru_utime + used.ru_stime,
+        memory_gb=used.ru_maxrss / 1e6,
+        output=printed,
+        said=said,
+    )

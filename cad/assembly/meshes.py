@@ -5,7 +5,8 @@ The modelling kernel takes seconds to import; it is imported only when the cache
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -14,11 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.main import IncEx
 
+from cad.assembly.building_process import building, built
 from cad.assembly.part_meshes import MESH_VERSION
 from optics.kernels.cache import load_or_make, result_key
+from optics.kernels.cache_contents import entry_path
 from optics.layout import check_stows
 from optics.mesh import Group, PartMesh, Role
 from rigs import Rig
+
+KIND = "rig meshes"
 
 SERVO_WITHOUT_SHAPE: IncEx = {
     "name",
@@ -65,14 +70,28 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
     if stowed:
         check_stows(rig)
     key = mesh_key(rig, stowed=stowed)
-    meshes = load_or_make("rig meshes", key, lambda: _build(rig, stowed=stowed), pack=_packed, unpack=_unpacked)
+    meshes = load_or_make(KIND, key, lambda: built(key) or _built(rig, stowed=stowed), pack=_packed, unpack=_unpacked)
     return [replace(mesh, colour=colour) if mesh.role is Role.MOUNT else mesh for mesh in meshes]
+
+
+@contextmanager
+def meshes_beside(rig: Rig, *, stowed: bool = False) -> Iterator[None]:
+    """Let another process make what `rig_meshes` will be asked for, where it is not in the cache.
+
+    A rig that has no meshes, or whose numbers make none, is told when they are asked for.
+    """
+    key = None if rig.gaze is None else mesh_key(rig, stowed=stowed)
+    if key is None or entry_path(KIND, key).exists():
+        yield
+        return
+    with building(key, lambda: _built(rig, stowed=stowed)):
+        yield
 
 
 def mesh_key(rig: Rig, *, stowed: bool = False) -> str:
     """Key of a rig's meshes: the numbers that shape them, the hull's file, and the library that makes solids."""
     numbers = rig.model_dump(mode="json", exclude=WITHOUT_SHAPE)
-    return result_key("rig meshes", MESH_VERSION, numbers, _hull_key(rig), stowed, version("build123d"))
+    return result_key(KIND, MESH_VERSION, numbers, _hull_key(rig), stowed, version("build123d"))
 
 
 def _packed(meshes: Sequence[PartMesh]) -> dict[str, NDArray[Any]]:
@@ -99,7 +118,7 @@ def _unpacked(stored: Mapping[str, NDArray[Any]]) -> list[PartMesh]:
     ]
 
 
-def _build(rig: Rig, *, stowed: bool) -> list[PartMesh]:
+def _built(rig: Rig, *, stowed: bool) -> Sequence[PartMesh]:
     from cad.assembly.assembly import kept_assembly  # noqa: PLC0415  (takes seconds to import)
 
     assembly = kept_assembly(rig)

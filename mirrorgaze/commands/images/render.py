@@ -60,38 +60,43 @@ def render(
       mirrorgaze render aqua2 --world reef --target diver --snow --depth-m 8 --sensor --ground-truth truth
       mirrorgaze render aqua2 --date 2026-03-20T15:00:00-05:00 --latitude-deg 20.5 --longitude-deg -87 -o view.exr
     """
-    from mirrorgaze.loading import load_usable_rig
-    from optics.kernels.clock import CLOCK
-    from optics.workers.threads import resting_threads
-    from scenes.requests.render import render
-    from scenes.requests.request import Output, RenderRequest
+    from cad.assembly.meshes import meshes_beside
+    from rigs import Rig
 
-    CLOCK.begin("scene")
-    loaded = load_usable_rig(rig)
-    request = RenderRequest(
-        q1_deg=q1_deg,
-        q2_deg=q2_deg,
-        time_s=time_s,
-        stowed=stowed,
-        width_px=width_px,
-        height_px=height_px,
-        samples=SAMPLES[renderer] if samples is None else samples,
-        renderer=renderer,
-        seed=scene.seed,
-        blur=blur,
-        light=light,
-    )
-    files = Output(path=output, sensor=sensor, truth=ground_truth)
-    # Half of the time goes into what Python does between two kernels.
-    with resting_threads():
-        view = render(
-            loaded,
-            scene.scene(loaded, flat_sea=renderer == "reference"),
-            request,
-            files,
-            progress=lambda done, total: print_progress("reference", done, total),
-            on_draft=lambda draft: typer.echo(f"{output}: draft, in rough light; the full light follows", err=True),
+    # The robot's parts are made while what renders is loaded, and the world made.
+    with meshes_beside(Rig.load(rig), stowed=stowed):
+        from mirrorgaze.loading import load_usable_rig
+        from optics.kernels.clock import CLOCK
+        from optics.workers.threads import resting_threads
+        from scenes.requests.render import render
+        from scenes.requests.request import Output, RenderRequest
+
+        CLOCK.begin("scene")
+        loaded = load_usable_rig(rig)
+        request = RenderRequest(
+            q1_deg=q1_deg,
+            q2_deg=q2_deg,
+            time_s=time_s,
+            stowed=stowed,
+            width_px=width_px,
+            height_px=height_px,
+            samples=SAMPLES[renderer] if samples is None else samples,
+            renderer=renderer,
+            seed=scene.seed,
+            blur=blur,
+            light=light,
         )
+        files = Output(path=output, sensor=sensor, truth=ground_truth)
+        # Half of the time goes into what Python does between two kernels.
+        with resting_threads():
+            view = render(
+                loaded,
+                scene.scene(loaded, flat_sea=renderer == "reference"),
+                request,
+                files,
+                progress=lambda done, total: print_progress("reference", done, total),
+                on_draft=lambda draft: typer.echo(f"{output}: draft, in rough light; the full light follows", err=True),
+            )
     for note in view.notes:
         typer.echo(note, err=True)
     if json:

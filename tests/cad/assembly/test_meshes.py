@@ -12,7 +12,8 @@ import pytest
 import trimesh
 
 from cad.assembly import meshes as module
-from cad.assembly.meshes import mesh_key, rig_meshes
+from cad.assembly.building_process import built
+from cad.assembly.meshes import mesh_key, meshes_beside, rig_meshes
 from cad.assembly.part_meshes import MESH_VERSION
 from cad.hulls.hull import hull_shape
 from optics.layout import Layout
@@ -30,13 +31,19 @@ def cache(tmp_path, monkeypatch):
 def kept(aqua2, cache):
     """aqua2's meshes, in the cache."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "_build", lambda rig, stowed: aqua2.meshes)
+        patch.setattr(module, "_built", lambda rig, stowed: aqua2.meshes)
         rig_meshes(aqua2.rig)
     return aqua2
 
 
+def printed(code):
+    """What Python code prints in a process of its own."""
+    run = subprocess.run([sys.executable, "-c", code], env=dict(os.environ), capture_output=True, text=True, check=True)
+    return run.stdout.split()
+
+
 def test_meshes_survive_the_cache_exactly(kept, monkeypatch):
-    monkeypatch.setattr(module, "_build", lambda rig, stowed: pytest.fail("built again"))
+    monkeypatch.setattr(module, "_built", lambda rig, stowed: pytest.fail("built again"))
     for before, after in zip(kept.meshes, rig_meshes(kept.rig), strict=True):
         assert (before.name, before.group, before.role) == (after.name, after.group, after.role)
         assert after.vertices_m.dtype == np.float64
@@ -50,10 +57,35 @@ def test_a_hit_does_not_import_the_modelling_kernel(kept):
         "import sys; from cad.assembly.meshes import rig_meshes; from rigs import Rig;"
         "print(len(rig_meshes(Rig.load('aqua2'))), 'build123d' in sys.modules, 'trimesh' in sys.modules)"
     )
-    found = subprocess.run(
-        [sys.executable, "-c", code], env=dict(os.environ), capture_output=True, text=True, check=True
+    assert printed(code) == [str(len(kept.meshes)), "False", "False"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="meshes are built in the process itself")
+def test_meshes_are_built_beside_what_else_is_done(aqua2, cache):
+    found = printed(
+        "import sys; from cad.assembly.meshes import meshes_beside, rig_meshes; from rigs import Rig;"
+        "rig = Rig.load('aqua2')\n"
+        "with meshes_beside(rig), meshes_beside(rig): meshes = rig_meshes(rig)\n"
+        "print(sum(mesh.vertices_m.sum() for mesh in meshes), 'build123d' in sys.modules, 'drjit' in sys.modules)"
     )
-    assert found.stdout.split() == [str(len(kept.meshes)), "False", "False"]
+    built = rig_meshes(aqua2.rig)  # from the cache
+    assert [mesh.name for mesh in built] == [mesh.name for mesh in aqua2.meshes]
+    assert found == [str(sum(mesh.vertices_m.sum() for mesh in built)), "False", "False"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="meshes are built in the process itself")
+def test_a_builder_that_dies_leaves_the_work_to_who_asks(cache):
+    found = printed(
+        "import os; from cad.assembly.building_process import building, built\n"
+        "with building('a', lambda: os._exit(1)), building('b', lambda: 1 / 0), building('c', lambda: ['mesh']):"
+        " print(built('a'), built('b'), built('c'), built('c'))"
+    )
+    assert found == ["None", "None", "['mesh']", "None"]
+
+
+def test_with_the_modelling_kernel_nobody_else_builds(aqua2, cache):
+    with meshes_beside(aqua2.rig):
+        assert built(mesh_key(aqua2.rig)) is None
 
 
 def test_the_key_is_of_shapes_only(aqua2):

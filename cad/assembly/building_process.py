@@ -1,0 +1,65 @@
+"""A rig's meshes built in a process of their own, beside whatever else a view of the rig needs.
+
+The modelling kernel, and what it leaves behind, take 0.4 GB; that process gives them back when it ends.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+
+from optics.mesh import PartMesh
+
+Build = Callable[[], Sequence[PartMesh]]
+
+LOADED = {"build123d", "drjit"}
+"""A process that has the modelling kernel builds as fast itself. One that has Dr.Jit may have its threads, of which a
+copy of the process would have none."""
+
+_BEGUN: dict[str, Connection] = {}
+"""What is heard of the processes that build, by the key of the meshes."""
+
+
+@contextmanager
+def building(key: str, build: Build) -> Iterator[None]:
+    """Build meshes in a copy of this process, to be asked for by their key (`built`); the context ends it.
+
+    On Linux alone, and before any of `LOADED` is there: else there is no other process.
+    """
+    if key in _BEGUN or sys.platform != "linux" or LOADED & sys.modules.keys():
+        yield
+        return
+    context = multiprocessing.get_context("fork")
+    ours, its = context.Pipe(duplex=False)
+    process = context.Process(target=_build, args=(build, its), daemon=True)
+    process.start()
+    its.close()
+    _BEGUN[key] = ours
+    try:
+        yield
+    finally:
+        _BEGUN.pop(key, None)
+        process.kill()
+        process.join()
+        ours.close()
+
+
+def built(key: str) -> Sequence[PartMesh] | None:
+    """Meshes that another process builds, waited for; None where there is none, or where it failed."""
+    heard = _BEGUN.pop(key, None)
+    with suppress(EOFError):
+        return None if heard is None else heard.recv()
+    return None
+
+
+def _build(build: Build, its: Connection) -> None:
+    # An interrupt from the keyboard reaches both processes: the other one ends this.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What cannot be built is told by who is asked for it.
+    with suppress(Exception):
+        its.send(build())
+    its.close()
