@@ -35,7 +35,7 @@ def building(key: str, build: Build) -> Iterator[None]:
         return
     context = multiprocessing.get_context("fork")
     ours, its = context.Pipe(duplex=False)
-    process = context.Process(target=_build, args=(build, its), daemon=True)
+    process = context.Process(target=_build, args=(build, ours, its), daemon=True)
     process.start()
     its.close()
     _BEGUN[key] = ours
@@ -56,9 +56,11 @@ def built(key: str) -> Sequence[PartMesh] | None:
     return None
 
 
-def _build(build: Build, its: Connection) -> None:
-    # An interrupt from the keyboard reaches both processes: the other one ends this.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _build(build: Build, ours: Connection, its: Connection) -> None:
+    # An interrupt from the keyboard reaches both processes, and ends this one at once. Where the other one dies, nobody
+    # reads any more, and this one ends when it has built.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    ours.close()
     # What cannot be built is told by who is asked for it.
     with suppress(Exception):
         its.send(build())

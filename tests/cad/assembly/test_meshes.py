@@ -83,6 +83,15 @@ def test_a_builder_that_dies_leaves_the_work_to_who_asks(cache):
     assert found == ["None", "None", "['mesh']", "None"]
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="meshes are built in the process itself")
+def test_a_builder_ends_when_nobody_waits_for_it_any_more():
+    # It has our output, which ends with it.
+    printed(
+        "import os; from cad.assembly.building_process import building\n"
+        "with building('a', lambda: bytes(1_000_000)): os._exit(0)"
+    )
+
+
 def test_with_the_modelling_kernel_nobody_else_builds(aqua2, cache):
     with meshes_beside(aqua2.rig):
         assert built(mesh_key(aqua2.rig)) is None
