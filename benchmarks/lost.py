@@ -41,7 +41,7 @@ IN_VIEW, PAST_END = 3, 2
 
 UNFOUND_S = (0.3, 2.5)
 WAITED_S = 0.5
-"""That a target lost in view is waited for where it is predicted; one past the end as long as pan turns."""
+"""That a lost target is waited for where it is predicted."""
 
 LONGEST_S, LONG_S = 12.0, 3.0
 IMAGES = 3
@@ -154,7 +154,7 @@ def _found_s(loss: Loss, joints: Callable[[int, FloatArray], FloatArray]) -> flo
 def _searching(loss: Loss) -> Callable[[int, FloatArray], FloatArray]:
     """Joint values of the loop's search, which waits first."""
     its = gazes(loss.rig)
-    waited_s = WAITED_S if loss.in_view else its.pointing.turning_s
+    waited_s = WAITED_S
     its.search.begin_lost(loss.bearing, 0.0)
 
     def joints(image: int, q: FloatArray) -> FloatArray:

@@ -49,7 +49,7 @@ class CropFollower:
     direction: FloatArray | None = None
     """It has none: it knows the target in the crop only."""
 
-    beyond_reach = waits_at_the_end = False
+    beyond_reach = False
     """Nor does it know of a target that is out of the crop."""
 
     last_seen = None

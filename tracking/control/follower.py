@@ -84,10 +84,6 @@ class Follower(Protocol):
         """Whether what is followed looks enough like the target to be tracked."""
 
     @property
-    def waits_at_the_end(self) -> bool:
-        """Whether the target has gone past the joints' end so lately that it is waited for there."""
-
-    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
 

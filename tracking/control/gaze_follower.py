@@ -19,7 +19,7 @@ from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.estimation.track_evidence import TrackEvidence
+from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, TrackEvidence
 from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
 from tracking.perception.cut_blobs import cut_sides, middle_of_cut
 from tracking.perception.outline import outline_log_odds
@@ -27,7 +27,8 @@ from tracking.records import Blob
 
 WIDEST_GATE_RAD = math.radians(15.0)
 """Of an expected direction: three of four targets of the arena are within 9 degrees of it after 2 s. What is seen
-further off is a candidate of the search, which asks for more than one image."""
+further off, and as far from where the target was last seen, is a candidate of the search, which asks for more than one
+image."""
 
 PLACE_TELLS_RAD = math.radians(3.0)
 """Spread of the expected direction up to which its place alone makes a blob the target's: beyond, it must look like it
@@ -108,18 +109,6 @@ class GazeFollower:
         return direction is not None and self._pointing.beyond_reach(direction)
 
     @property
-    def waits_at_the_end(self) -> bool:
-        """Whether the target has gone past the joints' end so lately that it is waited for there.
-
-        It is for as long as pan takes to turn round: whether it turns back or goes on, this costs at most twice as much
-        time as knowing would have (the rule for renting before one buys; Karlin et al. 1988).
-        """
-        if self._seen or self.last_seen is None or self._before is None:
-            return False
-        bearing, last_s = self.last_seen
-        return self._before[0] - last_s < self._pointing.turning_s and self._pointing.past_the_end(bearing.direction)
-
-    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
         return self._filter.bearing is not None
@@ -166,9 +155,8 @@ class GazeFollower:
         if bearing is None:
             return observation.q_command
         images = math.floor(self._latency_s / observation.interval_s) + 1
-        last = self.last_seen
-        gone = not self._seen and not self.waits_at_the_end
-        left = gone and last is not None and self._pointing.past_the_end(last[0].direction)
+        last = None if self._seen else self.last_seen
+        left = last is not None and self._pointing.past_the_end(last[0].direction)
         ahead_s = images * observation.interval_s
         ahead = self._axes.bearing_ahead(bearing, ahead_s)
         q = self._pointing.command(ahead, ahead_s, observation.q, seen=self._seen, left=left)
@@ -181,10 +169,11 @@ class GazeFollower:
         direction = directions[middle_px] if middle_px in directions else self._direction(middle_px, observation)
         if direction is None:
             return
-        if self._may_be_another(blobs[0], observation):
+        turned = not self._is_expected(blobs[0], direction)
+        if turned or self._may_be_another(blobs[0], observation):
             self._evidence.begin_again()
-        if self._comes_back(direction) and not self._is_near(direction):
-            # It has turned back: neither its rate nor where that led is known any more.
+        if turned:
+            # Neither its rate nor where that led is known any more.
             self._filter.forget()
             self._steady.forget()
         self._filter.update(direction, doubt)
@@ -294,20 +283,24 @@ class GazeFollower:
             return likely and not self._evidence.is_clutter(direction, time_s)
         if not likely and self._filter.expected_spread > PLACE_TELLS_RAD:
             return False
+        if self._is_expected(blob, direction):
+            return True
+        # One that turns while it is not seen comes into view elsewhere; one image of it is all that is asked for.
+        return blob.log_odds >= AT_ONCE_LOG_ODDS and self._was_near(direction)
+
+    def _is_expected(self, blob: Blob, direction: FloatArray) -> bool:
+        """Whether a blob, as a disc of its area about a direction, is near enough to where the target is expected."""
+        bearing = self._filter.bearing
+        if bearing is None:
+            return True
         expected = bearing.direction
         apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
         gate = min(GATE * self._filter.expected_spread, WIDEST_GATE_RAD)
-        reach = gate + self._radius(blob.area_px)
-        return apart <= reach or (likely and self._comes_back(direction))
+        return apart <= gate + self._radius(blob.area_px)
 
-    def _is_near(self, direction: FloatArray) -> bool:
-        """Whether a direction, steady axes, is within the widest gate of the expected one."""
-        bearing = self._filter.bearing
-        return bearing is not None and float(bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
-
-    def _comes_back(self, direction: FloatArray) -> bool:
-        """Whether a target that is waited for where it went past the end comes back in a direction, steady axes."""
-        if not self.waits_at_the_end or self._last_seen is None:
+    def _was_near(self, direction: FloatArray) -> bool:
+        """Whether the target was near a direction, steady axes, when it was last seen, and is not seen any more."""
+        if self._seen or self._last_seen is None:
             return False
         return float(self._last_seen[0].direction @ direction) > math.cos(WIDEST_GATE_RAD)
 

@@ -14,9 +14,9 @@ time, to wait at a limit. A direction out of reach is followed by the nearest ga
 A target that is not seen is not planned for: where it will be in two seconds is a guess, and a mirror that has turned
 round for it does not see it come back. Only where this way does not show the place that it is expected in, and another
 pan angle will by the time that pan has got there, is there nothing to lose: so a target that goes round the robot is
-met again behind it, over the other half of the tilt. It must have been seen to go past the joints' end, and not to come
-back for a while (`tracking.control.gaze_follower`): one that the detector lost in the middle of the view, as before the
-sun, is waited for. Nor is a target that is in view left for where it will be.
+met again behind it, over the other half of the tilt. It must have been seen to go past the joints' end
+(`tracking.control.gaze_follower`): one that the detector lost in the middle of the view, as before the sun, is waited
+for. Nor is a target that is in view left for where it will be.
 """
 
 from __future__ import annotations
@@ -110,11 +110,6 @@ class Pointing:
         elevation = math.atan2(z, x * math.cos(reached) + y * math.sin(reached))
         middle = (self._elevations[0] + self._elevations[1]) / 2
         return self._gimbal.joint_values(pan, _within(elevation, self._elevations, middle) / 2)
-
-    @property
-    def turning_s(self) -> float:
-        """Time that pan takes from one end to the other, seconds."""
-        return (self._pan_limits[1] - self._pan_limits[0]) / self._pan_speed
 
     def beyond_reach(self, direction: FloatArray) -> bool:
         """Whether no gaze within the limits has a direction, a unit vector of the body frame, in its view."""

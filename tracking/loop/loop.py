@@ -195,7 +195,7 @@ class TrackingLoop:
             elapsed_s=elapsed_s,
             found=bool(blobs),
             expected=expected is not None and observation.shows(expected),
-            beyond_reach=beyond_reach or self._follower.waits_at_the_end,
+            beyond_reach=beyond_reach,
             likely=self._follower.likely,
             doubted=self._follower.doubted,
         )
