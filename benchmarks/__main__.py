@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 NAMES = ("first", "design", "train", "projection", "coverage", "render", "search", "loop")
-CHECKS = ("healpix", "distances", "bias", "robots", "detector", "lost", "studio", "kills", "simulator")
+CHECKS = ("healpix", "distances", "bias", "robots", "detector", "control", "studio", "kills", "simulator")
 COLUMNS = ("name", "ours", "peer", "unit", "ratio", "note")
 
 

@@ -39,6 +39,7 @@ from tracking.perception import (
     detector_of,
     taken,
 )
+from tracking.perception.detectors import Detector
 from tracking.perception.direct_view import DirectView
 from tracking.perception.robot_view import RobotView
 from tracking.protocols import AttitudeReport, CameraFrame, MirrorReport
@@ -63,8 +64,8 @@ class TrackingLoop:
         With mirrors and servos.
     variant : Variant
         One of `VARIANTS`, or `dataclasses.replace` of one.
-    detector : DetectorSettings, optional
-        What the target looks like; by default the red ball.
+    detector : DetectorSettings or callable, optional
+        What the target looks like, by default the red ball; or what finds it (a `Detector`).
     samples : CornerSamples, optional
         For eq. 6; without them, exact corners on a grid of 7 x 7 poses. Exact corners need none.
     robot_view : RobotView, optional
@@ -84,14 +85,14 @@ class TrackingLoop:
         rig: Rig,
         variant: Variant,
         *,
-        detector: DetectorSettings | None = None,
+        detector: DetectorSettings | Detector | None = None,
         samples: CornerSamples | None = None,
         robot_view: RobotView | None = None,
         direct_view: DirectView | None = None,
     ):
         speeds = JointSpeeds.from_rig(rig)
         self._variant = variant
-        self._detect = detector_of(RED_BALL if detector is None else detector, contrast=variant.contrast)
+        self._detect = detector if callable(detector) else detector_of(detector or RED_BALL, contrast=variant.contrast)
         self._robot_view = robot_view
         self._gimbal = Gimbal(Layout.from_rig(rig))
         self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
