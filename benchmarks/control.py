@@ -45,15 +45,6 @@ from tracking.records import Blob, Detection, Mode
 FIRST, DIVES, STREAM = 300, 80, 5
 EXPOSED_S = 0.005
 
-POINTS = 37
-"""Of a disc that are looked for in the crop."""
-
-GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
-INDEX = np.arange(POINTS) + 0.5
-DISC = np.sqrt(INDEX / POINTS)[:, np.newaxis] * np.stack(
-    [np.cos(GOLDEN_ANGLE * INDEX), np.sin(GOLDEN_ANGLE * INDEX)], axis=-1
-)
-
 LEAST_SHOWN, FOUND, LOG_ODDS = 1 / 3, 0.9, 4.0
 """Share of a target that must be shown to be found, that of images in which it then is, and the odds that it has."""
 
@@ -106,28 +97,28 @@ class ToldDetector:
     def __call__(self, crop: NDArray[np.uint8], ignored: Mask | None, _: tuple[float, float] | None) -> Detection:
         """Find it in a crop, where `ignored` leaves enough of it (`tracking.perception.detectors.Detector`)."""
         height, width = crop.shape[:2]
-        nothing = Detection(mask=np.zeros((height, width), np.uint8), blobs=(), centroid_px=None)
-        self.shown = 0.0
-        if self.centre_px is None:
-            return nothing
-        points = self.centre_px + self.radius_px * DISC
-        x, y = np.round(points).astype(int).T
-        inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
+        shown = np.zeros((height, width), bool)
+        if self.centre_px is not None:
+            x, y = np.ogrid[:width, :height]
+            shown = ((x - self.centre_px[0]) ** 2 + (y - self.centre_px[1]) ** 2 <= self.radius_px**2).T
         if ignored is not None:
-            inside[inside] &= ignored[y[inside], x[inside]] == 0
-        self.shown = float(inside.mean())
+            shown &= ignored == 0
+        mask = np.zeros((height, width), np.uint8)
+        area_px = np.count_nonzero(shown)
+        self.shown = area_px / (math.pi * self.radius_px**2) if area_px else 0.0
         if self.shown < LEAST_SHOWN or self.rng.random() > FOUND:
-            return nothing
-        seen = points[inside]
-        left, top, right, bottom = (int(each) for each in (*seen.min(axis=0), *seen.max(axis=0)))
+            return Detection(mask=mask, blobs=(), centroid_px=None)
+        mask[shown] = 255
+        rows, columns = shown.nonzero()
+        (top, bottom), (left, right) = ((int(each.min()), int(each.max())) for each in (rows, columns))
         blob = Blob(
-            area_px=self.shown * math.pi * self.radius_px**2,
-            centroid_px=(float(seen[:, 0].mean()), float(seen[:, 1].mean())),
+            area_px=float(area_px),
+            centroid_px=(float(columns.mean()), float(rows.mean())),
             box_px=(left, top, right - left + 1, bottom - top + 1),
             circularity=1.0,
             log_odds=LOG_ODDS,
         )
-        return Detection(mask=nothing.mask, blobs=(blob,), centroid_px=blob.centroid_px)
+        return Detection(mask=mask, blobs=(blob,), centroid_px=blob.centroid_px)
 
 
 def main(arguments: Sequence[str]) -> int:

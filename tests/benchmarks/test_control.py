@@ -29,11 +29,11 @@ def told(centre_px, ignored=None):
 
 def test_a_whole_disc_is_found_in_most_crops_where_it_is():
     detector, detections = told([50.0, 40.0])
-    assert detector.shown == 1
+    assert detector.shown == pytest.approx(1, abs=0.02)
     found = [each for each in detections if each.blobs]
     assert len(found) >= 7
     assert found[0].centroid_px == pytest.approx((50, 40), abs=0.5)
-    assert found[0].blobs[0].area_px == pytest.approx(314, abs=1)
+    assert found[0].blobs[0].area_px == pytest.approx(314, abs=5)
     assert found[0].blobs[0].log_odds == LOG_ODDS
 
 
