@@ -19,7 +19,7 @@ from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, TrackEvidence
+from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence
 from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
 from tracking.perception.cut_blobs import cut_sides, middle_of_cut
 from tracking.perception.outline import outline_log_odds
@@ -169,7 +169,7 @@ class GazeFollower:
         direction = directions[middle_px] if middle_px in directions else self._direction(middle_px, observation)
         if direction is None:
             return
-        turned = not self._is_expected(blobs[0], direction)
+        turned = not self._is_expected(blobs[0], directions[blobs[0].centroid_px])
         if turned or self._may_be_another(blobs[0], observation):
             self._evidence.begin_again()
         if turned:
@@ -285,24 +285,27 @@ class GazeFollower:
             return False
         if self._is_expected(blob, direction):
             return True
-        # One that turns while it is not seen comes into view elsewhere; one image of it is all that is asked for.
-        return blob.log_odds >= AT_ONCE_LOG_ODDS and self._was_near(direction)
+        return blob.log_odds >= AT_ONCE_LOG_ODDS and self._may_have_turned_to(direction, time_s)
 
-    def _is_expected(self, blob: Blob, direction: FloatArray) -> bool:
+    def _is_expected(self, blob: Blob, direction: FloatArray | None) -> bool:
         """Whether a blob, as a disc of its area about a direction, is near enough to where the target is expected."""
         bearing = self._filter.bearing
-        if bearing is None:
+        if bearing is None or direction is None:
             return True
         expected = bearing.direction
         apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
         gate = min(GATE * self._filter.expected_spread, WIDEST_GATE_RAD)
         return apart <= gate + self._radius(blob.area_px)
 
-    def _was_near(self, direction: FloatArray) -> bool:
-        """Whether the target was near a direction, steady axes, when it was last seen, and is not seen any more."""
+    def _may_have_turned_to(self, direction: FloatArray, time_s: float) -> bool:
+        """Whether the target may have turned while it was not seen, and come into view in a direction, steady axes.
+
+        Near where it was last seen, and after a gap: in an image or two nothing turns.
+        """
         if self._seen or self._last_seen is None:
             return False
-        return float(self._last_seen[0].direction @ direction) > math.cos(WIDEST_GATE_RAD)
+        bearing, last_s = self._last_seen
+        return time_s - last_s >= GAP_S and float(bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
 
     def _expected_px(self, observation: Observation) -> tuple[float, float] | None:
         direction = self.direction
