@@ -43,7 +43,7 @@ def test_an_unknown_name_is_bad_input(benchmarks, capsys):
     assert main_module.main(["train", "speed"]) == 2
     assert benchmarks == []
     names = "first, design, train, projection, coverage, render, search, loop"
-    checks = "healpix, distances, bias, robots, detector, lost, studio, kills, simulator"
+    checks = "healpix, distances, bias, robots, detector, control, studio, kills, simulator"
     assert capsys.readouterr().err == f"expected benchmarks among {names}, or first one of {checks}, got speed\n"
 
 
