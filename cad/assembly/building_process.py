@@ -30,7 +30,7 @@ def building(key: str, build: Build) -> Iterator[None]:
 
     On Linux alone, and before any of `LOADED` is there: else there is no other process.
     """
-    if key in _BEGUN or sys.platform != "linux" or LOADED & sys.modules.keys():
+    if sys.platform != "linux" or LOADED & sys.modules.keys():
         yield
         return
     context = multiprocessing.get_context("fork")

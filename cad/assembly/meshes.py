@@ -78,7 +78,8 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
 def meshes_beside(rig: Rig, *, stowed: bool = False) -> Iterator[None]:
     """Let another process make what `rig_meshes` will be asked for, where it is not in the cache.
 
-    A rig that has no meshes, or whose numbers make none, is told when they are asked for.
+    A rig that has no meshes, or whose numbers make none, is told when they are asked for. Those around a hull from a
+    file are made in this process: what reads the file loads what a copy of a process must not have.
     """
     key = None if rig.gaze is None else mesh_key(rig, stowed=stowed)
     if key is None or entry_path(KIND, key).exists():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.assembly.meshes import meshes_beside, rig_meshes
+from cad.assembly.meshes import rig_meshes
 from optics.gaze.kinematics import forward_gaze
 from optics.gaze.stowed_view import parts_in_body
 from optics.kernels.backend import dr
@@ -168,8 +168,7 @@ def _in_pose(rig: Rig, request: RenderRequest) -> tuple[Rig, Sequence[PartMesh]]
     layout = Layout.from_rig(rig)
     q1, q2 = np.radians([request.q1_deg, request.q2_deg])
     layout.check_joints(q1, q2)
-    with meshes_beside(rig, stowed=request.stowed):
-        parts = rig_meshes(rig, stowed=request.stowed)
+    parts = rig_meshes(rig, stowed=request.stowed)
     if not request.stowed:
         return rig, parts
     # What is left of the train is the camera alone, and the gaze mirror is a part like any other.

@@ -185,6 +185,14 @@ def test_a_target_that_has_turned_is_taken_near_where_it_was_last_seen(hidden_s,
         assert not following.snapshot()["evidence"]["trusted"]
 
 
+def test_in_an_image_or_two_nothing_turns():
+    """What looks like the target off its place right after it was seen is another thing, or a piece of it."""
+    following, image = gone(0.1)
+    beside = at_the_end(image, 74)
+    following.expect(beside)
+    assert not following.update(beside)
+
+
 def test_what_is_far_from_where_the_target_was_is_not_taken_for_it():
     following, image = gone(0.5)
     elsewhere = at_the_end(image, 66)
