@@ -181,7 +181,7 @@ def physics_versions() -> tuple[int, ...]:
     # Renderer and solids take seconds to import, and tables are written by programs that need neither.
     from cad.assembly.part_meshes import MESH_VERSION  # noqa: PLC0415
     from cad.checks.printing.slicer import SLICE_VERSION  # noqa: PLC0415
-    from cad.hulls.hull_mesh import HULL_MESH_VERSION  # noqa: PLC0415
+    from cad.hulls.hull_mesh_key import HULL_MESH_VERSION  # noqa: PLC0415
     from optics.water.radiative_transfer.field import RADIANCE_VERSION  # noqa: PLC0415
     from scenes.baking.ambient import LIGHT_VERSION  # noqa: PLC0415
 

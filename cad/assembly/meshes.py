@@ -78,8 +78,7 @@ def rig_meshes(rig: Rig, *, stowed: bool = False) -> list[PartMesh]:
 def meshes_beside(rig: Rig, *, stowed: bool = False) -> Iterator[None]:
     """Let another process make what `rig_meshes` will be asked for, where it is not in the cache.
 
-    A rig that has no meshes, or whose numbers make none, is told when they are asked for. Those around a hull from a
-    file are made in this process: what reads the file loads what a copy of a process must not have.
+    A rig that has no meshes, or whose numbers or hull's file make none, is told when they are asked for.
     """
     key = None if rig.gaze is None else mesh_key(rig, stowed=stowed)
     if key is None or entry_path(KIND, key).exists():
@@ -129,6 +128,6 @@ def _built(rig: Rig, *, stowed: bool) -> Sequence[PartMesh]:
 def _hull_key(rig: Rig) -> str | None:
     if rig.file_hull is None:
         return None
-    from cad.hulls.hull_mesh import hull_mesh_key  # noqa: PLC0415  (only a file's hull needs trimesh for its key)
+    from cad.hulls.hull_mesh_key import hull_mesh_key  # noqa: PLC0415  (only a file's hull needs trimesh for its key)
 
     return hull_mesh_key(rig.file_hull)

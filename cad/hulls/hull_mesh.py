@@ -5,10 +5,8 @@ That takes long for a large mesh, so both are kept in the cache under the hash o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -18,17 +16,15 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from cad.hulls.facing import faced_outwards
 from cad.hulls.files.step import is_one_solid
-from cad.hulls.files.triangles import READERS, hull_files, read_triangles
+from cad.hulls.files.triangles import READERS, read_triangles
 from cad.hulls.files.units import check_size
+from cad.hulls.hull_mesh_key import hull_mesh_key, named
 from cad.hulls.mesh_repair import NotClosedError, body_notes, repaired
 from cad.hulls.mesh_simplification import decimated, surface_distance
 from cad.hulls.wrapping.fit import check_that_it_stays_out_of_itself
 from cad.hulls.wrapping.wrap import Wrap, wrapped
-from optics.kernels.cache import load_or_make, result_key
+from optics.kernels.cache import load_or_make
 from rigs import FileHull, Rig
-
-HULL_MESH_VERSION = 5
-"""Raised when reading, repair or simplification make another surface, solid or other notes of the same file."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,32 +97,14 @@ def read_hull_solid(hull: FileHull) -> HullMesh:
     return _kept("hull solid", hull, _made_solid)
 
 
-def hull_mesh_key(hull: FileHull) -> str:
-    """Key of what is made of a hull's file: what it and those it names hold, how they are read, by which libraries."""
-    libraries = [version(name) for name in ("trimesh", "manifold3d", "fast-simplification", "libigl")]
-    with _named(hull):
-        files = hull_files(hull.file)
-    how = hull.file.suffix.lower(), hull.unit, hull.keep
-    return result_key("hull mesh", HULL_MESH_VERSION, *files, how, libraries)
-
-
 def _kept(kind: str, hull: FileHull, make: Callable[[FileHull], HullMesh]) -> HullMesh:
     if hull.file.suffix.lower() not in READERS:
         raise ValueError(f"hull.file = {hull.file.name!r}: expected a file that ends in {', '.join(READERS)}")
     return load_or_make(kind, hull_mesh_key(hull), lambda: make(hull), pack=_packed, unpack=_unpacked)
 
 
-@contextmanager
-def _named(hull: FileHull) -> Iterator[None]:
-    """Begin the sentence of what is wrong with the file's name."""
-    try:
-        yield
-    except ValueError as error:
-        raise ValueError(f"hull.file = {hull.file.name!r}: {error}") from None
-
-
 def _made_surface(hull: FileHull) -> HullMesh:
-    with _named(hull):
+    with named(hull):
         vertices, faces = read_triangles(hull.file, hull.unit)
         check_size(np.ptp(vertices, axis=0), hull.unit)
     # Light on a surface is found for its fronts.

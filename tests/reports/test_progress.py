@@ -17,7 +17,7 @@ from cad.assembly.meshes import mesh_key
 from cad.assembly.part_meshes import MESH_VERSION
 from cad.checks.printing.slicer import SLICE_VERSION
 from cad.export.drawings.manifest import rig_hash
-from cad.hulls.hull_mesh import HULL_MESH_VERSION, hull_mesh_key
+from cad.hulls.hull_mesh_key import HULL_MESH_VERSION, hull_mesh_key
 from optics.water.radiative_transfer.field import RADIANCE_VERSION
 from reports.progress import Stages, today, work_key
 from rigs import FileHull, Rig

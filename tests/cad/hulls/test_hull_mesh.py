@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from cad.hulls import hull_mesh, mesh_simplification
-from cad.hulls.hull_mesh import HULL_MESH_VERSION, hull_notes, posed, read_hull_solid, read_hull_surface
+from cad.hulls.hull_mesh import hull_notes, posed, read_hull_solid, read_hull_surface
+from cad.hulls.hull_mesh_key import HULL_MESH_VERSION
 from cad.hulls.mesh_repair import manifold
 from cad.hulls.mesh_simplification import decimated, surface_distance
 from cad.hulls.wrapping import solid_field
