@@ -115,13 +115,12 @@ def draw_gaze_error(table: pa.Table, path: Path) -> None:
         rms = pointing_metrics(frames)["gaze_error_held_rms_deg"]
         if isinstance(rms, float) and rms > 0:
             upper.axhline(rms, color=INK, linewidth=0.8, linestyle="--")
-            label = f"RMS while held {rms:.2f}°"
-            upper.text(0.995, rms * 1.1, label, transform=upper.get_yaxis_transform(), ha="right", fontsize=8)
+            upper.set_title(f"dashed: RMS while held, {rms:.2f}°", loc="right", fontsize=8)
         upper.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         upper.yaxis.set_major_formatter("{x:g}")
         upper.yaxis.set_minor_formatter(NullFormatter())
         upper.set_ylabel("true gaze error (degrees)")
-        upper.set_title("How far the gaze is off the target")
+        upper.set_title("How far the gaze is off the target", loc="left")
         _bars(causes, frames, frames.cause, CAUSE_COLOURS, "not found")
         _bars(modes, frames, frames.mode, MODE_COLOURS, "mode")
         modes.set_xlabel("time (s)")
