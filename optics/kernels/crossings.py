@@ -1,4 +1,7 @@
-"""Where segments go through triangles: whether surfaces cross each other, told exactly but for single precision."""
+"""Where segments go through triangles: whether surfaces cross each other, told exactly but for single precision.
+
+Mitsuba is loaded by the first surface: modules that know this one serve hulls of all kinds, and few come from a file.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from optics.kernels import backend
 from optics.kernels.arrays import FloatArray
-from optics.kernels.backend import mi
-from optics.kernels.ray_scene import mesh_scene
 
 MISSED = -1
 
@@ -25,6 +27,8 @@ class CrossedSurface:
     @classmethod
     def of(cls, vertices: FloatArray, faces: NDArray[np.integer[Any]]) -> CrossedSurface:
         """Surface of corners, shape (n, 3), and triangles, shape (m, 3)."""
+        from optics.kernels.ray_scene import mesh_scene  # noqa: PLC0415
+
         centre = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
         return cls(scene=mesh_scene(vertices - centre, faces.astype(np.int32)), centre=centre)
 
@@ -40,17 +44,16 @@ class CrossedSurface:
         way = end - start
         length = np.linalg.norm(way, axis=1)
         direction = way / np.where(length > 0, length, 1)[:, np.newaxis]
-        found = self.scene.ray_intersect_preliminary(
-            mi.Ray3f(_columns(start - self.centre), mi.Vector3f(_columns(direction)), _single(length), 0.0, []),
-            coherent=False,
-            active=True,
+        rays = backend.mi.Ray3f(
+            _columns(start - self.centre), backend.mi.Vector3f(_columns(direction)), _single(length), 0.0, []
         )
+        found = self.scene.ray_intersect_preliminary(rays, coherent=False, active=True)
         return np.where(found.is_valid().numpy(), found.prim_index.numpy().astype(np.int64), MISSED)
 
 
 def _columns(rows: FloatArray) -> Any:
-    return mi.Point3f(np.ascontiguousarray(rows.T, dtype=np.float32))
+    return backend.mi.Point3f(np.ascontiguousarray(rows.T, dtype=np.float32))
 
 
 def _single(values: FloatArray) -> Any:
-    return mi.Float(np.ascontiguousarray(values, dtype=np.float32))
+    return backend.mi.Float(np.ascontiguousarray(values, dtype=np.float32))
