@@ -37,6 +37,10 @@ as one does of which nothing is known."""
 GATE = 3.0
 """Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
 
+OUTGROWN = 3.0
+"""Times the target's area, when it last looked like itself, beyond which a blob that does not is the target in one
+piece with something else: of that, nothing but the other thing may be left."""
+
 Directions = dict[tuple[float, float], FloatArray | None]
 """Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
 
@@ -83,6 +87,7 @@ class GazeFollower:
         self._steady = DirectionFilter(replace(noise, acceleration_deg=noise.steady_acceleration_deg))
         self._evidence = TrackEvidence()
         self._whole_px2: float | None = None
+        self._own_px2: float | None = None
         self._seen = False
         self._last_seen: tuple[Bearing, float] | None = None
 
@@ -180,6 +185,15 @@ class GazeFollower:
         self._steady.update(direction, doubt)
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
+        self._note_size(blobs[0], sides, observation.interval_s)
+
+    def _note_size(self, blob: Blob, sides: tuple[int, int], interval_s: float) -> None:
+        """Note how large the target is; or for how long it may have been swallowed by something larger."""
+        if blob.log_odds >= ACQUIRED_LOG_ODDS:
+            self._evidence.swallowed_s = 0.0
+            self._own_px2 = blob.area_px if sides == (0, 0) else self._own_px2
+        elif self._evidence.swallowed_s > 0 or (self._own_px2 is not None and blob.area_px > OUTGROWN * self._own_px2):
+            self._evidence.swallowed_s += interval_s
 
     def _may_be_another(self, blob: Blob, observation: Observation) -> bool:
         """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
@@ -224,7 +238,7 @@ class GazeFollower:
         self._evidence.begin_again()
         self._filter.forget()
         self._steady.forget()
-        self._whole_px2, self._last_seen = None, None
+        self._whole_px2, self._own_px2, self._last_seen = None, None, None
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
@@ -239,6 +253,7 @@ class GazeFollower:
             "before": before,
             "evidence": self._evidence.snapshot(),
             "whole_px2": self._whole_px2,
+            "own_px2": self._own_px2,
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -251,7 +266,7 @@ class GazeFollower:
             None if last is None else (Bearing(direction=np.array(last[0]), rate=np.array(last[1])), last[2])
         )
         self._evidence.restore(snapshot["evidence"])
-        self._whole_px2 = snapshot["whole_px2"]
+        self._whole_px2, self._own_px2 = snapshot["whole_px2"], snapshot["own_px2"]
         before = snapshot["before"]
         self._before = None if before is None else (before[0], np.array(before[1]))
 

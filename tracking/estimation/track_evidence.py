@@ -1,15 +1,16 @@
 """Whether what is followed is the target, from the odds of what was taken for it; and what was found not to be.
 
-One image's odds are those of a guess: things that look like the target are found among corals. What is followed is
-seen many times, but images of a thing that stands still are nearly the same, so that their odds do not add up: their
-mean is asked for. Contrast, outline and whether it has moved count together until the mean has been that of a target
-for a while: then it is *trusted*, and looks that fade, as before the sun, are believed for as long as its contrast
-alone is above even. What never gets there within its probation, what falls below even before, and what is seen in
-less than a third of the images that should show it, is dropped, and its direction is remembered as clutter: the
-search does not end there again. What was above even still, or was not seen again before it could be judged, is so for a
-shorter time. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and what stands
-around a hovering robot nearly does; where an attitude sensor tells how the robot turns, directions are steady ones, and
-what stands around it keeps its own. A robot that swims on leaves clutter behind, so it is forgotten.
+One image's odds are those of a guess: things that look like the target are found among corals. What is followed is seen
+many times, but images of a thing that stands still are nearly the same, so that their odds do not add up: their mean is
+asked for. Contrast, outline and whether it has moved count together until the mean has been that of a target for a
+while: then it is *trusted*, and looks that fade, as before the sun, are believed for as long as its contrast alone is
+above even. What never gets there within its probation, what falls below even before, and what is seen in less than a
+third of the images that should show it, is dropped, and its direction is remembered as clutter: the search does not end
+there again. What was above even still, or was not seen again before it could be judged, is so for a shorter time. A
+target may be in one piece with something larger that it passes, and hides it: what then does not look like the target
+soon is dropped as well. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and
+what stands around a hovering robot nearly does; where an attitude sensor tells how the robot turns, directions are
+steady ones, and what stands around it keeps its own. A robot that swims on leaves clutter behind, so it is forgotten.
 """
 
 from __future__ import annotations
@@ -55,6 +56,10 @@ KNOWN_S = 20.0
 """After which what has been followed all the time is the target, however pale it becomes: it may be lost, but is not
 doubted."""
 
+SWALLOWED_S = 2.0
+"""For which what was in one piece with something larger may be followed without looking like the target again, even if
+it was the target for `KNOWN_S` before."""
+
 SHARE_MEMORY_S, LEAST_SHARE = 1.0, 1 / 3
 """Over which the share of images is averaged that show what they should, and the least share of them."""
 
@@ -93,6 +98,8 @@ class TrackEvidence:
     trusted : bool
     whole : bool
         Whether an image has shown all of it.
+    swallowed_s : float
+        For how long it has not looked like the target since it was in one piece with something larger.
     first : array, shape (3,), optional
         Unit vector to where it was first seen in all images since, steady axes.
     clutter : list of ClutterPlace
@@ -104,6 +111,7 @@ class TrackEvidence:
     share: float = 1.0
     trusted: bool = False
     whole: bool = False
+    swallowed_s: float = 0.0
     first: FloatArray | None = None
     clutter: list[ClutterPlace] = field(default_factory=list)
 
@@ -112,6 +120,8 @@ class TrackEvidence:
         """Whether what is followed is likelier not to be the target."""
         if self.contrast is None or self.together is None:
             return False
+        if self.swallowed_s > SWALLOWED_S:
+            return True
         if self.trusted and self.age_s >= KNOWN_S:
             return False
         if self.share < LEAST_SHARE:
@@ -176,7 +186,7 @@ class TrackEvidence:
     def begin_again(self) -> None:
         """What is seen next may be another thing than what was followed: it has to be trusted first."""
         self.contrast = self.together = self.first = None
-        self.age_s, self.share, self.trusted, self.whole = 0.0, 1.0, False, False
+        self.age_s, self.share, self.trusted, self.whole, self.swallowed_s = 0.0, 1.0, False, False, 0.0
 
     def drop(self, direction: FloatArray, time_s: float) -> None:
         """What is followed is not the target, or was not found again: remember where it is."""
@@ -198,13 +208,14 @@ class TrackEvidence:
             "share": self.share,
             "trusted": self.trusted,
             "whole": self.whole,
+            "swallowed_s": self.swallowed_s,
             "first": None if self.first is None else self.first.tolist(),
             "clutter": [[each.direction.tolist(), each.until_s] for each in self.clutter],
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        for name in ("contrast", "together", "age_s", "share", "trusted", "whole"):
+        for name in ("contrast", "together", "age_s", "share", "trusted", "whole", "swallowed_s"):
             setattr(self, name, snapshot[name])
         self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
         self.clutter = [

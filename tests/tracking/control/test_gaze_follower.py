@@ -1,5 +1,6 @@
 """The default follower in images whose rows are not open at once."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -140,6 +141,30 @@ def test_what_is_met_where_the_target_was_hidden_must_be_trusted_anew(log_odds, 
         following.expect(seen)
         following.update(seen)
     assert following.known and following.doubted is doubted
+
+
+@pytest.mark.parametrize(
+    "larger, left, doubted",
+    [
+        ((2.9, 0.0), (1.0, 1.0), False),  # pale, and no larger than a target that comes nearer
+        ((3.1, 0.0), (1.0, 1.0), True),  # a grey ball's edge is left of the two
+        ((3.1, 0.0), (1.0, ACQUIRED_LOG_ODDS), False),  # it comes out again
+        ((3.1, ACQUIRED_LOG_ODDS), (1.0, 1.0), False),  # and looks like itself before something
+    ],
+)
+def test_what_is_left_of_the_target_and_something_larger_must_look_like_it(larger, left, doubted):
+    """A ball is followed for a second, is of another size in two images, and then another thing for 2.1 s."""
+    following = follower(0.0)
+    for image in range(30 + 2 + 63):
+        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        size, log_odds = (1.0, 5.0) if image < 30 else larger if image < 32 else left
+        blob = replace(seen.blobs[0], log_odds=log_odds, area_px=500.0 * size, box_px=(140, 100, 25, 25))
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
+        following.expect(seen)
+        following.update(seen)
+    again = follower(0.0)
+    again.restore(json.loads(json.dumps(following.snapshot())))
+    assert following.known and following.doubted is again.doubted is doubted
 
 
 def at_the_end(image, azimuth_deg, *, seen=True, log_odds=5.0):

@@ -19,6 +19,7 @@ from tracking.estimation.track_evidence import (
     MOVED_RAD,
     PROBATION_S,
     SHARE_MEMORY_S,
+    SWALLOWED_S,
     TRUSTED_S,
     UNDECIDED_S,
     TrackEvidence,
@@ -100,6 +101,15 @@ def test_what_was_the_target_for_long_may_be_lost_but_is_not_doubted(seen_s, dou
         else:
             evidence.update(0.5, 0.0, AHEAD, INTERVAL_S)
     assert evidence.doubted is doubted
+
+
+@pytest.mark.parametrize("swallowed_s, doubted", [(0.9 * SWALLOWED_S, False), (1.1 * SWALLOWED_S, True)])
+def test_what_something_larger_has_swallowed_is_doubted_however_long_it_was_the_target(swallowed_s, doubted):
+    evidence = followed(3.0, 2.0, images(KNOWN_S + 1))
+    evidence.swallowed_s = swallowed_s
+    assert evidence.doubted is doubted
+    evidence.begin_again()
+    assert evidence.swallowed_s == 0
 
 
 def test_what_is_neither_has_a_probation():
@@ -212,6 +222,7 @@ def test_a_snapshot_holds_all_of_it():
     for _ in range(20):
         evidence.update(1.0, 0.5, AHEAD, INTERVAL_S)
     evidence.miss(INTERVAL_S, shown=True)
+    evidence.swallowed_s = 0.5
     again = TrackEvidence()
     again.restore(json.loads(json.dumps(evidence.snapshot())))
     assert again.snapshot() == evidence.snapshot()
