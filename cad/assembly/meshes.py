@@ -84,6 +84,9 @@ def meshes_beside(rig: Rig, *, stowed: bool = False) -> Iterator[None]:
     if key is None or entry_path(KIND, key).exists():
         yield
         return
+    # Both processes will need it: before one is copied from the other, it is loaded once.
+    import trimesh  # noqa: F401, PLC0415
+
     with building(key, lambda: _built(rig, stowed=stowed)):
         yield
 
