@@ -1,6 +1,6 @@
-"""The key of what is made of a hull's file, found without what makes it: a mesh library and a renderer.
+"""The key of what is made of a hull's file, found without Mitsuba, which helps to make it.
 
-So a process that has the key may still be copied (`cad.assembly.building_process`).
+A process that has the key may still be copied (`cad.assembly.building_process`).
 """
 
 from __future__ import annotations
