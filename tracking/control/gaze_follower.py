@@ -38,8 +38,11 @@ GATE = 3.0
 """Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
 
 OUTGROWN = 3.0
-"""Times the target's area, when it last looked like itself, beyond which a blob that does not is the target in one
-piece with something else: of that, nothing but the other thing may be left."""
+"""Times the target's area, as it was and as it may have grown since, beyond which a blob that does not look like it is
+the target in one piece with something else: of that, nothing but the other thing may be left."""
+
+NEARER_PER_S = 0.5
+"""Share of its distance by which a target comes nearer in a second at most: its area goes with the inverse square."""
 
 Directions = dict[tuple[float, float], FloatArray | None]
 """Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
@@ -189,11 +192,15 @@ class GazeFollower:
 
     def _note_size(self, blob: Blob, sides: tuple[int, int], interval_s: float) -> None:
         """Note how large the target is; or for how long it may have been swallowed by something larger."""
+        whole = sides == (0, 0)
         if blob.log_odds >= ACQUIRED_LOG_ODDS:
             self._evidence.swallowed_s = 0.0
-            self._own_px2 = blob.area_px if sides == (0, 0) else self._own_px2
+            self._own_px2 = blob.area_px if whole else self._own_px2
         elif self._evidence.swallowed_s > 0 or (self._own_px2 is not None and blob.area_px > OUTGROWN * self._own_px2):
             self._evidence.swallowed_s += interval_s
+        elif self._own_px2 is not None and whole:
+            nearer_px2 = self._own_px2 * math.exp(2 * NEARER_PER_S * interval_s)
+            self._own_px2 = max(self._own_px2, min(blob.area_px, nearer_px2))
 
     def _may_be_another(self, blob: Blob, observation: Observation) -> bool:
         """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""

@@ -167,6 +167,25 @@ def test_what_is_left_of_the_target_and_something_larger_must_look_like_it(large
     assert following.known and following.doubted is again.doubted is doubted
 
 
+@pytest.mark.parametrize("per_s, doubted", [(0.5, False), (40.0, True)])
+def test_a_pale_target_that_comes_nearer_is_not_taken_for_something_larger(per_s, doubted):
+    """A ball is followed for a second, then has log odds of 1, and 12 times its area after 5 s, or after 0.1 s.
+
+    Its area goes with the inverse square of the distance: by 0.5 a second when it comes nearer by a quarter of it.
+    """
+    following = follower(0.0)
+    for image in range(30 + 150):
+        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        grown = min(math.exp(per_s * max(image - 29, 0) * INTERVAL_S), 12.0)
+        blob = replace(
+            seen.blobs[0], log_odds=5.0 if image < 30 else 1.0, area_px=500.0 * grown, box_px=(140, 99, 25, 25)
+        )
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
+        following.expect(seen)
+        following.update(seen)
+    assert following.doubted is doubted
+
+
 def at_the_end(image, azimuth_deg, *, seen=True, log_odds=5.0):
     """A ball at an azimuth, while the mirror stands at the end of pan."""
     q = np.array([math.radians(77), 0.0])
