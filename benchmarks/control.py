@@ -20,12 +20,12 @@ from rich.table import Table
 
 from cad.assembly.meshes import rig_meshes
 from dives.arena.distribution import arena_dive, arena_rig
-from dives.arena.judged import SERVO_SHARE, SHORTEST_AVAILABLE_S, SHORTEST_LOSS_S
+from dives.arena.judged import SHORTEST_AVAILABLE_S, SHORTEST_LOSS_S
 from dives.metrics.frames import BoolArray
 from dives.metrics.holding import runs
 from dives.metrics.search_time import gaze_view
 from dives.planning.availability import availability
-from dives.planning.followable import longest_in_view_s
+from dives.planning.followable import SERVO_SHARE, longest_in_view_s
 from dives.timed_mirrors import TimedMirrors
 from dives.views.robot_view import robot_view
 from optics.gaze.motion import JointSpeeds

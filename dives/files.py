@@ -19,6 +19,8 @@ from dives.metrics import dive_metrics
 from dives.metrics.frames import Frames
 from dives.metrics.search_time import search_time_metrics
 from dives.named_files import copied_files, named_files
+from dives.planning.availability import availability
+from dives.planning.followable import possible_metrics
 from dives.recorder import FRAMES, OVERLAY, ROWS, VIDEO
 from dives.views.robot_view import robot_view
 from rigs import Rig
@@ -68,8 +70,11 @@ def finish_dive(dive: Dive, rig: Rig, folder: Path, journal: Journal, identity: 
             written.append(part.name)
     recorded = copied_files(dive, folder).model_copy(update={"rig": RIG_FILE})
     write_text(folder / DIVE_FILE, recorded.as_toml())
-    searched = search_time_metrics(rig, dive.loop_variant(), Frames.of(table), robot_view(rig, rig_meshes(rig)))
-    write_text(folder / METRICS_FILE, json_text(dive_metrics(table) | searched | light))
+    frames, parts = Frames.of(table), rig_meshes(rig)
+    shown = robot_view(rig, parts)
+    searched = search_time_metrics(rig, dive.loop_variant(), frames, shown)
+    possible = possible_metrics(dive, rig, shown, frames, availability(dive, rig, parts, frames.time_s))
+    write_text(folder / METRICS_FILE, json_text(dive_metrics(table) | searched | possible | light))
     written += named_files(recorded).values()
     if dive.video == "frames":
         written += [str(image.relative_to(folder)) for image in sorted((folder / FRAMES).glob("*.png"))]

@@ -18,7 +18,7 @@ class Requirements(Section):
     `directions_deg` are azimuths and elevations of directions that some joint values must show over both mirrors, and
     `covered_percent` is the share of all directions. `target_px` is the smallest number of pixels across a target of
     `target_diameter_mm` that is `target_distance_mm` away, anywhere in the image. `gaze_error_deg` is the largest RMS
-    error of a dive's gaze after the acquisition. Mass and print time are those of the whole mount.
+    error of a dive's gaze while the target is held. Mass and print time are those of the whole mount.
     """
 
     directions_deg: tuple[tuple[Azimuth, Elevation], ...] = ()

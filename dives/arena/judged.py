@@ -17,21 +17,15 @@ from dives.dive import Dive
 from dives.metrics.frames import BoolArray, Frames, share, unit_vectors
 from dives.metrics.holding import Loss, losses, not_found_causes, runs
 from dives.metrics.pointing import pointing_metrics
-from dives.metrics.search_time import gaze_view, search_time_metrics
+from dives.metrics.search_time import search_time_metrics
 from dives.planning.availability import availability
-from dives.planning.followable import longest_in_view_s
+from dives.planning.followable import possible_metrics
 from dives.views.robot_view import robot_view
-from optics.gaze.motion import JointSpeeds
-from optics.layout import Layout
 from optics.mesh import PartMesh
 from rigs import Rig
-from tracking.estimation.gimbal import Gimbal
 
 SHORTEST_AVAILABLE_S = 2.0
 """A dive whose target is available for less says nothing of the loop."""
-
-SERVO_SHARE = 0.8
-"""Of the servos' highest speeds: what needs more of them need not be held."""
 
 SHORTEST_LOSS_S = 0.5
 """A loss counts when the target was available so long of it."""
@@ -62,23 +56,11 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
     recovered = [loss for loss in counted if loss.reacquired]
     shown = robot_view(rig, parts)
     searched = search_time_metrics(rig, dive.loop_variant(), frames, shown)
-    acquired_s = possible_s = None
-    if frames.acquired is not None:
-        acquired_s = float(frames.time_s[frames.acquired])
-        q = np.radians([table[f"{joint}_true_deg"][frames.acquired].as_py() for joint in ("q1", "q2")])
-        possible_s = longest_in_view_s(
-            Gimbal(Layout.from_rig(rig)),
-            gaze_view(rig, dive.loop_variant(), shown),
-            JointSpeeds.from_rig(rig).slowed(SERVO_SHARE),
-            start=q,
-            times_s=frames.time_s[after],
-            direction=there.direction[after],
-            available=available[after],
-        )
+    possible_s = possible_metrics(dive, rig, shown, frames, there)["possible_s"]
     return {
         "available_s": float(lasts[available].sum()),
         "acquired": frames.acquired is not None,
-        "acquisition_time_s": acquired_s,
+        "acquisition_time_s": None if frames.acquired is None else float(frames.time_s[frames.acquired]),
         **searched,
         "held_fraction": share(frames.held, available & after, lasts),
         "possible_s": possible_s,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
-from dives.arena.judged import SERVO_SHARE, SHORTEST_AVAILABLE_S, THINGS
+from dives.arena.judged import SHORTEST_AVAILABLE_S, THINGS
 from dives.arena.run import ArenaOutcome
 from dives.metrics.intervals import (
     CONFIDENCE,
@@ -19,6 +19,7 @@ from dives.metrics.intervals import (
     mean_interval,
     ratio_interval,
 )
+from dives.planning.followable import SERVO_SHARE
 from rigs.atomic_files import csv_text
 
 HELD_FRACTION = 0.95

@@ -47,17 +47,17 @@ def dive_verdict(metrics: Mapping[str, Any], limits: DiveLimits, rig: Rig) -> Ve
     asked = None if rig.requirements is None else rig.requirements.gaze_error_deg
     gaze_limit_deg = limits.gaze_error_deg if asked is None else asked
     held, false = metrics["time_on_target_fraction"], metrics["false_tracking_fraction"]
-    error_deg, took_s = metrics["gaze_error_rms_deg"], metrics["acquisition_time_s"]
+    error_deg, took_s = metrics["gaze_error_held_rms_deg"], metrics["acquisition_time_s"]
     missed = []
     if took_s > limits.acquisition_time_s:
         missed.append(f"acquired after {took_s:.1f} s, at most {limits.acquisition_time_s:g} s allowed")
     if 100 * held < limits.time_on_target_percent:
         missed.append(
             f"held {100 * held:.1f} % of the time from then on, at least {limits.time_on_target_percent:g} % required"
-            f"{_losses(metrics)}"
+            f"{_losses(metrics)}{_possible(metrics, limits)}"
         )
     if error_deg > gaze_limit_deg:
-        missed.append(f"gaze {error_deg:.2f} degrees off (RMS), at most {gaze_limit_deg:g} degrees allowed")
+        missed.append(f"gaze {error_deg:.2f} degrees off while held (RMS), at most {gaze_limit_deg:g} degrees allowed")
     if 100 * false > limits.false_tracking_percent:
         missed.append(
             f"on something else {100 * false:.1f} % of the time, at most {limits.false_tracking_percent:g} % allowed"
@@ -92,3 +92,14 @@ def _losses(metrics: Mapping[str, Any]) -> str:
         return ""
     causes = ", ".join(f"{cause} ({count})" for cause, count in metrics["loss_causes"].items())
     return f": lost {metrics['losses']} times to {causes}, found again {metrics['losses_reacquired']} times"
+
+
+def _possible(metrics: Mapping[str, Any], limits: DiveLimits) -> str:
+    """That no loop could have held the target for as long as is required, where that is so."""
+    possible = metrics.get("possible_fraction")
+    if possible is None or 100 * possible >= limits.time_on_target_percent:
+        return ""
+    return (
+        f". More than {100 * possible:.1f} % was hardly possible: for the rest of the time nothing shows the target, or"
+        " the servos are too slow for it, as where the mirror has to turn round past a joint's end"
+    )

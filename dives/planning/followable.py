@@ -12,17 +12,64 @@ import math
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from dives.metrics.frames import BoolArray
+from dives.dive import Dive
+from dives.metrics.frames import BoolArray, Frames
+from dives.metrics.search_time import gaze_view
+from dives.planning.availability import Availability
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
+from optics.layout import Layout
+from rigs import Rig
 from tracking.control.gaze_view import GazeView
 from tracking.estimation.gimbal import Gimbal
+from tracking.perception.robot_view import RobotView
+
+SERVO_SHARE = 0.8
+"""Of the servos' highest speeds: what needs more of them need not be held."""
+
+POSSIBLE_DEFINITIONS = {
+    "possible_s": "longest that the gaze mirror could have shown the target from the acquisition on, at"
+    f" {SERVO_SHARE:.0%} of the servos' speeds and with the path known beforehand; None where it was never acquired",
+    "possible_fraction": "that, of the time from the acquisition on",
+}
 
 STEP_S = 0.1
 """From one look at the target to the next."""
 
 FINEST_DEG = 2.5
 """Of a joint, between two poses at most: a view is 18 degrees of gaze high, 9 of tilt."""
+
+
+def possible_metrics(
+    dive: Dive, rig: Rig, robot_view: RobotView, frames: Frames, there: Availability
+) -> dict[str, float | None]:
+    """Everything of `POSSIBLE_DEFINITIONS`.
+
+    Parameters
+    ----------
+    dive : Dive
+    rig : Rig
+        That it was dived with.
+    robot_view : RobotView
+        Where the crop shows the robot.
+    frames : Frames
+        Its log.
+    there : Availability
+        At the frames' times.
+    """
+    first = frames.acquired
+    if first is None:
+        return dict.fromkeys(POSSIBLE_DEFINITIONS)
+    possible_s = longest_in_view_s(
+        Gimbal(Layout.from_rig(rig)),
+        gaze_view(rig, dive.loop_variant(), robot_view),
+        JointSpeeds.from_rig(rig).slowed(SERVO_SHARE),
+        start=np.radians([frames.numbers[f"{joint}_true_deg"][first] for joint in ("q1", "q2")]),
+        times_s=frames.time_s[first:],
+        direction=there.direction[first:],
+        available=there.available[first:],
+    )
+    return {"possible_s": possible_s, "possible_fraction": min(possible_s / float(frames.lasts_s[first:].sum()), 1.0)}
 
 
 def longest_in_view_s(

@@ -179,7 +179,8 @@ def _standing(rig: Rig, results: DesignResults, dive: Dive, date: str) -> Standi
     if results.mount is not None and results.mount.prints.sliced:
         achieved = replace(achieved, print_time_s=results.mount.prints.time_s)
     if metrics is not None:
-        achieved = replace(achieved, gaze_error_deg=metrics["gaze_error_rms_deg"] if metrics["acquired"] else np.inf)
+        error_deg = metrics["gaze_error_held_rms_deg"] if metrics["acquired"] else np.inf
+        achieved = replace(achieved, gaze_error_deg=error_deg)
     return Standing(
         date=date,
         revision=rig.revision,

@@ -138,16 +138,19 @@ def test_where_the_limits_end_pan_turns_round_once_and_in_one_go():
     assert turned_back == 2
 
 
+@pytest.mark.parametrize("elevation_deg", [10, -12])
 @pytest.mark.parametrize("rate_deg_per_s", [12, 25])
-def test_a_target_unseen_beyond_the_joints_is_met_again_on_the_other_side(rate_deg_per_s):
+def test_a_target_unseen_beyond_the_joints_is_met_again_on_the_other_side(rate_deg_per_s, elevation_deg):
     """It was lost at 80 degrees, beyond pan's end, and goes on: pan is there, half a turn on, when it comes in view.
 
     The gap is 25 degrees less half a view at each end; a turn of pan takes 2.6 s. The slower one is met as it comes in
-    view, the faster one as soon as pan has got there.
+    view, the faster one as soon as pan has got there. On the way nothing shows it, and below the horizon the gaze that
+    is nearest to it leads away, past the nadir: tilt goes to the other side at once.
     """
     rate = math.radians(rate_deg_per_s)
-    path = lambda time_s: direction(80 + rate_deg_per_s * time_s, 10)  # noqa: E731
-    pointing, q, errors = Pointing(GIMBAL, SPEEDS, HALF_VIEW), np.array([math.radians(77.5), math.radians(5)]), []
+    path = lambda time_s: direction(80 + rate_deg_per_s * time_s, elevation_deg)  # noqa: E731
+    pointing, errors = Pointing(GIMBAL, SPEEDS, HALF_VIEW), []
+    q = np.array([math.radians(77.5), math.radians(elevation_deg / 2)])
     for frame in range(150):
         now = path(frame * FRAME_S)
         bearing = Bearing(direction=now, rate=rate * np.cross([0.0, 0.0, 1.0], now))
