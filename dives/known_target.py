@@ -23,7 +23,7 @@ from tracking.control.crop_scale import crop_scale, level_pose
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
-from tracking.perception import Crop, ExactCorners
+from tracking.perception import RED_IN_WATER, Crop, ExactCorners
 from tracking.perception.detectors import weighs_contrast
 
 LEAST_SHARE = 0.6
@@ -73,6 +73,17 @@ def with_known_target(dive: Dive, rig: Rig) -> Dive:
     if given.red_over_water is None and weighed and not rig.lamps:
         known["red_over_water"] = red_of(scene_light(rig, **above_water(dive)), dive.depth_m, shape)
     return dive.model_copy(update={"detector": given.model_copy(update=known)}) if known else dive
+
+
+def looked_for_as_red(dive: Dive) -> str | None:
+    """A sentence where the loop looks for what is red and the target is a ball of another colour; else None."""
+    settings, colour = dive.detector_settings(), dive.target.colour or "red"
+    if colour == "red" or settings.onnx is not None or settings.window != RED_IN_WATER:
+        return None
+    return (
+        f"target.colour {colour!r}: this loop looks for what is red and may never find it. [detector.window] names the"
+        " target's hues, [detector] onnx a learned detector (docs/explanation/perception.md)"
+    )
 
 
 def above_water(dive: Dive) -> dict[str, Any]:

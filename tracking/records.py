@@ -30,6 +30,8 @@ class Blob:
     ellipse_share : float
         Its area over that of the ellipse that has its second moments: 1 for a ball seen from anywhere, less for any
         other outline.
+    silhouette : bool
+        Whether it is told by its darkness alone, where a target is expected.
     """
 
     area_px: float
@@ -38,6 +40,7 @@ class Blob:
     circularity: float
     log_odds: float = math.inf
     ellipse_share: float = 1.0
+    silhouette: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

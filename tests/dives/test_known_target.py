@@ -7,7 +7,13 @@ from pathlib import Path
 import pytest
 
 from dives.dive import Dive, DiveError, parse_dive, varied
-from dives.known_target import LEAST_SHARE, LEAST_WEIGHED_SHARE, least_area_px, with_known_target
+from dives.known_target import (
+    LEAST_SHARE,
+    LEAST_WEIGHED_SHARE,
+    least_area_px,
+    looked_for_as_red,
+    with_known_target,
+)
 from dives.rendered_camera import dive_scene
 from rigs import Rig
 from rigs.lamps import Lamp
@@ -34,8 +40,8 @@ velocity_m_per_s = [0.0, 0.1, 0.0]
 """
 
 
-def dive_of(target: str) -> Dive:
-    return parse_dive(DIVE.format(target=target), source="size", folder=Path())
+def dive_of(target: str, detector: str = "") -> Dive:
+    return parse_dive(DIVE.format(target=target) + detector, source="size", folder=Path())
 
 
 def test_a_ball_is_as_large_as_the_dive_says():
@@ -90,3 +96,19 @@ def test_water_and_depth_say_what_is_left_of_red():
         update={"lamps": (Lamp(position_mm=(200.0, 0.0, 0.0), angle_deg=60.0, luminous_flux_lm=1500.0),)}
     )
     assert with_known_target(deep, lit).detector.red_over_water is None
+
+
+@pytest.mark.parametrize(
+    ("target", "detector", "told"),
+    [
+        ('shape = "red ball"', "", False),
+        ('shape = "red ball"\ncolour = "yellow"', "", True),
+        ('shape = "red ball"\ncolour = "yellow"', "[detector.window]\nhue_from_deg = 40\nhue_to_deg = 75", False),
+        ('shape = "diver"', "", False),
+    ],
+)
+def test_a_ball_that_the_loop_does_not_look_for_is_told(target, detector, told):
+    sentence = looked_for_as_red(dive_of(target, detector))
+    assert (sentence is not None) is told
+    if sentence is not None:
+        assert sentence.startswith("target.colour 'yellow'")

@@ -7,6 +7,7 @@ Directions are measured and pointed at in the body frame. In between, filter and
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import replace
 from typing import Any
 
@@ -43,6 +44,12 @@ the target in one piece with something else: of that, nothing but the other thin
 
 NEARER_PER_S = 0.5
 """Share of its distance by which a target comes nearer in a second at most: its area goes with the inverse square."""
+
+AS_LARGE = 2.0
+"""Times the target's usual area, or part of it, that a silhouette has which may be it."""
+
+AREAS = 30
+"""Last ones of which the median is usual: pieces of it, and of it with something else, are fewer."""
 
 Directions = dict[tuple[float, float], FloatArray | None]
 """Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
@@ -91,6 +98,7 @@ class GazeFollower:
         self._evidence = TrackEvidence()
         self._whole_px2: float | None = None
         self._own_px2: float | None = None
+        self._areas_px2: deque[float] = deque(maxlen=AREAS)
         self._seen = False
         self._last_seen: tuple[Bearing, float] | None = None
 
@@ -147,7 +155,7 @@ class GazeFollower:
             tuple(
                 blob
                 for blob in observation.blobs
-                if self._may_be_target(blob, directions[blob.centroid_px], observation.time_s)
+                if self._may_be_target(blob, directions[blob.centroid_px], observation)
             )
         )
         if blobs:
@@ -188,26 +196,39 @@ class GazeFollower:
         self._steady.update(direction, doubt)
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
+        self._evidence.note_silhouette(observation.interval_s, dark=blobs[0].silhouette)
         self._note_size(blobs[0], sides, observation.interval_s)
 
     def _note_size(self, blob: Blob, sides: tuple[int, int], interval_s: float) -> None:
         """Note how large the target is; or for how long it may have been swallowed by something larger."""
         whole = sides == (0, 0)
+        if whole:
+            self._areas_px2.append(blob.area_px)
         if blob.log_odds >= ACQUIRED_LOG_ODDS:
             self._evidence.swallowed_s = 0.0
             self._own_px2 = blob.area_px if whole else self._own_px2
-        elif self._evidence.swallowed_s > 0 or (self._own_px2 is not None and blob.area_px > OUTGROWN * self._own_px2):
+        elif self._evidence.swallowed_s > 0 or self._has_outgrown(blob):
             self._evidence.swallowed_s += interval_s
         elif self._own_px2 is not None and whole:
             nearer_px2 = self._own_px2 * math.exp(2 * NEARER_PER_S * interval_s)
             self._own_px2 = max(self._own_px2, min(blob.area_px, nearer_px2))
+
+    def _has_outgrown(self, blob: Blob) -> bool:
+        """Whether a blob is much larger than the target, as it usually was and as it was when it looked like it."""
+        return self._own_px2 is not None and blob.area_px > OUTGROWN * max(self._own_px2, self._usual_px2)
+
+    @property
+    def _usual_px2(self) -> float:
+        """Area that most images showed; of nothing, zero."""
+        return float(np.median(self._areas_px2)) if self._areas_px2 else 0.0
 
     def _may_be_another(self, blob: Blob, observation: Observation) -> bool:
         """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
         if self._seen or self._last_seen is None:
             return False
         gap_s = observation.time_s - self._last_seen[1]
-        return self._filter.expected_spread > PLACE_TELLS_RAD or self._evidence.is_another(blob.log_odds, gap_s)
+        faded = not blob.silhouette and self._evidence.is_another(blob.log_odds, gap_s)
+        return faded or self._filter.expected_spread > PLACE_TELLS_RAD
 
     def _note_missing(self, observation: Observation) -> None:
         """Go on at the steady rate from the first image without the target on; count those that should show it."""
@@ -246,6 +267,7 @@ class GazeFollower:
         self._filter.forget()
         self._steady.forget()
         self._whole_px2, self._own_px2, self._last_seen = None, None, None
+        self._areas_px2.clear()
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
@@ -261,6 +283,7 @@ class GazeFollower:
             "evidence": self._evidence.snapshot(),
             "whole_px2": self._whole_px2,
             "own_px2": self._own_px2,
+            "areas_px2": list(self._areas_px2),
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -274,6 +297,7 @@ class GazeFollower:
         )
         self._evidence.restore(snapshot["evidence"])
         self._whole_px2, self._own_px2 = snapshot["whole_px2"], snapshot["own_px2"]
+        self._areas_px2 = deque(snapshot["areas_px2"], maxlen=AREAS)
         before = snapshot["before"]
         self._before = None if before is None else (before[0], np.array(before[1]))
 
@@ -295,19 +319,27 @@ class GazeFollower:
         most = max((blob.log_odds for blob in blobs), default=math.inf)
         return tuple(blob for blob in blobs if blob.log_odds == most)
 
-    def _may_be_target(self, blob: Blob, direction: FloatArray | None, time_s: float) -> bool:
+    def _may_be_target(self, blob: Blob, direction: FloatArray | None, observation: Observation) -> bool:
         """Whether the blob, as a disc of its area about a direction, comes near enough to the expected one."""
         bearing = self._filter.bearing
         if direction is None:
             return False
         likely = blob.log_odds >= ACQUIRED_LOG_ODDS
         if bearing is None:
-            return likely and not self._evidence.is_clutter(direction, time_s)
+            return likely and not self._evidence.is_clutter(direction, observation.time_s)
         if not likely and self._filter.expected_spread > PLACE_TELLS_RAD:
+            return False
+        if blob.silhouette and not self._may_be_silhouette(blob, observation):
             return False
         if self._is_expected(blob, direction):
             return True
-        return blob.log_odds >= AT_ONCE_LOG_ODDS and self._may_have_turned_to(direction, time_s)
+        return blob.log_odds >= AT_ONCE_LOG_ODDS and self._may_have_turned_to(direction, observation.time_s)
+
+    def _may_be_silhouette(self, blob: Blob, observation: Observation) -> bool:
+        """Whether a dark thing may be the target before the light: it is trusted, and was about as large."""
+        if not self._evidence.trusted or blob.area_px > AS_LARGE * self._usual_px2:
+            return False
+        return AS_LARGE * blob.area_px > self._usual_px2 or _cut_sides(blob, observation) != (0, 0)
 
     def _is_expected(self, blob: Blob, direction: FloatArray | None) -> bool:
         """Whether a blob, as a disc of its area about a direction, is near enough to where the target is expected."""

@@ -60,6 +60,9 @@ SWALLOWED_S = 2.0
 """For which what was in one piece with something larger may be followed without looking like the target again, even if
 it was the target for `KNOWN_S` before."""
 
+SILHOUETTE_S = 10.0
+"""For which it may be told by its darkness alone, as before the sun, however long it was the target before."""
+
 SHARE_MEMORY_S, LEAST_SHARE = 1.0, 1 / 3
 """Over which the share of images is averaged that show what they should, and the least share of them."""
 
@@ -100,6 +103,8 @@ class TrackEvidence:
         Whether an image has shown all of it.
     swallowed_s : float
         For how long it has not looked like the target since it was in one piece with something larger.
+    silhouette_s : float
+        For how long it has been told by its darkness alone.
     first : array, shape (3,), optional
         Unit vector to where it was first seen in all images since, steady axes.
     clutter : list of ClutterPlace
@@ -112,6 +117,7 @@ class TrackEvidence:
     trusted: bool = False
     whole: bool = False
     swallowed_s: float = 0.0
+    silhouette_s: float = 0.0
     first: FloatArray | None = None
     clutter: list[ClutterPlace] = field(default_factory=list)
 
@@ -120,7 +126,7 @@ class TrackEvidence:
         """Whether what is followed is likelier not to be the target."""
         if self.contrast is None or self.together is None:
             return False
-        if self.swallowed_s > SWALLOWED_S:
+        if self.swallowed_s > SWALLOWED_S or self.silhouette_s > SILHOUETTE_S:
             return True
         if self.trusted and self.age_s >= KNOWN_S:
             return False
@@ -173,6 +179,10 @@ class TrackEvidence:
         self.whole = self.whole or outline is not None
         self.trusted = self.trusted or (self.age_s >= TRUSTED_S and self.together >= TRUSTED_LOG_ODDS)
 
+    def note_silhouette(self, interval_s: float, *, dark: bool) -> None:
+        """Note whether its darkness alone told it in the last image."""
+        self.silhouette_s = self.silhouette_s + interval_s if dark else 0.0
+
     def miss(self, interval_s: float, *, shown: bool) -> None:
         """Take in an image without it, which should show it or not; what is seen next to it has not moved there."""
         self.first = None
@@ -186,7 +196,8 @@ class TrackEvidence:
     def begin_again(self) -> None:
         """What is seen next may be another thing than what was followed: it has to be trusted first."""
         self.contrast = self.together = self.first = None
-        self.age_s, self.share, self.trusted, self.whole, self.swallowed_s = 0.0, 1.0, False, False, 0.0
+        self.age_s, self.share, self.trusted, self.whole = 0.0, 1.0, False, False
+        self.swallowed_s = self.silhouette_s = 0.0
 
     def drop(self, direction: FloatArray, time_s: float) -> None:
         """What is followed is not the target, or was not found again: remember where it is."""
@@ -209,13 +220,14 @@ class TrackEvidence:
             "trusted": self.trusted,
             "whole": self.whole,
             "swallowed_s": self.swallowed_s,
+            "silhouette_s": self.silhouette_s,
             "first": None if self.first is None else self.first.tolist(),
             "clutter": [[each.direction.tolist(), each.until_s] for each in self.clutter],
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        for name in ("contrast", "together", "age_s", "share", "trusted", "whole", "swallowed_s"):
+        for name in ("contrast", "together", "age_s", "share", "trusted", "whole", "swallowed_s", "silhouette_s"):
             setattr(self, name, snapshot[name])
         self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
         self.clutter = [

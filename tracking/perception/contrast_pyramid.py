@@ -60,12 +60,18 @@ NEIGHBOURS = np.ones((5, 5), dtype=np.uint8)
 MAD_TO_SIGMA = 1.4826
 """Rousseeuw and Croux 1993, J. Am. Stat. Assoc. 88, 1273-1283."""
 
-TO_CONTRASTS = np.array(
+REDNESS = np.array(
     [[1, -0.5, -0.5, 0, 0], [0, 1, -1, 0, 0], [0, 1, 0, 0, 0], [0, 0, 0, 0, 1]],
     dtype=np.float32,
 )
 """Redness, greenness, lightness and 1 of the logarithms of red, green, blue and alpha. Alpha counts nothing, but OpenCV
 makes four channels of four in a sixth of the time that it needs to make them of three."""
+
+DARKNESS = np.array(
+    [[0, -1, 0, 0, 0], [0, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 0, 0, 1]],
+    dtype=np.float32,
+)
+"""Darkness in the place of redness, and no greenness: of a thing before the sun nothing else is left."""
 
 
 @dataclass(frozen=True)
@@ -89,11 +95,14 @@ class Place:
         """The same place one level up."""
         return replace(self, level=self.level + 1, x=self.x // 2, y=self.y // 2)
 
+    def distance_px(self, point_px: tuple[float, float]) -> float:
+        """From a point of the crop."""
+        x, y = ((at + 0.5) * (FINEST_PX << self.level) - 0.5 for at in (self.x, self.y))
+        return math.dist((x, y), point_px)
+
     def is_near(self, point_px: tuple[float, float]) -> bool:
         """Whether a point of the crop is nearer than the disc that fills its box best is wide."""
-        cell_px = FINEST_PX << self.level
-        x, y = ((at + 0.5) * cell_px - 0.5 for at in (self.x, self.y))
-        return math.dist((x, y), point_px) < WIDTH * cell_px
+        return self.distance_px(point_px) < WIDTH * (FINEST_PX << self.level)
 
     def is_apart(self, other: Place) -> bool:
         """Whether it is farther away than 0.7 of the larger's width."""
@@ -115,11 +124,13 @@ class ContrastPyramid:
         uint8 sRGB.
     hidden : array, shape (height, width), optional
         uint8: 255 in pixels that do not count.
+    contrasts : array, shape (4, 5)
+        What is made of the logarithms: `DARKNESS` in the place of `REDNESS`.
     """
 
-    def __init__(self, crop: NDArray[np.uint8], hidden: Mask | None = None):
+    def __init__(self, crop: NDArray[np.uint8], hidden: Mask | None = None, contrasts: FloatImage = REDNESS):
         black = np.asarray(cv2.inRange(crop, (0, 0, 0), (0, 0, 0)), dtype=np.uint8)
-        self._crop = crop
+        self._crop, self._contrasts = crop, contrasts
         hidden = black if hidden is None else np.asarray(cv2.bitwise_or(black, hidden), dtype=np.uint8)
         rows, columns = self.shape(0)
         # Above 0 in cells of the finest level that have a hidden pixel.
@@ -162,7 +173,7 @@ class ContrastPyramid:
         )
         logs = cv2.LUT(cv2.cvtColor(crop, cv2.COLOR_RGB2RGBA), _log_light())
         shown = (np.asarray(hidden) == 0).view(np.uint8)
-        return np.asarray(cv2.copyTo(cv2.transform(logs, TO_CONTRASTS), shown), dtype=np.float32)
+        return np.asarray(cv2.copyTo(cv2.transform(logs, self._contrasts), shown), dtype=np.float32)
 
     def _maxima(self, level: int) -> list[Place]:
         """Maxima of redness above the frame's at one level."""

@@ -135,7 +135,8 @@ def test_snow_is_in_the_image(here):
         frame = ("--world", "blue", "--width-px", "320", "--height-px", "240", "--samples", "4", "--seed", "3")
         assert mirrorgaze("render", "bench", *frame, option, "-o", f"{option}.exr").exit_code == 0
         layers.append(layers_of(here / f"{option}.exr"))
-    snowed = layers[0]["G"] != layers[1]["G"]
+    # Snow has a kernel of its own, whose last bit may differ on a graphics card; a flake changes a sample by more.
+    snowed = np.abs(layers[0]["G"] / layers[1]["G"] - 1) > 1e-5
     assert 0 < snowed.sum() < 0.01 * snowed.size
 
 

@@ -186,6 +186,40 @@ def test_a_pale_target_that_comes_nearer_is_not_taken_for_something_larger(per_s
     assert following.doubted is doubted
 
 
+@pytest.mark.parametrize(
+    "seconds, times, taken, doubted",
+    [
+        (1.5, 1.0, True, False),  # trusted, and as large
+        (1.5, 1.9, True, False),
+        (1.5, 2.1, False, False),  # something else that is dark
+        (1.5, 0.45, False, False),
+        (0.3, 1.0, False, False),  # not yet trusted
+        (12.0, 1.0, True, True),  # for too long
+    ],
+)
+def test_a_silhouette_is_the_target_where_it_was_as_large(seconds, times, taken, doubted):
+    """A ball is followed for some time, and then as long in its place is something dark."""
+    following, images = follower(0.0), round(seconds / INTERVAL_S)
+    for image in range(2 * images):
+        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        dark = image >= images
+        blob = replace(
+            seen.blobs[0],
+            log_odds=0.0 if dark else 5.0,
+            area_px=500.0 * (times if dark else 1.0),
+            box_px=(140, 100, 25, 25),
+            silhouette=dark,
+        )
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
+        following.expect(seen)
+        last = following.update(seen)
+        if image == images:
+            assert bool(last) is taken
+    again = follower(0.0)
+    again.restore(json.loads(json.dumps(following.snapshot())))
+    assert following.doubted is again.doubted is doubted
+
+
 def at_the_end(image, azimuth_deg, *, seen=True, log_odds=5.0):
     """A ball at an azimuth, while the mirror stands at the end of pan."""
     q = np.array([math.radians(77), 0.0])

@@ -158,6 +158,28 @@ def test_contrasts_are_differences_of_logarithms():
     assert piece.contrast.aspect == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.parametrize("dark, found", [(0.25, True), (0.5, False)])
+def test_before_the_light_a_target_is_found_by_its_darkness_where_it_is_expected(dark, found):
+    """A grey disc before a glow that is four times as bright in its middle as at its edge; half of it is too much."""
+    down, right = np.mgrid[:240, :320]
+    light = (0.2 + 0.6 * np.exp(-(((right - 170) / 90) ** 2) - ((down - 100) / 90) ** 2))[..., np.newaxis] * np.ones(3)
+    disc = cv2.circle(np.zeros((240, 320), dtype=np.uint8), (150, 110), 30, 1, cv2.FILLED) > 0
+    light[disc] *= dark
+    crop = srgb(light * (1 + NOISE * np.random.default_rng(0).standard_normal(light.shape)))
+    assert not any(blob.silhouette for blob in detect_by_contrast(crop).blobs)
+    silhouettes = [blob for blob in detect_by_contrast(crop, expected_px=(160, 125)).blobs if blob.silhouette]
+    assert len(silhouettes) == found
+    for blob in silhouettes:
+        np.testing.assert_allclose(blob.centroid_px, (150, 110), atol=CENTROID_PX)
+        assert blob.area_px == pytest.approx(disc.sum(), rel=2 * CELL_PX / 30)
+        assert blob.log_odds < ACQUIRED_LOG_ODDS
+
+
+def test_a_ball_that_looks_like_itself_is_no_silhouette():
+    crop, _ = scene()
+    assert not detect_by_contrast(crop, expected_px=(150, 110)).blobs[0].silhouette
+
+
 def test_odds_fall_with_what_speaks_against_a_red_target():
     usual = {"standing_out": 10, "clearness": 5, "redness": 0.5, "greenness": 0.06, "lightness": -0.5, "aspect": 1.3}
     usual |= {"red_over_water": RED_OVER_WATER}
