@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.detector_fit import fitted_odds, samples_of, samples_of_arena
+from benchmarks.detector_fit import fitted_odds, samples_of, samples_of_arena, samples_of_colour
 from cad.assembly.meshes import rig_meshes
 from dives.evaluation.detector_evaluation import (
     EvaluationImage,
@@ -28,6 +28,7 @@ from scenes.baking.lit_scene import prepare
 from scenes.light.sun import Sun
 from scenes.renderer import FastRenderer
 from scenes.stage.scene import make_scene
+from tracking.perception.target_colours import TARGET_COLOURS
 
 CASES: dict[str, dict[str, Any]] = {
     "tank": {"world": "tank", "depth_m": 1.0},
@@ -56,15 +57,19 @@ def main(arguments: Sequence[str]) -> int:
     """Print the table, or with ``--fit`` the weights."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks detector", description=__doc__)
     parser.add_argument("--fit", action="store_true", help="fit the odds again and print them (half an hour)")
+    parser.add_argument("--colour", choices=TARGET_COLOURS, default="red", help="of the target that is fitted")
     parser.add_argument("--images", type=int, default=IMAGES, help="of each case of the table")
     parser.add_argument("--detector", action="append", default=[], help="one more, such as onnx:FILE; may be repeated")
     options = parser.parse_args(arguments)
     if options.fit:
-        samples = samples_of_arena()
-        for name, seed, count in FITTED:
-            samples += samples_of(_images(name, seed, count))
+        if options.colour == "red":
+            samples = samples_of_arena()
+            for name, seed, count in FITTED:
+                samples += samples_of(_images(name, seed, count))
+        else:
+            samples = samples_of_colour(options.colour)
         least, most, odds = fitted_odds(samples)
-        print(f"LEAST_FEATURES = {least.tolist()}, MOST_FEATURES = {most.tolist()}, ODDS = {odds.tolist()}")
+        print(f"least={least.tolist()}, most={most.tolist()}, odds={odds.tolist()}")
         return 0
     shown = ("red-ball", "contrast", *options.detector)
     Console().print(_table(options.images, shown))

@@ -7,13 +7,14 @@ judged on.
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.detector_stills import stills
+from benchmarks.detector_stills import colour_stills, stills
 from dives.evaluation.detector_evaluation import EvaluationImage
 from optics.kernels.arrays import FloatArray
 from optics.workers.threads import resting_threads
@@ -21,6 +22,7 @@ from scenes.stage.frame import Label
 from tracking.perception import DetectorSettings
 from tracking.perception.contrast import Contrast, Piece, cut_out
 from tracking.perception.contrast_pyramid import ContrastPyramid
+from tracking.perception.target_colours import RED, TARGET_COLOURS, TargetColour
 
 SEEDS = range(100, 250)
 """Of the arena; every second one with balls of other colours."""
@@ -43,6 +45,9 @@ STEPS = 40
 
 DIGITS = 2
 
+COLOUR_SEEDS = (100, *range(101, 250, 2))
+"""Of the arena, for targets of other colours than red."""
+
 Samples = list[tuple[Contrast, bool]]
 
 
@@ -52,7 +57,7 @@ def samples_of(images: list[EvaluationImage]) -> Samples:
         sample
         for each in images
         if each.robot is not None
-        for sample in _samples(each.crop, each.robot, each.target, np.zeros_like(each.target), each.red_over_water)
+        for sample in _samples(each.crop, each.robot, each.target, np.zeros_like(each.target), each.over_water)
     ]
 
 
@@ -64,7 +69,9 @@ def samples_of_arena() -> Samples:
         with resting_threads():
             for still in stills(seed, others=seed % 2 == 1):
                 unknown = (still.label == Label.DECOY) & still.red_decoy
-                samples += _samples(still.crop, still.robot, still.label == Label.TARGET, unknown, still.red_over_water)
+                samples += _samples(
+                    still.crop, still.robot, still.label == Label.TARGET, unknown, still.over_water["red"]
+                )
     return samples
 
 
@@ -105,23 +112,49 @@ def _weights(terms: FloatArray, is_target: NDArray[np.bool_], counted: FloatArra
     return np.array([weights[0] - scaled @ mean, *scaled])
 
 
+def samples_of_colour(colour: str) -> Samples:
+    """Pieces of stills with balls of all colours that stand out along one, and which of them are balls of it."""
+    looked_for, samples = TARGET_COLOURS[colour], Samples()
+    for seed in COLOUR_SEEDS:
+        print(f"arena, seed {seed} ...", file=sys.stderr, flush=True)
+        with resting_threads():
+            for still in colour_stills(seed):
+                decoy, target = (still.label == each for each in (Label.DECOY, Label.TARGET))
+                for piece, mask in _pieces(still.crop, still.robot, looked_for, still.over_water[colour]):
+                    shares = decoy[mask].mean(), target[mask].mean()
+                    if shares[0] > MOSTLY and still.balls:
+                        near = lambda ball, at=piece.blob.centroid_px: math.dist(ball[1], at)  # noqa: E731
+                        samples.append((piece.contrast, min(still.balls, key=near)[0] == colour))
+                    elif shares[1] > MOSTLY or max(shares) <= HARDLY:
+                        samples.append((piece.contrast, False))
+    return samples
+
+
 def _samples(
     crop: NDArray[np.uint8],
     robot: NDArray[np.uint8],
     target: NDArray[np.bool_],
     unknown: NDArray[np.bool_],
-    red_over_water: float,
+    over_water: float,
 ) -> Iterator[tuple[Contrast, bool]]:
-    """What a crop has that stands out, and whether it is the target."""
-    pyramid = ContrastPyramid(crop, robot)
+    """What a crop has that stands out by its redness, and whether it is the target."""
+    for piece, mask in _pieces(crop, robot, RED, over_water):
+        share, is_unknown = target[mask].mean(), unknown[mask].mean() > MOSTLY
+        if not is_unknown and not HARDLY < share <= MOSTLY:
+            yield piece.contrast, bool(share > MOSTLY)
+
+
+def _pieces(
+    crop: NDArray[np.uint8], robot: NDArray[np.uint8], colour: TargetColour, over_water: float
+) -> Iterator[tuple[Piece, NDArray[np.bool_]]]:
+    """What a crop has that stands out along a colour, and its pixels."""
+    pyramid = ContrastPyramid(crop, robot, colour.contrasts)
     found: list[Piece] = []
     for place in pyramid.places():
-        piece = None if any(each.covers(place) for each in found) else cut_out(pyramid, place, red_over_water)
+        piece = None if any(each.covers(place) for each in found) else cut_out(pyramid, place, colour, over_water)
         if piece is None or piece.blob.area_px < DetectorSettings().area_min_px:
             continue
         found.append(piece)
         mask = np.zeros(crop.shape[:2], dtype=np.uint8)
         piece.mark(mask)
-        share, is_unknown = target[mask > 0].mean(), unknown[mask > 0].mean() > MOSTLY
-        if not is_unknown and not HARDLY < share <= MOSTLY:
-            yield piece.contrast, bool(share > MOSTLY)
+        yield piece, mask > 0

@@ -1,4 +1,4 @@
-"""What is known of a target before the dive: how large it is in the crop, and how red in its water.
+"""What is known of a target before the dive: its colour, how large it is in the crop, and how much water leaves of it.
 
 On a reef its size tells it from red corals, and how much red the water leaves it tells it from black things.
 """
@@ -11,20 +11,21 @@ from typing import Any
 import numpy as np
 
 from dives.dive import Dive
+from dives.specification import BALL_MATERIALS, DiveTarget
 from optics.layout import Layout
 from rigs import Rig
-from scenes.light.inherent_contrast import red_over_water
+from scenes.light.inherent_contrast import inherent_contrast
 from scenes.light.light import Light
-from scenes.light.materials import Material
 from scenes.light.sun import Sun
 from scenes.stage.scene import scene_light
-from scenes.stage.targets import Ball, TargetShape
+from scenes.stage.targets import Ball
 from tracking.control.crop_scale import crop_scale, level_pose
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
 from tracking.perception import RED_IN_WATER, Crop, ExactCorners
 from tracking.perception.detectors import weighs_contrast
+from tracking.perception.target_colours import TARGET_COLOURS
 
 LEAST_SHARE = 0.6
 """Of the ball's area where it is farthest: a smaller blob in a window of colours is something else of that colour."""
@@ -55,34 +56,45 @@ def least_area_px(rig: Rig, ball: Ball, share: float) -> float:
     return float(round(share * math.pi * (ball.radius_m / FARTHEST_M) ** 2 / float(scale.prod())))
 
 
-def red_of(light: Light, depth_m: float, shape: TargetShape) -> float:
-    """`red_over_water` of a target's shape, which is red unless it is a ball of something else; to two digits."""
-    return round(red_over_water(light, depth_m, shape.material if isinstance(shape, Ball) else Material.TARGET), 2)
+def colour_of(target: DiveTarget) -> str:
+    """Along which a target stands out: a ball's own colour, a buoy's orange, of anything else red."""
+    colour = "orange" if target.shape == "buoy" else target.colour
+    return colour if colour in TARGET_COLOURS else "red"
+
+
+def over_water(light: Light, depth_m: float, colour: str) -> float:
+    """`over_water` of a target of a colour (`tracking.perception.DetectorSettings`), to two digits."""
+    contrast = inherent_contrast(light, depth_m, BALL_MATERIALS[colour])
+    return round(float(np.dot(TARGET_COLOURS[colour].over_water, contrast)), 2)
 
 
 def with_known_target(dive: Dive, rig: Rig) -> Dive:
-    """The dive with what its `[detector]` leaves open: a ball's least area, and what its water leaves of red.
+    """The dive with what its `[detector]` leaves open: a ball's colour and area, and how it stands out of its water.
 
-    Lamps bring their own red: on a rig that has any the detector's own number stays.
+    Lamps bring their own red: on a rig that has any the detector's own number stays for a red target.
     """
     shape, given = dive.target.load_shape(), dive.detector
     weighed = weighs_contrast(dive.detector_settings(), contrast=dive.loop_variant().contrast)
-    known: dict[str, float] = {}
+    known: dict[str, Any] = {}
+    colour = given.colour or colour_of(dive.target)
+    if given.colour is None and weighed:
+        known["colour"] = colour
     if given.area_min_px is None and isinstance(shape, Ball):
         known["area_min_px"] = least_area_px(rig, shape, LEAST_WEIGHED_SHARE if weighed else LEAST_SHARE)
-    if given.red_over_water is None and weighed and not rig.lamps:
-        known["red_over_water"] = red_of(scene_light(rig, **above_water(dive)), dive.depth_m, shape)
+    if given.over_water is None and weighed and not (rig.lamps and colour == "red"):
+        known["over_water"] = over_water(scene_light(rig, **above_water(dive)), dive.depth_m, colour)
     return dive.model_copy(update={"detector": given.model_copy(update=known)}) if known else dive
 
 
-def looked_for_as_red(dive: Dive) -> str | None:
-    """A sentence where the loop looks for what is red and the target is a ball of another colour; else None."""
+def not_looked_for(dive: Dive) -> str | None:
+    """A sentence where the target is a ball of a colour that the loop does not look for; else None."""
     settings, colour = dive.detector_settings(), dive.target.colour or "red"
-    if colour == "red" or settings.onnx is not None or settings.window != RED_IN_WATER:
+    if colour in TARGET_COLOURS or settings.onnx is not None or settings.window != RED_IN_WATER:
         return None
     return (
-        f"target.colour {colour!r}: this loop looks for what is red and may never find it. [detector.window] names the"
-        " target's hues, [detector] onnx a learned detector (docs/explanation/perception.md)"
+        f"target.colour {colour!r}: this loop tells {', '.join(TARGET_COLOURS)} from the water and may never find this"
+        " one. [detector.window] names the target's hues, [detector] onnx a learned detector"
+        " (docs/explanation/perception.md)"
     )
 
 

@@ -111,7 +111,8 @@ class DetectorOverrides(Section):
     area_min_px: NotNegative | None = None
     circularity_min: Annotated[Number, Field(ge=0, le=1)] | None = None
     aspect_max: Annotated[Number, Field(ge=1)] | None = None
-    red_over_water: Number | None = None
+    colour: str | None = None
+    over_water: Number | None = None
     onnx: str | None = None
 
 

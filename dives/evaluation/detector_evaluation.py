@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from dives.known_target import red_of
+from dives.known_target import over_water
 from optics.gaze.kinematics import forward_gaze
 from optics.layout import Layout
 from optics.mirror_outline import mirror_outline
@@ -78,7 +78,7 @@ class EvaluationImage:
     corners_px : array, shape (4, 2)
     distance_m, elevation_deg : float
         Of the target, and of the gaze.
-    red_over_water : float
+    over_water : float
         Of the target (`tracking.perception.DetectorSettings`).
     empty : bool
         There is no target to be seen anywhere.
@@ -91,7 +91,7 @@ class EvaluationImage:
     corners_px: NDArray[np.float64]
     distance_m: float
     elevation_deg: float
-    red_over_water: float
+    over_water: float
     empty: bool
 
     @property
@@ -116,7 +116,7 @@ def by_window(settings: DetectorSettings) -> Detector:
 
 def by_contrast(each: EvaluationImage) -> Detection:
     """The default loop's detector, as long as nothing is followed: the likeliest blob, if it is likely enough."""
-    return _acquired(detect_by_contrast(each.crop, ignored=each.robot, red_over_water=each.red_over_water))
+    return _acquired(detect_by_contrast(each.crop, ignored=each.robot, over_water=each.over_water))
 
 
 def by_model(file: str) -> Detector:
@@ -192,7 +192,7 @@ def evaluation_images(
     sensor, model = ImageSensor.from_rig(renderer.rig), ExactCorners(renderer.rig)
     card = renderer.scene.light.white_radiance(renderer.scene.depth_m)
     assert renderer.scene.target is not None  # as is said above
-    red = red_of(renderer.scene.light, renderer.scene.depth_m, renderer.scene.target.shape)
+    contrast = over_water(renderer.scene.light, renderer.scene.depth_m, "red")
     images = []
     layout, outline = Layout.from_rig(renderer.rig), mirror_outline(renderer.rig.require_gaze().gaze_mirror)
     for number in range(count):
@@ -221,7 +221,7 @@ def evaluation_images(
                 corners_px=corners,
                 distance_m=drawn.distance_m,
                 elevation_deg=float(np.degrees(forward_gaze(layout, q1, q2).elevation)),
-                red_over_water=red,
+                over_water=contrast,
                 empty=drawn.empty,
             )
         )

@@ -160,7 +160,8 @@ def changed_settings(dive: Dive, detector: str | None, changes: Mapping[str, Any
     """
     offline = dive.offline_settings()
     if detector is not None:
-        settings = replace(detector_named(detector), red_over_water=dive.detector_settings().red_over_water)
+        known = dive.detector_settings()
+        settings = replace(detector_named(detector), colour=known.colour, over_water=known.over_water)
     elif changes:
         settings = dive.detector_settings()
     elif offline is not None:

@@ -12,8 +12,10 @@ AZIMUTHS_RAD = np.arange(72) * (2 * np.pi / 72)
 """Of level views, over which is averaged."""
 
 
-def red_over_water(light: Light, depth_m: float, material: Material) -> float:
-    """Natural logarithm of the radiance of a body over that of the water behind it, in the camera's red, from near by.
+def inherent_contrast(light: Light, depth_m: float, material: Material) -> FloatArray:
+    """Natural logarithm of the radiance of a body over that of the water behind it, in red, green and blue, shape (3,).
+
+    As the camera's channels have it, from near by.
 
     The body is convex: whichever way light comes, its surface gets a quarter of the scalar irradiance on average
     (Cauchy's mean projected area). The water is looked at level, in all directions, and the body is as deep as the
@@ -22,8 +24,8 @@ def red_over_water(light: Light, depth_m: float, material: Material) -> float:
     scalar = light.field.scalar
     around = np.array([np.interp(depth_m, light.field.depth_m, row) for row in scalar])
     surface = albedo_table(light.bands)[material] * around / (4 * np.pi)
-    red = light.bands.weight[0]
-    return float(np.log((red @ surface) / (red @ level_radiance(light, depth_m))))
+    channels = light.bands.weight
+    return np.asarray(np.log((channels @ surface) / (channels @ level_radiance(light, depth_m))))
 
 
 def level_radiance(light: Light, depth_m: float) -> FloatArray:

@@ -17,11 +17,11 @@ def pieces(distribution, count, rng):
         yield Contrast(
             standing_out=np.exp(out),
             clearness=np.exp(clear),
-            redness=redness,
-            greenness=greenness,
+            along=redness,
+            across=greenness,
             lightness=lightness,
             aspect=np.exp(aspect),
-            red_over_water=red,
+            over_water=red,
         )
 
 

@@ -11,15 +11,16 @@ from dives.known_target import (
     LEAST_SHARE,
     LEAST_WEIGHED_SHARE,
     least_area_px,
-    looked_for_as_red,
+    not_looked_for,
     with_known_target,
 )
 from dives.rendered_camera import dive_scene
+from dives.specification import BALL_MATERIALS
 from rigs import Rig
 from rigs.lamps import Lamp
-from scenes.light.inherent_contrast import red_over_water
-from scenes.light.materials import Material
+from scenes.light.inherent_contrast import inherent_contrast
 from scenes.stage.targets import Ball
+from tracking.perception.target_colours import TARGET_COLOURS
 
 RIG = Rig.load("aqua2")
 
@@ -62,53 +63,70 @@ def test_the_least_area_is_that_of_most_of_the_ball():
 
 
 def test_what_the_dive_says_counts():
-    said = "\n[detector]\narea_min_px = 300.0\nred_over_water = 0.4\n[target]"
+    said = '\n[detector]\narea_min_px = 300.0\nover_water = 0.4\ncolour = "red"\n[target]'
     given = parse_dive(DIVE.format(target="").replace("\n[target]", said), source="size", folder=Path())
     assert with_known_target(given, RIG) == given
     assert with_known_target(dive_of(""), RIG).detector.area_min_px == least_area_px(RIG, Ball(), LEAST_WEIGHED_SHARE)
 
 
-def test_what_is_no_ball_has_no_size_but_a_colour():
-    found = with_known_target(dive_of('shape = "buoy"'), RIG).detector
-    assert (found.area_min_px, found.red_over_water) == (
-        None,
-        with_known_target(dive_of(""), RIG).detector.red_over_water,
+@pytest.mark.parametrize(
+    ("target", "colour"),
+    [
+        ("", "red"),
+        ('shape = "red ball"\ncolour = "yellow"', "yellow"),
+        ('shape = "red ball"\ncolour = "grey"', "red"),  # stands out along none
+        ('shape = "buoy"', "orange"),
+        ('shape = "diver"', "red"),
+    ],
+)
+def test_a_target_stands_out_along_its_colour_and_its_water_says_by_how_much(target, colour):
+    dive = dive_of(target)
+    found = with_known_target(dive, RIG).detector
+    contrast = inherent_contrast(dive_scene(dive, RIG).light, dive.depth_m, BALL_MATERIALS[colour])
+    assert found.colour == colour
+    assert found.over_water == pytest.approx(contrast @ TARGET_COLOURS[colour].over_water, abs=0.005)
+    assert (found.area_min_px is None) is (target in ('shape = "buoy"', 'shape = "diver"'))
+
+
+def test_lamps_bring_their_own_red_alone():
+    lit = RIG.model_copy(
+        update={"lamps": (Lamp(position_mm=(200.0, 0.0, 0.0), angle_deg=60.0, luminous_flux_lm=1500.0),)}
     )
+    assert with_known_target(dive_of(""), lit).detector.over_water is None
+    assert with_known_target(dive_of('colour = "yellow"'), lit).detector.over_water is not None
+
+
+def test_a_colour_that_no_target_stands_out_along_is_a_sentence():
+    with pytest.raises(DiveError, match=r"expected colour to be one of red, orange, yellow, green, white, got 'pink'"):
+        parse_dive(DIVE.format(target="") + '[detector]\ncolour = "pink"', source="size", folder=Path())
 
 
 def test_a_window_of_colours_asks_for_most_of_the_ball():
     windowed = with_known_target(varied(dive_of(""), variant="paper"), RIG).detector
     assert windowed.area_min_px == least_area_px(RIG, Ball(), LEAST_SHARE)
-    assert windowed.red_over_water is None
+    assert windowed.over_water is None
     preset = Dive.load("wide-hue")
     assert with_known_target(preset, RIG) == preset
 
 
-def test_water_and_depth_say_what_is_left_of_red():
-    """As the scene of the dive is lit."""
-    clear, deep = dive_of(""), dive_of("").model_copy(update={"depth_m": 20.0})
-    for dive in (clear, deep):
-        found = with_known_target(dive, RIG).detector.red_over_water
-        assert found == pytest.approx(
-            red_over_water(dive_scene(dive, RIG).light, dive.depth_m, Material.TARGET), abs=0.005
-        )
-    lit = RIG.model_copy(
-        update={"lamps": (Lamp(position_mm=(200.0, 0.0, 0.0), angle_deg=60.0, luminous_flux_lm=1500.0),)}
-    )
-    assert with_known_target(deep, lit).detector.red_over_water is None
+def test_depth_says_what_is_left_of_red():
+    clear, deep = (with_known_target(dive_of("").model_copy(update={"depth_m": each}), RIG) for each in (5.0, 20.0))
+    assert clear.detector.over_water > 0.5
+    assert deep.detector.over_water < 0
 
 
 @pytest.mark.parametrize(
     ("target", "detector", "told"),
     [
         ('shape = "red ball"', "", False),
-        ('shape = "red ball"\ncolour = "yellow"', "", True),
-        ('shape = "red ball"\ncolour = "yellow"', "[detector.window]\nhue_from_deg = 40\nhue_to_deg = 75", False),
+        ('shape = "red ball"\ncolour = "yellow"', "", False),
+        ('shape = "red ball"\ncolour = "blue"', "", True),
+        ('shape = "red ball"\ncolour = "blue"', "[detector.window]\nhue_from_deg = 200\nhue_to_deg = 250", False),
         ('shape = "diver"', "", False),
     ],
 )
 def test_a_ball_that_the_loop_does_not_look_for_is_told(target, detector, told):
-    sentence = looked_for_as_red(dive_of(target, detector))
+    sentence = not_looked_for(dive_of(target, detector))
     assert (sentence is not None) is told
     if sentence is not None:
-        assert sentence.startswith("target.colour 'yellow'")
+        assert sentence.startswith("target.colour 'blue'")

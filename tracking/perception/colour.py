@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracking.perception.crop import check_image
+from tracking.perception.target_colours import TARGET_COLOURS
 
 Mask = NDArray[np.uint8]
 
@@ -92,7 +93,7 @@ RED_IN_WATER = ColourWindow(hue_from_deg=300, hue_to_deg=16, saturation_min=0.08
 water, where white balance makes grey of a blue (docs/explanation/perception.md)."""
 
 
-RED_OVER_WATER = 0.85
+OVER_WATER = 0.85
 """Of the chart's red in Jerlov's type IB at 5 m under a sun 60 degrees high (`scenes.light.inherent_contrast`)."""
 
 
@@ -113,9 +114,13 @@ class DetectorSettings:
         4 pi area / perimeter^2 of a blob's outline, 1 for a disc.
     aspect_max : float
         Longer over shorter side of a blob's upright box. The crop stretches a ball: its shape changes with tilt.
-    red_over_water : float
-        Natural logarithm of the target's radiance over that of the water behind it, in the camera's red, from near by:
-        what water, depth and sun leave of its red. The contrast weighs by it what may be the target.
+    colour : str
+        Of the target, one of `TARGET_COLOURS`: along which it stands out where its contrast is looked at, which the
+        window does not ask.
+    over_water : float
+        Natural logarithm of the target's radiance over that of the water behind it, from near by, as its colour weighs
+        channels: of a red one in the camera's red, which is what water, depth and sun leave of its red. The contrast
+        weighs by it what may be the target.
     onnx : str, optional
         File of a learned model (`tracking.perception.learned`), which takes the place of window, smoothing, opening and
         closing.
@@ -128,7 +133,8 @@ class DetectorSettings:
     area_min_px: float = 100.0
     circularity_min: float = 0.3
     aspect_max: float = 2.5
-    red_over_water: float = RED_OVER_WATER
+    colour: str = "red"
+    over_water: float = OVER_WATER
     onnx: str | None = None
 
     def __post_init__(self) -> None:
@@ -137,6 +143,8 @@ class DetectorSettings:
             for name in ("smoothing_px", "opening_px", "closing_px")
             if getattr(self, name) not in range(1, 100, 2)
         ]
+        if self.colour not in TARGET_COLOURS:
+            problems.append(f"expected colour to be one of {', '.join(TARGET_COLOURS)}, got {self.colour!r}")
         if not self.area_min_px >= 0:
             problems.append(f"expected area_min_px of at least 0, got {self.area_min_px}")
         if not 0 <= self.circularity_min <= 1:

@@ -1,5 +1,6 @@
-"""The target by its contrast: what stands out by its redness is cut from its surroundings and judged by odds.
+"""The target by its contrast: what stands out by its colour is cut from its surroundings and judged by odds.
 
+What is said here of red is true of each colour along which a target may stand out (`target_colours`).
 `contrast_pyramid` tells where something redder than its surroundings is. There a finer image is cut at a redness above
 the surroundings', and the piece is compared with what is around it in numbers that no camera setting changes: how far
 it stands out, how clearly, how red, green and light it is beside them, and how long. A seventh number is known
@@ -24,9 +25,8 @@ from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
 from tracking.perception.clusters import circularity, weighted_centroid
-from tracking.perception.colour import RED_OVER_WATER
+from tracking.perception.colour import OVER_WATER
 from tracking.perception.contrast_pyramid import (
-    DARKNESS,
     FEWEST,
     FINEST_PX,
     FLOOR,
@@ -41,6 +41,7 @@ from tracking.perception.contrast_pyramid import (
 )
 from tracking.perception.crop import check_image
 from tracking.perception.outline import ellipse_share
+from tracking.perception.target_colours import DARKER, RED, TargetColour, contrast_matrix
 from tracking.records import Blob, Detection
 
 JUDGED = 2
@@ -51,9 +52,6 @@ CUT_SHARE, CUT_SPREADS, MOST_SHARE = 0.2, 2.0, 0.6
 """Redness above the surroundings from which a cell belongs to a piece: a share of its middle's, or spreads of theirs if
 that is more, up to another share; half of that is enough where it is darker than they are by as many spreads. A ball
 lit from above is a fifth as red below, and dark."""
-
-GREENEST = 0.4
-"""Of greenness to redness above the surroundings, that of a cell of a piece."""
 
 SMOOTHING, GAP = 3, 5
 """Sides in cells over which is averaged at least before a piece is cut, and of the gap around it."""
@@ -66,30 +64,13 @@ FEW = np.float32(1e-3)
 PLAIN = 10.0
 """Spreads from which a thing is there without doubt: more of them do not tell a target from other things."""
 
-LEAST_FEATURES = np.array([0.02, -2.3, 0.0, -0.34, -1.53, 0.0, -0.89])
-MOST_FEATURES = np.array([2.3, 2.3, 1.01, 0.48, 0.92, 2.43, 1.46])
-"""Of `Contrast.features`, which 98 of 100 pieces keep: beyond, the odds do not go on."""
-
-ODDS = np.array(
-    [
-        [-3.70, 0.54, 0.76, -5.91, -4.10, -9.12, 2.22, -0.51],
-        [0, 0.01, 0.67, 3.34, -6.84, 1.29, -0.42, -0.36],
-        [0, 0, -0.15, -3.83, 10.97, 0, 0.17, -0.44],
-        [0, 0, 0, 27.86, 3.43, -3.74, -3.13, 1.18],
-        [0, 0, 0, 0, -107.11, 15.90, -1.23, 4.05],
-        [0, 0, 0, 0, 0, -3.73, -1.33, 0.16],
-        [0, 0, 0, 0, 0, 0, -2.73, 0.14],
-        [0, 0, 0, 0, 0, 0, 0, -1.64],
-    ]
-)
-"""Weights of 1 and the features, two by two, in the logarithm of the odds."""
-
 LEAST_LOG_ODDS = -2.0
 """Of what may be the target: what is followed already is in the right place, which counts as much as its looks."""
 
 ACQUIRED_LOG_ODDS = 2.0
 """From which it is taken for a target of which nothing is known yet (`dives.known_target.LEAST_WEIGHED_SHARE`)."""
 
+DARKNESS = contrast_matrix(DARKER, (0.0, 0.0, 0.0))
 
 SILHOUETTE = 1.0
 """Darkness above the surroundings', in natural logarithms, of a silhouette: 0.37 of their light. A ball before the sun
@@ -109,21 +90,22 @@ class Contrast:
         As `Place` has it.
     clearness : float
         Its mean redness above that of the ring, in standard deviations of the ring's.
-    redness, greenness, lightness : float
-        Mean differences from the ring: of ``ln R - (ln G + ln B) / 2``, ``ln G - ln B`` and ``ln G``.
+    along, across, lightness : float
+        Mean differences from the ring, the first two as `TargetColour` has them: of red, of
+        ``ln R - (ln G + ln B) / 2`` and ``ln G - ln B``; the third of ``ln G``.
     aspect : float
         Longer over shorter side of the upright box.
-    red_over_water : float
+    over_water : float
         Of the target, whatever the piece is (`tracking.perception.DetectorSettings`).
     """
 
     standing_out: float
     clearness: float
-    redness: float
-    greenness: float
+    along: float
+    across: float
     lightness: float
     aspect: float
-    red_over_water: float
+    over_water: float
 
     def features(self) -> FloatArray:
         """Numbers that are weighed, shape (7,)."""
@@ -131,20 +113,13 @@ class Contrast:
             [
                 math.log(min(max(self.standing_out, STANDS_OUT), PLAIN)),
                 math.log(min(max(self.clearness, 1 / PLAIN), PLAIN)),
-                self.redness,
-                self.greenness,
+                self.along,
+                self.across,
                 self.lightness,
                 math.log(self.aspect),
-                self.red_over_water,
+                self.over_water,
             ]
         )
-
-    @property
-    def log_odds(self) -> float:
-        """Natural logarithm of the odds that it is the target, as many pieces being targets as not."""
-        weighed = np.ones(len(ODDS))
-        weighed[1:] = np.clip(self.features(), LEAST_FEATURES, MOST_FEATURES)
-        return float(weighed @ ODDS @ weighed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,7 +163,9 @@ def detect_by_contrast(
     area_min_px: float = 100.0,
     ignored: Mask | None = None,
     expected_px: tuple[float, float] | None = None,
-    red_over_water: float = RED_OVER_WATER,
+    *,
+    colour: TargetColour = RED,
+    over_water: float = OVER_WATER,
 ) -> Detection:
     """Find what may be the target in a crop, the likeliest first.
 
@@ -203,8 +180,10 @@ def detect_by_contrast(
     expected_px : tuple of float, optional
         Where a target is expected that is followed already: what is there is judged first, and when it may be the
         target nothing else is.
-    red_over_water : float
-        Of the target (`tracking.perception.DetectorSettings`).
+    colour : TargetColour
+        Of the target.
+    over_water : float
+        Likewise (`tracking.perception.DetectorSettings`).
 
     Raises
     ------
@@ -212,7 +191,7 @@ def detect_by_contrast(
         For anything but an image.
     """
     check_image("crop", crop)
-    pyramid = ContrastPyramid(crop, ignored)
+    pyramid = ContrastPyramid(crop, ignored, colour.contrasts)
     places = [(place, expected_px is not None and place.is_near(expected_px)) for place in pyramid.places()]
     likely: list[Piece] = []
     judged = 0
@@ -220,7 +199,7 @@ def detect_by_contrast(
         if judged == JUDGED or any(each.covers(place) for each in likely):
             continue
         judged += 1
-        piece = cut_out(pyramid, place, red_over_water)
+        piece = cut_out(pyramid, place, colour, over_water)
         if piece is None or piece.blob.area_px < area_min_px or piece.blob.log_odds < LEAST_LOG_ODDS:
             continue
         likely.append(piece)
@@ -241,18 +220,19 @@ def silhouettes(
     """What is dark nearest to where a target is expected, one piece at most: before the sun it has no colour left."""
     pyramid = ContrastPyramid(crop, ignored, DARKNESS)
     for place in sorted(pyramid.places(), key=lambda each: each.distance_px(expected_px))[:JUDGED]:
-        piece = cut_out(pyramid, place, RED_OVER_WATER)
-        if piece is None or piece.contrast.redness < SILHOUETTE or piece.blob.area_px < area_min_px:
+        piece = cut_out(pyramid, place, RED, OVER_WATER)
+        if piece is None or piece.contrast.along < SILHOUETTE or piece.blob.area_px < area_min_px:
             continue
         if all(side < whole for side, whole in zip(piece.blob.box_px[2:], crop.shape[1::-1], strict=True)):
             return [replace(piece, blob=replace(piece.blob, log_odds=SILHOUETTE_LOG_ODDS, silhouette=True))]
     return []
 
 
-def cut_out(pyramid: ContrastPyramid, place: Place, red_over_water: float) -> Piece | None:
+def cut_out(pyramid: ContrastPyramid, place: Place, colour: TargetColour, over_water: float) -> Piece | None:
     """What stands out at a place, cut out of a finer level; None when nothing of it holds together.
 
-    `red_over_water` is that of the target (`tracking.perception.DetectorSettings`).
+    `colour` is the target's, and that of the pyramid's contrasts; so is `over_water`
+    (`tracking.perception.DetectorSettings`).
     """
     level = min(place.level - 1, 1)
     rows, columns = pyramid.shape(level)
@@ -264,15 +244,15 @@ def cut_out(pyramid: ContrastPyramid, place: Place, red_over_water: float) -> Pi
     side = max(SMOOTHING, width // 6 | 1)
     *sums, counted = cv2.split(np.asarray(cv2.blur(part, (side, side))))
     smooth = [np.asarray(plane / np.maximum(counted, FEW), dtype=np.float32) for plane in sums]
-    cells = _held_together(smooth, part[..., 3] > 0.5, (x - x0, y - y0), width)
+    cells = _held_together(smooth, part[..., 3] > 0.5, (x - x0, y - y0), width, colour.most_across)
     if cells is None:
         return None
     box = cv2.boundingRect(cells)
     if place.level + 1 < LEVELS and _goes_on(box, (x0, y0), cells.shape, (rows, columns)):
-        return cut_out(pyramid, place.coarser(), red_over_water)
+        return cut_out(pyramid, place.coarser(), colour, over_water)
     contours, _ = cv2.findContours(cells, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(cells, contours, -1, 1, cv2.FILLED)
-    contrast = _compared(part, smooth[0], cells, box, standing_out=place.standing_out, red_over_water=red_over_water)
+    contrast = _compared(part, smooth[0], cells, box, standing_out=place.standing_out, over_water=over_water)
     if contrast is None:
         return None
     cell_px = FINEST_PX << level
@@ -283,14 +263,18 @@ def cut_out(pyramid: ContrastPyramid, place: Place, red_over_water: float) -> Pi
         centroid_px=((u + 0.5) * cell_px - 0.5, (v + 0.5) * cell_px - 0.5),
         box_px=((box[0] + x0) * cell_px, (box[1] + y0) * cell_px, box[2] * cell_px, box[3] * cell_px),
         circularity=circularity(contours[0]),
-        log_odds=contrast.log_odds,
+        log_odds=colour.log_odds(contrast.features()),
         ellipse_share=ellipse_share(moments),
     )
     return Piece(contrast=contrast, blob=blob, cells=cells, level=level, first=(x0, y0))
 
 
 def _held_together(
-    smooth: Sequence[FloatImage], known: NDArray[np.bool_], middle: tuple[int, int], width: int
+    smooth: Sequence[FloatImage],
+    known: NDArray[np.bool_],
+    middle: tuple[int, int],
+    width: int,
+    most_across: float | None,
 ) -> Mask | None:
     """Cells about a middle that are red enough and not too green, 1 or 0; None when there are none."""
     redness, greenness, lightness = smooth
@@ -309,7 +293,8 @@ def _held_together(
     cut = min(max(CUT_SHARE * height, CUT_SPREADS * red_spread), MOST_SHARE * height)
     dark = lightness < light - CUT_SPREADS * light_spread
     target = (redness > red + cut) | (dark & (redness > red + cut / 2))
-    target &= greenness < green + green_spread + GREENEST * (redness - red)
+    if most_across is not None:
+        target &= greenness < green + green_spread + most_across * (redness - red)
     opened = cv2.morphologyEx((target & known).astype(np.uint8), cv2.MORPH_OPEN, _disc(max(width // 5 | 1, 3)))
     _, labels = cv2.connectedComponents(opened, connectivity=4)
     met = np.bincount(labels[inner].ravel())
@@ -339,7 +324,7 @@ def _compared(
 ) -> Contrast | None:
     """A piece beside the rest of a box around it; None when it is too small, or too little of the ring is seen.
 
-    `known` are the numbers of the contrast that are known already: how far it stands out, and `red_over_water`.
+    `known` are the numbers of the contrast that are known already: how far it stands out, and `over_water`.
     """
     area = cv2.countNonZero(cells)
     if area < LEAST_CELLS:
@@ -359,8 +344,8 @@ def _compared(
     return Contrast(
         **known,
         clearness=float(above[0] - below[0]) / math.hypot(float(spread[0]), FLOOR),
-        redness=float(differences[0]),
-        greenness=float(differences[1]),
+        along=float(differences[0]),
+        across=float(differences[1]),
         lightness=float(differences[2]),
         aspect=max(width, height) / min(width, height),
     )

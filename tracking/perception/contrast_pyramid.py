@@ -60,19 +60,6 @@ NEIGHBOURS = np.ones((5, 5), dtype=np.uint8)
 MAD_TO_SIGMA = 1.4826
 """Rousseeuw and Croux 1993, J. Am. Stat. Assoc. 88, 1273-1283."""
 
-REDNESS = np.array(
-    [[1, -0.5, -0.5, 0, 0], [0, 1, -1, 0, 0], [0, 1, 0, 0, 0], [0, 0, 0, 0, 1]],
-    dtype=np.float32,
-)
-"""Redness, greenness, lightness and 1 of the logarithms of red, green, blue and alpha. Alpha counts nothing, but OpenCV
-makes four channels of four in a sixth of the time that it needs to make them of three."""
-
-DARKNESS = np.array(
-    [[0, -1, 0, 0, 0], [0, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 0, 0, 1]],
-    dtype=np.float32,
-)
-"""Darkness in the place of redness, and no greenness: of a thing before the sun nothing else is left."""
-
 
 @dataclass(frozen=True)
 class Place:
@@ -125,10 +112,10 @@ class ContrastPyramid:
     hidden : array, shape (height, width), optional
         uint8: 255 in pixels that do not count.
     contrasts : array, shape (4, 5)
-        What is made of the logarithms: `DARKNESS` in the place of `REDNESS`.
+        What is made of the logarithms (`contrast_matrix`): of what is red, or of another colour in its place.
     """
 
-    def __init__(self, crop: NDArray[np.uint8], hidden: Mask | None = None, contrasts: FloatImage = REDNESS):
+    def __init__(self, crop: NDArray[np.uint8], hidden: Mask | None, contrasts: FloatImage):
         black = np.asarray(cv2.inRange(crop, (0, 0, 0), (0, 0, 0)), dtype=np.uint8)
         self._crop, self._contrasts = crop, contrasts
         hidden = black if hidden is None else np.asarray(cv2.bitwise_or(black, hidden), dtype=np.uint8)

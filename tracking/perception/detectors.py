@@ -11,6 +11,7 @@ from tracking.perception.clusters import detect
 from tracking.perception.colour import RED_IN_WATER, DetectorSettings, Mask
 from tracking.perception.contrast import detect_by_contrast
 from tracking.perception.learned import LearnedModel, detect_by_model
+from tracking.perception.target_colours import TARGET_COLOURS
 from tracking.records import Detection
 
 Detector = Callable[[NDArray[np.uint8], Mask | None, tuple[float, float] | None], Detection]
@@ -32,8 +33,9 @@ def detector_of(settings: DetectorSettings, *, contrast: bool) -> Detector:
         model = LearnedModel(settings.onnx)
         return lambda crop, ignored, _: detect_by_model(crop, model, settings, ignored)
     if weighs_contrast(settings, contrast=contrast):
+        colour = TARGET_COLOURS[settings.colour]
         return lambda crop, ignored, expected: detect_by_contrast(
-            crop, settings.area_min_px, ignored, expected, settings.red_over_water
+            crop, settings.area_min_px, ignored, expected, colour=colour, over_water=settings.over_water
         )
     return lambda crop, ignored, _: detect(crop, settings, ignored)
 

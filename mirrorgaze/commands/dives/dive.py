@@ -73,7 +73,7 @@ def dive(
     from dives.dive import loaded_with, varied
     from dives.ensembles.members import parsed_setting
     from dives.files import read_metrics
-    from dives.known_target import looked_for_as_red
+    from dives.known_target import not_looked_for
     from dives.metrics.headlines import headline_rows
     from dives.metrics.verdict import dive_verdict
     from mirrorgaze.loading import load_usable_rig
@@ -86,7 +86,7 @@ def dive(
             "--bag: expected a dive with a video, since a bag holds the images; leave --no-video or --bag out"
         )
     load_usable_rig(chosen.rig)
-    if told := looked_for_as_red(chosen):
+    if told := not_looked_for(chosen):
         print_step(told)
     folder = output or Path("out") / chosen.name
     if plan:

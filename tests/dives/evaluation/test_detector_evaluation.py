@@ -41,7 +41,7 @@ def image(*, shown_at=None, painted_at=None, colour=(200, 20, 30), empty=False):
         corners_px=np.zeros((4, 2)),
         distance_m=3.0,
         elevation_deg=0.0,
-        red_over_water=0.8,
+        over_water=0.8,
         empty=empty,
     )
 

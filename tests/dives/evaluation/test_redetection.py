@@ -177,12 +177,12 @@ def test_a_folder_without_a_dive_is_refused(tmp_path):
 
 def test_settings_to_detect_with(recorded):
     dive = Dive.load(recorded / "dive.toml")
-    left = dive.detector.red_over_water
+    left = dive.detector.over_water
     assert left is not None
-    assert changed_settings(dive, "wide-hue", {}) == replace(WIDE_HUE, red_over_water=left)
+    assert changed_settings(dive, "wide-hue", {}) == replace(WIDE_HUE, over_water=left)
     changed = changed_settings(dive, None, {"hue_to_deg": 30.0, "aspect_max": 4.0})
     window = replace(RED_BALL.window, hue_to_deg=30.0)
-    assert changed == replace(RED_BALL, window=window, aspect_max=4.0, red_over_water=left)
+    assert changed == replace(RED_BALL, window=window, aspect_max=4.0, over_water=left)
     with pytest.raises(ValueError, match="no \\[offline_detector\\]"):
         changed_settings(dive, None, {})
     with pytest.raises(ValueError, match="detector 'blue': expected one of"):

@@ -11,7 +11,7 @@ from optics.water.radiative_transfer.quadrature import window_cosines_air
 from rigs import Rig, Water
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
-from scenes.light.inherent_contrast import AZIMUTHS_RAD, level_radiance, red_over_water
+from scenes.light.inherent_contrast import AZIMUTHS_RAD, inherent_contrast, level_radiance
 from scenes.light.light import underwater_light
 from scenes.light.materials import Material
 from scenes.light.spectrum import reflectance
@@ -47,7 +47,7 @@ def test_open_water_looked_at_level_is_as_bright_as_the_solution_says(light):
 def test_two_bodies_differ_by_their_reflectance_alone(light):
     """Of a grey one the reflectance hardly depends on the wavelength, and is the same factor for every light."""
     grey, white = Material.PRINT_GREY, Material.PRINT_WHITE
-    found = [red_over_water(light, DEPTH_M, each) for each in (grey, white)]
+    found = [inherent_contrast(light, DEPTH_M, each)[0] for each in (grey, white)]
     red = light.bands.weight[0]
     shares = [red @ reflectance(name, light.bands.wavelength_nm) for name in ("neutral 5 (.70 D)", "white 9.5 (.05 D)")]
     assert found[0] - found[1] == pytest.approx(np.log(shares[0] / shares[1]), abs=0.05)
@@ -55,7 +55,7 @@ def test_two_bodies_differ_by_their_reflectance_alone(light):
 
 def test_red_fades_with_depth(light):
     """At 5 m in clear water a red ball is more than twice as bright as the water in red, at 20 m it is darker."""
-    found = [red_over_water(light, depth, Material.TARGET) for depth in (2.0, 5.0, 10.0, 20.0)]
+    found = [inherent_contrast(light, depth, Material.TARGET)[0] for depth in (2.0, 5.0, 10.0, 20.0)]
     assert np.all(np.diff(found) < 0)
     assert found[1] > np.log(2)
     assert found[-1] < 0
@@ -74,7 +74,7 @@ def rendered(depth_m, jerlov_type, material):
         frame = renderer.render(world_from_body=body, world_from_target=RigidTransform.from_translation(place))
         red, gaze = frame.radiance[..., 0], frame.region == Region.GAZE
         ratios.append(red[frame.label == Label.TARGET].mean() / red[gaze & (frame.label == Label.OPEN_WATER)].mean())
-    return red_over_water(scene.light, depth_m, material), np.log(np.mean(ratios))
+    return inherent_contrast(scene.light, depth_m, material)[0], np.log(np.mean(ratios))
 
 
 def test_images_say_what_water_and_material_change():

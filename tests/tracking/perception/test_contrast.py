@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracking.perception import ACQUIRED_LOG_ODDS, detect_by_contrast
-from tracking.perception.colour import RED_OVER_WATER
+from tracking.perception.colour import OVER_WATER
 from tracking.perception.contrast import LEAST_LOG_ODDS, Contrast, cut_out
 from tracking.perception.contrast_pyramid import ContrastPyramid, median_and_spread
+from tracking.perception.target_colours import RED, TARGET_COLOURS
 
 WATER = np.array([0.02, 0.10, 0.16])
 """Linear light of open water, red to blue: a hue of 208 degrees."""
@@ -78,7 +79,7 @@ def test_what_is_no_red_thing_is_not_acquired(thing):
 def test_a_black_thing_is_no_target_where_red_is_left(distance_m):
     """What is seen of it is the water before it: of each channel 1 - exp(-c r), with c of Jerlov's type IB at 5 m."""
     black = WATER * (1 - np.exp(-np.array([0.27, 0.19, 0.17]) * distance_m))
-    deep, clear = (detect_by_contrast(scene(black)[0], red_over_water=each).blobs for each in (-1.0, RED_OVER_WATER))
+    deep, clear = (detect_by_contrast(scene(black)[0], over_water=each).blobs for each in (-1.0, OVER_WATER))
     assert all(blob.log_odds < ACQUIRED_LOG_ODDS for blob in clear)
     # The target is as black where no red is left.
     assert deep and (not clear or deep[0].log_odds > clear[0].log_odds)
@@ -135,8 +136,8 @@ def test_blobs_and_mask_are_those_that_are_likely():
 def test_a_ball_larger_than_its_window_is_cut_out_whole():
     """Cut out where its top alone stands out, it would go on past the window."""
     crop, disc = scene(radius=70, at=(160, 120))
-    pyramid = ContrastPyramid(crop)
-    pieces = [cut_out(pyramid, place, RED_OVER_WATER) for place in pyramid.places()]
+    pyramid = ContrastPyramid(crop, None, RED.contrasts)
+    pieces = [cut_out(pyramid, place, RED, OVER_WATER) for place in pyramid.places()]
     areas = [piece.blob.area_px for piece in pieces if piece is not None]
     assert max(areas) == pytest.approx(disc.sum(), rel=0.1)
 
@@ -144,16 +145,16 @@ def test_a_ball_larger_than_its_window_is_cut_out_whole():
 def test_contrasts_are_differences_of_logarithms():
     """Of the drawn ball: ln R - (ln G + ln B) / 2 and so on, beside the water at its height."""
     crop, _ = scene(radius=45)
-    pyramid = ContrastPyramid(crop)
+    pyramid = ContrastPyramid(crop, None, RED.contrasts)
     piece = max(
-        filter(None, (cut_out(pyramid, each, RED_OVER_WATER) for each in pyramid.places())),
+        filter(None, (cut_out(pyramid, each, RED, OVER_WATER) for each in pyramid.places())),
         key=lambda each: each.blob.log_odds,
     )
     around = WATER * np.interp(110, [0, 239], [1.3, 0.8])
     red, green, blue = np.log(BALL / around)
     # The rim's cells hold both, and so does their smoothing.
-    assert piece.contrast.redness == pytest.approx(red - (green + blue) / 2, rel=0.2)
-    assert piece.contrast.greenness == pytest.approx(green - blue, abs=0.1)
+    assert piece.contrast.along == pytest.approx(red - (green + blue) / 2, rel=0.2)
+    assert piece.contrast.across == pytest.approx(green - blue, abs=0.1)
     assert piece.contrast.lightness == pytest.approx(green, rel=0.2)
     assert piece.contrast.aspect == pytest.approx(1.0, abs=0.1)
 
@@ -180,12 +181,34 @@ def test_a_ball_that_looks_like_itself_is_no_silhouette():
     assert not detect_by_contrast(crop, expected_px=(150, 110)).blobs[0].silhouette
 
 
+INHERENT = {
+    "orange": (1.7, 0.2, -1.3),
+    "yellow": (2.2, 1.3, -0.7),
+    "green": (1.0, 0.6, -0.6),
+    "white": (2.5, 1.8, 1.4),
+}
+"""Logarithms of light over that of open water in IB at 5 m, from near by (`scenes.light.inherent_contrast`)."""
+
+
+@pytest.mark.parametrize("colour", INHERENT)
+def test_a_ball_of_each_colour_is_found_by_those_who_look_for_it(colour):
+    looked_for, contrast = TARGET_COLOURS[colour], np.array(INHERENT[colour])
+    # Of the contrast in red, green and blue, 2 m of IB leave so much (exp -c r).
+    crop, _ = scene(WATER * (1 + np.expm1(contrast) * [0.35, 0.7, 0.75]))
+    known = float(contrast @ looked_for.over_water)
+    found = detect_by_contrast(crop, colour=looked_for, over_water=known).blobs[0]
+    assert found.log_odds > ACQUIRED_LOG_ODDS
+    np.testing.assert_allclose(found.centroid_px, (150, 110), atol=CENTROID_PX)
+    red = detect_by_contrast(scene()[0], colour=looked_for, over_water=known).blobs
+    assert all(blob.log_odds < ACQUIRED_LOG_ODDS for blob in red)
+
+
 def test_odds_fall_with_what_speaks_against_a_red_target():
-    usual = {"standing_out": 10, "clearness": 5, "redness": 0.5, "greenness": 0.06, "lightness": -0.5, "aspect": 1.3}
-    usual |= {"red_over_water": RED_OVER_WATER}
-    best = Contrast(**usual).log_odds
-    for worse in ({"standing_out": 2}, {"clearness": 1}, {"greenness": 0.5}, {"lightness": 0.5}, {"aspect": 4}):
-        assert Contrast(**usual | worse).log_odds < best
+    usual = {"standing_out": 10, "clearness": 5, "along": 0.5, "across": 0.06, "lightness": -0.5, "aspect": 1.3}
+    usual |= {"over_water": OVER_WATER}
+    best = RED.log_odds(Contrast(**usual).features())
+    for worse in ({"standing_out": 2}, {"clearness": 1}, {"across": 0.5}, {"lightness": 0.5}, {"aspect": 4}):
+        assert RED.log_odds(Contrast(**usual | worse).features()) < best
 
 
 def test_spread_is_that_of_a_normal_distribution_but_for_a_few():
