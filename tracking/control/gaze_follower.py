@@ -315,9 +315,13 @@ class GazeFollower:
         return None if direction is None else self._axes.to_steady(direction)
 
     def _likeliest(self, blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
-        """The likeliest, and all of a detector that does not weigh: it may have found one target in pieces."""
+        """The likeliest, and all of a detector that does not weigh: it may have found one target in pieces.
+
+        Of a target before the light the silhouette: what has any colour there is a rim or a spot of it.
+        """
         most = max((blob.log_odds for blob in blobs), default=math.inf)
-        return tuple(blob for blob in blobs if blob.log_odds == most)
+        dark = tuple(blob for blob in blobs if blob.silhouette)
+        return dark if dark and most < ACQUIRED_LOG_ODDS else tuple(blob for blob in blobs if blob.log_odds == most)
 
     def _may_be_target(self, blob: Blob, direction: FloatArray | None, observation: Observation) -> bool:
         """Whether the blob, as a disc of its area about a direction, comes near enough to the expected one."""

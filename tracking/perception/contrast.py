@@ -206,7 +206,7 @@ def detect_by_contrast(
         if near:
             break
     if expected_px is not None and all(piece.blob.log_odds < ACQUIRED_LOG_ODDS for piece in likely):
-        likely = silhouettes(crop, area_min_px, ignored, expected_px) or likely
+        likely += silhouettes(crop, area_min_px, ignored, expected_px)
     mask = np.zeros(crop.shape[:2], dtype=np.uint8)
     for piece in likely:
         piece.mark(mask)

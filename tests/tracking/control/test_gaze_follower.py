@@ -220,6 +220,21 @@ def test_a_silhouette_is_the_target_where_it_was_as_large(seconds, times, taken,
     assert following.doubted is again.doubted is doubted
 
 
+@pytest.mark.parametrize("times, taken", [(1.0, "silhouette"), (2.1, "rim")])
+def test_beside_a_rim_that_has_some_colour_the_silhouette_counts(times, taken):
+    """Where it may not be the target, what is left is the rim."""
+    following = follower(0.0)
+    for image in range(46):
+        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        ball = replace(seen.blobs[0], log_odds=5.0, area_px=500.0, box_px=(140, 100, 25, 25))
+        rim = replace(ball, log_odds=1.0, area_px=60.0)
+        dark = replace(ball, log_odds=0.0, area_px=500.0 * times, silhouette=True)
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(ball,) if image < 45 else (rim, dark))
+        following.expect(seen)
+        last = following.update(seen)
+    assert [blob.silhouette for blob in last] == [taken == "silhouette"]
+
+
 def at_the_end(image, azimuth_deg, *, seen=True, log_odds=5.0):
     """A ball at an azimuth, while the mirror stands at the end of pan."""
     q = np.array([math.radians(77), 0.0])
