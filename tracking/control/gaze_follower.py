@@ -20,7 +20,7 @@ from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence
+from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, FADED, GAP_S, TrackEvidence
 from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
 from tracking.perception.cut_blobs import cut_sides, middle_of_cut
 from tracking.perception.outline import outline_log_odds
@@ -50,6 +50,13 @@ AS_LARGE = 2.0
 
 AREAS = 30
 """Last ones of which the median is usual: pieces of it, and of it with something else, are fewer."""
+
+REMEMBERED_S = 12.0
+"""For which a target that was lost is looked for as it looked: while it is sought where it can have gone
+(`tracking.control.lost_target.GIVEN_UP_S`)."""
+
+MOST_REMEMBERED = 3.0
+"""Log odds at most that a thing as large as a lost target has beforehand: what is plainly another thing stays one."""
 
 Directions = dict[tuple[float, float], FloatArray | None]
 """Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
@@ -99,6 +106,7 @@ class GazeFollower:
         self._whole_px2: float | None = None
         self._own_px2: float | None = None
         self._areas_px2: deque[float] = deque(maxlen=AREAS)
+        self._lost: tuple[float, float, float] | None = None
         self._seen = False
         self._last_seen: tuple[Bearing, float] | None = None
 
@@ -150,6 +158,7 @@ class GazeFollower:
 
     def update(self, observation: Observation) -> tuple[Blob, ...]:
         """Correct the direction by the ray of the centroid of the blobs that are the target's."""
+        observation = replace(observation, blobs=tuple(self._remembered(b, observation) for b in observation.blobs))
         directions = {blob.centroid_px: self._direction(blob.centroid_px, observation) for blob in observation.blobs}
         blobs = self._likeliest(
             tuple(
@@ -259,8 +268,12 @@ class GazeFollower:
         return math.sqrt(area_px / math.pi) * self._rad_per_px
 
     def forget(self, *, brief: bool) -> None:
-        """Drop the estimate; of what was doubted, or seen briefly, remember where it was."""
+        """Drop the estimate; of what was doubted, or seen briefly, remember where it was; else how it looked."""
         bearing = self._filter.bearing
+        if self._evidence.trusted and self._evidence.contrast is not None and self._before is not None:
+            asked = ACQUIRED_LOG_ODDS - (self._evidence.contrast - FADED)
+            prior = 0.0 if self.doubted or brief else min(max(asked, 0.0), MOST_REMEMBERED)
+            self._lost = (prior, self._usual_px2, self._before[0])
         if (self.doubted or brief) and bearing is not None and self._before is not None:
             self._evidence.drop(bearing.direction, self._before[0])
         self._evidence.begin_again()
@@ -274,6 +287,7 @@ class GazeFollower:
         before = None if self._before is None else [self._before[0], self._before[1].tolist()]
         last = self._last_seen
         return {
+            "lost": self._lost,
             "axes": self._axes.snapshot(),
             "filter": self._filter.snapshot(),
             "steady": self._steady.snapshot(),
@@ -298,6 +312,7 @@ class GazeFollower:
         self._evidence.restore(snapshot["evidence"])
         self._whole_px2, self._own_px2 = snapshot["whole_px2"], snapshot["own_px2"]
         self._areas_px2 = deque(snapshot["areas_px2"], maxlen=AREAS)
+        self._lost = None if snapshot["lost"] is None else tuple(snapshot["lost"])
         before = snapshot["before"]
         self._before = None if before is None else (before[0], np.array(before[1]))
 
@@ -338,6 +353,21 @@ class GazeFollower:
         if self._is_expected(blob, direction):
             return True
         return blob.log_odds >= AT_ONCE_LOG_ODDS and self._may_have_turned_to(direction, observation.time_s)
+
+    def _remembered(self, blob: Blob, observation: Observation) -> Blob:
+        """A blob with what its size tells of it while a target is sought, or followed again, that was lost when pale.
+
+        What looked no more like the target than even for as long as it was followed would never be acquired again: a
+        thing that is as large as it, so soon after, has the odds beforehand that its looks lack.
+        """
+        if self._lost is None or blob.silhouette:
+            return blob
+        prior, area_px2, lost_s = self._lost
+        if not self.known and observation.time_s - lost_s > REMEMBERED_S:
+            self._lost = None
+            return blob
+        as_large = area_px2 < AS_LARGE * blob.area_px < AS_LARGE**2 * area_px2
+        return replace(blob, log_odds=blob.log_odds + prior) if as_large else blob
 
     def _may_be_silhouette(self, blob: Blob, observation: Observation) -> bool:
         """Whether a dark thing may be the target before the light: it is trusted, and was about as large."""

@@ -235,6 +235,35 @@ def test_beside_a_rim_that_has_some_colour_the_silhouette_counts(times, taken):
     assert [blob.silhouette for blob in last] == [taken == "silhouette"]
 
 
+@pytest.mark.parametrize(
+    "looked, times, later_s, acquired",
+    [
+        (0.2, 1.0, 1.0, True),  # as pale as it was, and as large
+        (0.2, 2.1, 1.0, False),
+        (0.2, 1.0, 12.1, False),  # it may be anywhere by then
+        (3.5, 1.0, 1.0, False),  # it was never so pale
+    ],
+)
+def test_a_target_that_was_lost_is_looked_for_as_it_looked(looked, times, later_s, acquired):
+    """A ball that is trusted pales; it is lost, and then something with log odds of -0.5 comes into view."""
+    following = follower(0.0)
+    for image in range(330):
+        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        log_odds = 5.0 if image < 30 else looked
+        blob = replace(seen.blobs[0], log_odds=log_odds, area_px=500.0, ellipse_share=1.0, box_px=(140, 100, 25, 25))
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
+        following.expect(seen)
+        following.update(seen)
+    assert following.known and not following.doubted
+    following.forget(brief=False)
+    again = follower(0.0)
+    again.restore(json.loads(json.dumps(following.snapshot())))
+    met = replace(seen, time_s=330 * INTERVAL_S + later_s, blobs=(replace(blob, log_odds=-0.5, area_px=500.0 * times),))
+    for each in (following, again):
+        each.expect(met)
+        assert bool(each.update(met)) is acquired
+
+
 def at_the_end(image, azimuth_deg, *, seen=True, log_odds=5.0):
     """A ball at an azimuth, while the mirror stands at the end of pan."""
     q = np.array([math.radians(77), 0.0])
