@@ -7,7 +7,6 @@ Directions are measured and pointed at in the body frame. In between, filter and
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import replace
 from typing import Any
 
@@ -20,7 +19,8 @@ from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, FADED, GAP_S, TrackEvidence
+from tracking.estimation.target_look import TargetLook
+from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence
 from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
 from tracking.perception.cut_blobs import cut_sides, middle_of_cut
 from tracking.perception.outline import outline_log_odds
@@ -37,26 +37,6 @@ as one does of which nothing is known."""
 
 GATE = 3.0
 """Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
-
-OUTGROWN = 3.0
-"""Times the target's area, as it was and as it may have grown since, beyond which a blob that does not look like it is
-the target in one piece with something else: of that, nothing but the other thing may be left."""
-
-NEARER_PER_S = 0.5
-"""Share of its distance by which a target comes nearer in a second at most: its area goes with the inverse square."""
-
-AS_LARGE = 2.0
-"""Times the target's usual area, or part of it, that a silhouette has which may be it."""
-
-AREAS = 30
-"""Last ones of which the median is usual: pieces of it, and of it with something else, are fewer."""
-
-REMEMBERED_S = 12.0
-"""For which a target that was lost is looked for as it looked: while it is sought where it can have gone
-(`tracking.control.lost_target.GIVEN_UP_S`)."""
-
-MOST_REMEMBERED = 3.0
-"""Log odds at most that a thing as large as a lost target has beforehand: what is plainly another thing stays one."""
 
 Directions = dict[tuple[float, float], FloatArray | None]
 """Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
@@ -104,9 +84,7 @@ class GazeFollower:
         self._steady = DirectionFilter(replace(noise, acceleration_deg=noise.steady_acceleration_deg))
         self._evidence = TrackEvidence()
         self._whole_px2: float | None = None
-        self._own_px2: float | None = None
-        self._areas_px2: deque[float] = deque(maxlen=AREAS)
-        self._lost: tuple[float, float, float] | None = None
+        self._look = TargetLook()
         self._seen = False
         self._last_seen: tuple[Bearing, float] | None = None
 
@@ -158,7 +136,10 @@ class GazeFollower:
 
     def update(self, observation: Observation) -> tuple[Blob, ...]:
         """Correct the direction by the ray of the centroid of the blobs that are the target's."""
-        observation = replace(observation, blobs=tuple(self._remembered(b, observation) for b in observation.blobs))
+        remembered = (
+            self._look.remembered(blob, observation.time_s, followed=self.known) for blob in observation.blobs
+        )
+        observation = replace(observation, blobs=tuple(remembered))
         directions = {blob.centroid_px: self._direction(blob.centroid_px, observation) for blob in observation.blobs}
         blobs = self._likeliest(
             tuple(
@@ -206,30 +187,12 @@ class GazeFollower:
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
         self._evidence.note_silhouette(observation.interval_s, dark=blobs[0].silhouette)
-        self._note_size(blobs[0], sides, observation.interval_s)
-
-    def _note_size(self, blob: Blob, sides: tuple[int, int], interval_s: float) -> None:
-        """Note how large the target is; or for how long it may have been swallowed by something larger."""
-        whole = sides == (0, 0)
-        if whole:
-            self._areas_px2.append(blob.area_px)
-        if blob.log_odds >= ACQUIRED_LOG_ODDS:
-            self._evidence.swallowed_s = 0.0
-            self._own_px2 = blob.area_px if whole else self._own_px2
-        elif self._evidence.swallowed_s > 0 or self._has_outgrown(blob):
-            self._evidence.swallowed_s += interval_s
-        elif self._own_px2 is not None and whole:
-            nearer_px2 = self._own_px2 * math.exp(2 * NEARER_PER_S * interval_s)
-            self._own_px2 = max(self._own_px2, min(blob.area_px, nearer_px2))
-
-    def _has_outgrown(self, blob: Blob) -> bool:
-        """Whether a blob is much larger than the target, as it usually was and as it was when it looked like it."""
-        return self._own_px2 is not None and blob.area_px > OUTGROWN * max(self._own_px2, self._usual_px2)
-
-    @property
-    def _usual_px2(self) -> float:
-        """Area that most images showed; of nothing, zero."""
-        return float(np.median(self._areas_px2)) if self._areas_px2 else 0.0
+        self._evidence.swallowed_s = self._look.note(
+            blobs[0],
+            whole=sides == (0, 0),
+            interval_s=observation.interval_s,
+            swallowed_s=self._evidence.swallowed_s,
+        )
 
     def _may_be_another(self, blob: Blob, observation: Observation) -> bool:
         """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
@@ -270,24 +233,21 @@ class GazeFollower:
     def forget(self, *, brief: bool) -> None:
         """Drop the estimate; of what was doubted, or seen briefly, remember where it was; else how it looked."""
         bearing = self._filter.bearing
-        if self._evidence.trusted and self._evidence.contrast is not None and self._before is not None:
-            asked = ACQUIRED_LOG_ODDS - (self._evidence.contrast - FADED)
-            prior = 0.0 if self.doubted or brief else min(max(asked, 0.0), MOST_REMEMBERED)
-            self._lost = (prior, self._usual_px2, self._before[0])
+        if self._evidence.trusted and self._before is not None:
+            self._look.lose(None if self.doubted or brief else self._evidence.contrast, self._before[0])
         if (self.doubted or brief) and bearing is not None and self._before is not None:
             self._evidence.drop(bearing.direction, self._before[0])
         self._evidence.begin_again()
         self._filter.forget()
         self._steady.forget()
-        self._whole_px2, self._own_px2, self._last_seen = None, None, None
-        self._areas_px2.clear()
+        self._look.forget()
+        self._whole_px2, self._last_seen = None, None
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         before = None if self._before is None else [self._before[0], self._before[1].tolist()]
         last = self._last_seen
         return {
-            "lost": self._lost,
             "axes": self._axes.snapshot(),
             "filter": self._filter.snapshot(),
             "steady": self._steady.snapshot(),
@@ -296,8 +256,7 @@ class GazeFollower:
             "before": before,
             "evidence": self._evidence.snapshot(),
             "whole_px2": self._whole_px2,
-            "own_px2": self._own_px2,
-            "areas_px2": list(self._areas_px2),
+            "look": self._look.snapshot(),
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -310,9 +269,8 @@ class GazeFollower:
             None if last is None else (Bearing(direction=np.array(last[0]), rate=np.array(last[1])), last[2])
         )
         self._evidence.restore(snapshot["evidence"])
-        self._whole_px2, self._own_px2 = snapshot["whole_px2"], snapshot["own_px2"]
-        self._areas_px2 = deque(snapshot["areas_px2"], maxlen=AREAS)
-        self._lost = None if snapshot["lost"] is None else tuple(snapshot["lost"])
+        self._whole_px2 = snapshot["whole_px2"]
+        self._look.restore(snapshot["look"])
         before = snapshot["before"]
         self._before = None if before is None else (before[0], np.array(before[1]))
 
@@ -348,32 +306,16 @@ class GazeFollower:
             return likely and not self._evidence.is_clutter(direction, observation.time_s)
         if not likely and self._filter.expected_spread > PLACE_TELLS_RAD:
             return False
-        if blob.silhouette and not self._may_be_silhouette(blob, observation):
+        if blob.silhouette and not self._is_silhouette(blob, observation):
             return False
         if self._is_expected(blob, direction):
             return True
         return blob.log_odds >= AT_ONCE_LOG_ODDS and self._may_have_turned_to(direction, observation.time_s)
 
-    def _remembered(self, blob: Blob, observation: Observation) -> Blob:
-        """A blob with what its size tells of it while a target is sought, or followed again, that was lost when pale.
-
-        What looked no more like the target than even for as long as it was followed would never be acquired again: a
-        thing that is as large as it, so soon after, has the odds beforehand that its looks lack.
-        """
-        if self._lost is None or blob.silhouette:
-            return blob
-        prior, area_px2, lost_s = self._lost
-        if not self.known and observation.time_s - lost_s > REMEMBERED_S:
-            self._lost = None
-            return blob
-        as_large = area_px2 < AS_LARGE * blob.area_px < AS_LARGE**2 * area_px2
-        return replace(blob, log_odds=blob.log_odds + prior) if as_large else blob
-
-    def _may_be_silhouette(self, blob: Blob, observation: Observation) -> bool:
+    def _is_silhouette(self, blob: Blob, observation: Observation) -> bool:
         """Whether a dark thing may be the target before the light: it is trusted, and was about as large."""
-        if not self._evidence.trusted or blob.area_px > AS_LARGE * self._usual_px2:
-            return False
-        return AS_LARGE * blob.area_px > self._usual_px2 or _cut_sides(blob, observation) != (0, 0)
+        cut = _cut_sides(blob, observation) != (0, 0)
+        return self._evidence.trusted and self._look.may_be_silhouette(blob, cut=cut)
 
     def _is_expected(self, blob: Blob, direction: FloatArray | None) -> bool:
         """Whether a blob, as a disc of its area about a direction, is near enough to where the target is expected."""

@@ -1,0 +1,126 @@
+"""How large a target is in the crop and how it looked, which tells of a blob what its colours do not."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tracking.estimation.track_evidence import FADED
+from tracking.perception import ACQUIRED_LOG_ODDS
+from tracking.records import Blob
+
+OUTGROWN = 3.0
+"""Times the target's area, as it was and as it may have grown since, beyond which a blob that does not look like it is
+the target in one piece with something else: of that, nothing but the other thing may be left."""
+
+NEARER_PER_S = 0.5
+"""Share of its distance by which a target comes nearer in a second at most: its area goes with the inverse square."""
+
+AS_LARGE = 2.0
+"""Times the target's usual area, or part of it, that a thing has which may be it."""
+
+AREAS = 30
+"""Last ones of which the median is usual: pieces of it, and of it with something else, are fewer."""
+
+REMEMBERED_S = 12.0
+"""For which a target that was lost is looked for as it looked: while it is sought where it can have gone
+(`tracking.control.lost_target.GIVEN_UP_S`)."""
+
+MOST_REMEMBERED = 3.0
+"""Log odds at most that a thing as large as a lost target has beforehand: what is plainly another thing stays one."""
+
+
+class TargetLook:
+    """Size and looks of what is followed, or was lost."""
+
+    def __init__(self) -> None:
+        self._own_px2: float | None = None
+        self._areas_px2: deque[float] = deque(maxlen=AREAS)
+        self._lost: tuple[float, float, float] | None = None
+
+    @property
+    def usual_px2(self) -> float:
+        """Area that most images showed; of nothing, zero."""
+        return float(np.median(self._areas_px2)) if self._areas_px2 else 0.0
+
+    def note(self, blob: Blob, *, whole: bool, interval_s: float, swallowed_s: float) -> float:
+        """Note how large the target is.
+
+        Parameters
+        ----------
+        blob : Blob
+            That was taken for it.
+        whole : bool
+            Whether no edge cuts it.
+        interval_s : float
+            Since the image before.
+        swallowed_s : float
+            For how long it may have been swallowed by something larger, before this image.
+
+        Returns
+        -------
+        float
+            The same after it.
+        """
+        if whole:
+            self._areas_px2.append(blob.area_px)
+        if blob.log_odds >= ACQUIRED_LOG_ODDS:
+            self._own_px2 = blob.area_px if whole else self._own_px2
+            return 0.0
+        if swallowed_s > 0 or self._has_outgrown(blob):
+            return swallowed_s + interval_s
+        if self._own_px2 is not None and whole:
+            nearer_px2 = self._own_px2 * math.exp(2 * NEARER_PER_S * interval_s)
+            self._own_px2 = max(self._own_px2, min(blob.area_px, nearer_px2))
+        return 0.0
+
+    def may_be_silhouette(self, blob: Blob, *, cut: bool) -> bool:
+        """Whether a dark thing is about as large as the target was, or an edge cuts what would be."""
+        no_larger, no_smaller = self._compared(blob.area_px, self.usual_px2)
+        return no_larger and (no_smaller or cut)
+
+    def lose(self, contrast: float | None, time_s: float) -> None:
+        """Remember how what is lost looked: its mean log odds by contrast, None of what was not the target."""
+        lacked = 0.0 if contrast is None else ACQUIRED_LOG_ODDS - (contrast - FADED)
+        self._lost = (min(max(lacked, 0.0), MOST_REMEMBERED), self.usual_px2, time_s)
+
+    def remembered(self, blob: Blob, time_s: float, *, followed: bool) -> Blob:
+        """A blob with what its size tells of it while a target is sought, or followed again, that was lost when pale.
+
+        What looked no more like the target than even for as long as it was followed would never be acquired again: a
+        thing that is as large as it, so soon after, has the odds beforehand that its looks lack.
+        """
+        if self._lost is None or blob.silhouette:
+            return blob
+        prior, area_px2, lost_s = self._lost
+        if not followed and time_s - lost_s > REMEMBERED_S:
+            self._lost = None
+            return blob
+        return replace(blob, log_odds=blob.log_odds + prior) if all(self._compared(blob.area_px, area_px2)) else blob
+
+    def forget(self) -> None:
+        """What is seen next may be of any size."""
+        self._own_px2 = None
+        self._areas_px2.clear()
+
+    def snapshot(self) -> dict[str, Any]:
+        """State as plain numbers."""
+        return {"own_px2": self._own_px2, "areas_px2": list(self._areas_px2), "lost": self._lost}
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from a snapshot."""
+        self._own_px2, self._areas_px2 = snapshot["own_px2"], deque(snapshot["areas_px2"], maxlen=AREAS)
+        self._lost = None if snapshot["lost"] is None else tuple(snapshot["lost"])
+
+    def _has_outgrown(self, blob: Blob) -> bool:
+        """Whether a blob is much larger than the target, as it usually was and as it was when it looked like it."""
+        return self._own_px2 is not None and blob.area_px > OUTGROWN * max(self._own_px2, self.usual_px2)
+
+    @staticmethod
+    def _compared(area_px: float, usual_px2: float) -> tuple[bool, bool]:
+        """Whether an area is no more than twice, and no less than half of another."""
+        return area_px < AS_LARGE * usual_px2, AS_LARGE * area_px > usual_px2
