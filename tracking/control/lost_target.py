@@ -21,6 +21,7 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.search_plan import in_view, pose_grid, seen_from
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.target_look import REMEMBERED_S
 
 PLACES = 256
 
@@ -47,9 +48,6 @@ REGAINED_S = 15.0
 
 LOOK_S = 0.1
 """Least time of a look: a mirror that stops at a place to see something must slow down first."""
-
-GIVEN_UP_S = 12.0
-"""After which the target may be anywhere."""
 
 ASKED = 40
 """Poses at most that are asked what they show."""
@@ -101,7 +99,7 @@ class LostTarget:
     @property
     def given_up(self) -> bool:
         """Whether the target may be anywhere by now."""
-        return self._age_s > GIVEN_UP_S
+        return self._age_s > REMEMBERED_S
 
     def next_pose(self, q: FloatArray, passed_s: float) -> FloatArray:
         """Joint values to ask for, shape (2,), after an image taken at `q` that did not show the target."""

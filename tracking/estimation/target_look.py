@@ -27,8 +27,8 @@ AREAS = 30
 """Last ones of which the median is usual: pieces of it, and of it with something else, are fewer."""
 
 REMEMBERED_S = 12.0
-"""For which a target that was lost is looked for as it looked: while it is sought where it can have gone
-(`tracking.control.lost_target.GIVEN_UP_S`)."""
+"""For which a target that was lost is sought where it can have gone, and as it looked; then it may be anywhere, or
+look otherwise."""
 
 MOST_REMEMBERED = 3.0
 """Log odds at most that a thing as large as a lost target has beforehand: what is plainly another thing stays one."""
