@@ -120,8 +120,9 @@ def path_problems(dive: DiveSpecification, rig: Rig | None, radii_m: Mapping[int
     """
     times = instants(dive)
     bodies = body_pose(dive, times)
+    stated = "target.path" if dive.target.path else "target.position_m"
     swimming = {
-        ("target.path", "target"): (target_pose(dive, times).translation, radii_m[None]),
+        (stated, "target"): (target_pose(dive, times).translation, radii_m[None]),
         **{
             (f"decoys[{number}]", "decoy"): (decoy_pose(dive, decoy, times).translation, radii_m.get(number, 0.0))
             for number, decoy in enumerate(dive.decoys)
@@ -149,8 +150,7 @@ def path_problems(dive: DiveSpecification, rig: Rig | None, radii_m: Mapping[int
 def instants(dive: DiveSpecification) -> FloatArray:
     """Times at which paths are looked at, s: more often where what swims is fast."""
     last = (dive.frames - 1) / dive.frame_rate_hz
-    paths = [dive.target.path, *(decoy.path for decoy in dive.decoys if decoy.path is not None)]
-    speed = max(_fastest_m_per_s(dive, path, last) for path in paths)
+    speed = max(_fastest_m_per_s(dive, each.course, last) for each in (dive.target, *dive.decoys))
     step = min(LONGEST_STEP_S, STEP_M / max(speed, 1e-9))
     return np.linspace(0, last, int(np.clip(np.ceil(last / step) + 1, 2, MOST_STEPS)))
 

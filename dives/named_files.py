@@ -8,11 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from dives.specification import DiveSpecification
+from dives.specification import DiveSpecification, DiveThing
 from dives.trajectories.motions import FromFile, TravelFromFile
 from rigs.section import Section
 
 SomeDive = TypeVar("SomeDive", bound=DiveSpecification)
+Thing = TypeVar("Thing", bound=DiveThing)
 
 
 def path_files(dive: DiveSpecification) -> dict[str, str]:
@@ -39,16 +40,18 @@ def with_named_files(dive: SomeDive, name: Callable[[str, str], str]) -> SomeDiv
     }
     if "robot" in files:
         changes["robot"] = dive.robot.model_copy(update={"file": files["robot"]})
-    if "target" in files:
-        path = dive.target.path.model_copy(update={"file": files["target"]})
-        changes["target"] = dive.target.model_copy(update={"path": path})
+    changes["target"] = _with_file(dive.target, files.get("target"))
     changes["decoys"] = tuple(
-        decoy.model_copy(update={"path": decoy.path.model_copy(update={"file": files[f"decoys[{number}]"]})})
-        if decoy.path is not None and f"decoys[{number}]" in files
-        else decoy
-        for number, decoy in enumerate(dive.decoys)
+        _with_file(decoy, files.get(f"decoys[{number}]")) for number, decoy in enumerate(dive.decoys)
     )
     return dive.model_copy(update=changes)
+
+
+def _with_file(thing: Thing, file: str | None) -> Thing:
+    """It with another file of its path; as it is without one."""
+    if thing.path is None or file is None:
+        return thing
+    return thing.model_copy(update={"path": thing.path.model_copy(update={"file": file})})
 
 
 def digests(dive: DiveSpecification) -> dict[str, str]:

@@ -38,19 +38,15 @@ SWAY_STREAM = 1
 def target_pose(dive: DiveSpecification, time_s: ArrayLike) -> RigidTransform:
     """Pose of the target in the world: one, or for times of shape (n,) as many.
 
-    Its attitude is its file's if there is one; else x is along its path (level), z up.
+    Its attitude is its file's if there is one; else x is along its path (level), z up. What stays where it is has the
+    start's axes.
     """
-    return _path_pose(dive, dive.target.path, dive.target.start, time_s)
+    return _path_pose(dive, dive.target.course, dive.target.start, time_s)
 
 
 def decoy_pose(dive: DiveSpecification, decoy: Decoy, time_s: ArrayLike) -> RigidTransform:
-    """Pose of a decoy in the world, as the target's; one that stays where it is has the start's axes."""
-    if decoy.path is not None:
-        return _path_pose(dive, decoy.path, PathStart(), time_s)
-    assert decoy.position_m is not None  # it has one of them
-    times = np.asarray(time_s, dtype=np.float64)
-    place = np.broadcast_to(np.subtract(decoy.position_m, [0.0, 0.0, dive.depth_m]), (*times.shape, 3))
-    return RigidTransform.from_components(place, _turned(np.zeros(times.shape)))
+    """Pose of a decoy in the world, as the target's."""
+    return _path_pose(dive, decoy.course, PathStart(), time_s)
 
 
 def _path_pose(dive: DiveSpecification, path: TargetPath, start: PathStart, time_s: ArrayLike) -> RigidTransform:

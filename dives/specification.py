@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal, Self, get_args
 
 import tomlkit
 from pydantic import Field, model_validator
 
 from dives.trajectories.attitude_sensor import AttitudeSettings
-from dives.trajectories.motions import PathStart, RobotMotion, TargetPath
+from dives.trajectories.motions import PathStart, RobotMotion, Straight, TargetPath
 from rigs import ImageSensorSpec, JerlovType, Rig
 from rigs.display import facts_table
 from rigs.section import NotNegative, Number, Positive, Section, Vector3, Whole
@@ -33,11 +33,30 @@ BALL_MATERIALS: dict[str, Material] = {
 
 
 class DiveThing(Section):
-    """What it is (`scenes.stage.targets.target_named`), and of a ball how large and of which colour."""
+    """What it is (`scenes.stage.targets.target_named`), of a ball how large and of which colour, and where it is.
+
+    It stays at a position or goes along a path.
+    """
 
     shape: str = "red ball"
     diameter_m: Positive | None = None
     colour: BallColour | None = None
+    position_m: Vector3 | None = None
+    path: TargetPath | None = None
+
+    @model_validator(mode="after")
+    def _is_somewhere(self) -> Self:
+        if (self.position_m is None) == (self.path is None):
+            raise ValueError(f"expected one of position_m and path, got {'none' if self.path is None else 'both'}")
+        return self
+
+    @property
+    def course(self) -> TargetPath:
+        """Its path; of what stays at a position, one that goes nowhere."""
+        if self.path is not None:
+            return self.path
+        assert self.position_m is not None  # it has one of them
+        return Straight(shape="straight", start_m=self.position_m, velocity_m_per_s=(0.0, 0.0, 0.0))
 
     def load_shape(self) -> TargetShape:
         """Shape, a ball in its size and colour.
@@ -59,23 +78,13 @@ class DiveThing(Section):
 
 
 class DiveTarget(DiveThing):
-    """What is to be tracked, where it goes, and where it begins."""
+    """What is to be tracked, and where it begins."""
 
-    path: TargetPath
     start: PathStart = PathStart()
 
 
 class Decoy(DiveThing):
-    """Something else than the target, which may look like it or hide it: at a place from the start, or on a path."""
-
-    position_m: Vector3 | None = None
-    path: TargetPath | None = None
-
-    @model_validator(mode="after")
-    def _is_somewhere(self) -> Decoy:
-        if (self.position_m is None) == (self.path is None):
-            raise ValueError(f"expected one of position_m and path, got {'none' if self.path is None else 'both'}")
-        return self
+    """Something else than the target, which may look like it or hide it."""
 
 
 class DiveSun(Section):
@@ -208,11 +217,15 @@ class DiveSpecification(Section):
         facts = [
             ("Rig", self.rig),
             ("World", f"{self.world}, {self.depth_m:g} m deep, water: {water}"),
-            ("Target", f"{self.target.shape}, path: {self.target.path.shape}"),
+            ("Target", f"{self.target.shape}, {self._goes()}"),
             ("Robot", self.robot.motion),
             ("Loop", f"{self.variant}, {self.frame_rate_hz:g} frames/s for {self.duration_s:g} s"),
         ]
         return facts_table(f"{self.name}: {self.description}" if self.description else self.name, facts)
+
+    def _goes(self) -> str:
+        path, position = self.target.path, self.target.position_m
+        return f"path: {path.shape}" if path else f"stays at {position}"
 
     def as_toml(self) -> str:
         """The whole dive as a file, defaults included."""

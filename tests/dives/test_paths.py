@@ -228,6 +228,18 @@ def test_attitudes_of_targets_and_clocks_of_files(tmp_path):
     assert yaw == pytest.approx([90.0, 126.0])
 
 
+def test_a_target_stays_where_its_start_moves_it():
+    """At 2 m ahead, turned to 90 degrees left: 2 m to the left, with the start's axes but for the turn."""
+    there = dive(Straight(shape="straight", start_m=(2.0, 0.0, 0.5), velocity_m_per_s=(0.0, 0.0, 0.0)))
+    at = np.array([0.0, 10.0])
+    for start, expected in ((PathStart(), [2.0, 0.0]), (PathStart(azimuth_deg=90.0), [0.0, 2.0])):
+        target = DiveTarget(position_m=(2.0, 0.0, 0.5), start=start)
+        pose = target_pose(there.model_copy(update={"target": target}), at)
+        np.testing.assert_allclose(pose.translation, [[*expected, 0.5 - DEPTH]] * 2, atol=1e-12)
+        turned = 0.0 if start.azimuth_deg is None else start.azimuth_deg
+        assert pose.rotation.as_euler("ZYX", degrees=True)[:, 0] == pytest.approx([turned] * 2)
+
+
 def test_decoys_stay_or_go():
     still = Decoy(position_m=(2.0, 1.0, 0.5))
     moving = Decoy(path=Straight(shape="straight", start_m=(2.0, 0.0, 0.0), velocity_m_per_s=(0.0, 0.1, 0.0)))

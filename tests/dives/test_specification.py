@@ -78,6 +78,17 @@ def test_every_problem_is_told_at_once_with_its_place_and_value(tmp_path):
     assert "at 4.9" in found["target.path"].expected
 
 
+def test_a_target_stays_or_goes(tmp_path):
+    """Of a target that stays the position is named; with both, or with neither, nothing is known."""
+    head, path = GOOD.split("[target.path]\n")
+    (problem,) = problems(f"{head}[target]\nposition_m = [0.3, 0.0, 0.0]", tmp_path)
+    assert (problem.place, "keeps off the hull" in problem.expected) == ("target.position_m", True)
+    (problem,) = problems(f"{head}[target]\nposition_m = [2.0, 0.0, 0.0]\n[target.path]\n{path}", tmp_path)
+    assert (problem.place, "got both" in problem.expected) == ("target", True)
+    (problem,) = problems(f"{head}[target]\ncolour = 'red'", tmp_path)
+    assert (problem.place, "got none" in problem.expected) == ("target", True)
+
+
 def test_target_in_the_hull_is_told_with_the_time(tmp_path):
     """aqua2's hull reaches from x = -0.325 to 0.325 m: a ball of 0.1 m touches it from x = 0.425 m on."""
     text = changed(duration_s="10.0").replace("[2.0, 0.5, 0.0]", "[1.425, 0.0, 0.0]")

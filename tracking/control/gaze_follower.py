@@ -322,8 +322,7 @@ class GazeFollower:
         bearing = self._filter.bearing
         if bearing is None or direction is None:
             return True
-        expected = bearing.direction
-        apart = math.atan2(float(np.linalg.norm(np.cross(expected, direction))), float(expected @ direction))
+        apart = 2 * math.asin(min(math.dist(bearing.direction, direction) / 2, 1))
         gate = min(GATE * self._filter.expected_spread, WIDEST_GATE_RAD)
         return apart <= gate + self._radius(blob.area_px)
 
