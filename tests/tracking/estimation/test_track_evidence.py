@@ -17,6 +17,8 @@ from tracking.estimation.track_evidence import (
     MOST_LOG_ODDS,
     MOVED_LOG_ODDS,
     MOVED_RAD,
+    PLAIN_LOG_ODDS,
+    PLAIN_S,
     PROBATION_S,
     SHARE_MEMORY_S,
     SWALLOWED_S,
@@ -86,6 +88,7 @@ def test_what_is_trusted_may_fade_until_its_contrast_is_below_even():
 def test_what_was_followed_for_long_may_fade_for_longer(seen_s, doubted):
     """A second and a half below even, after log odds of 1.5: before a dim reef, in `dark`, the ball has as much."""
     evidence = followed(1.5, 1.0, images(seen_s))
+    evidence.moved = True
     for _ in range(images(1.5)):
         evidence.update(-1.5, -1.0, AHEAD, INTERVAL_S)
     assert evidence.trusted and evidence.doubted is doubted
@@ -95,11 +98,29 @@ def test_what_was_followed_for_long_may_fade_for_longer(seen_s, doubted):
 def test_what_was_the_target_for_long_may_be_lost_but_is_not_doubted(seen_s, doubted):
     """Found in one image of four, at dusk 4 m away, for ten seconds."""
     evidence = followed(1.5, 1.0, images(seen_s))
+    evidence.moved = True
     for image in range(images(10.0)):
         if image % 4:
             evidence.miss(INTERVAL_S, shown=True)
         else:
             evidence.update(0.5, 0.0, AHEAD, INTERVAL_S)
+    assert evidence.doubted is doubted
+
+
+@pytest.mark.parametrize(
+    "contrast, moves, doubted",
+    [
+        (PLAIN_LOG_ODDS - 0.1, False, True),
+        (PLAIN_LOG_ODDS + 0.1, False, False),
+        (PLAIN_LOG_ODDS - 0.1, True, False),
+    ],
+)
+def test_what_stands_still_and_is_never_plain_is_doubted_in_the_end(contrast, moves, doubted):
+    """A round brown sponge is trusted, as a ball in the shade is; a ball that fades or moves stays the target."""
+    evidence = followed(contrast, 1.0, images(0.9 * PLAIN_S))
+    assert evidence.trusted and not evidence.doubted
+    for direction in (turned(1.1 * MOVED_RAD) if moves else AHEAD, AHEAD, AHEAD):
+        evidence.update(1.5, 1.0, direction, 0.1 * PLAIN_S)
     assert evidence.doubted is doubted
 
 
