@@ -45,8 +45,8 @@ from tracking.perception.target_colours import DARKER, RED, TargetColour, contra
 from tracking.records import Blob, Detection
 
 JUDGED = 2
-"""Pieces of an image that are cut out and judged, those that stand out most; with three times as many, 2 of 100 more
-targets are found."""
+"""Pieces of an image that are cut out and judged, those that stand out most, and beside them as many where a target is
+expected; with three times as many, 2 of 100 more targets are found."""
 
 CUT_SHARE, CUT_SPREADS, MOST_SHARE = 0.2, 2.0, 0.6
 """Redness above the surroundings from which a cell belongs to a piece: a share of its middle's, or spreads of theirs if
@@ -178,8 +178,8 @@ def detect_by_contrast(
     ignored : array, shape (height, width), optional
         uint8: pixels that are 255 belong neither to a target nor to its surroundings.
     expected_px : tuple of float, optional
-        Where a target is expected that is followed already: what is there is judged first, and when it may be the
-        target nothing else is.
+        Where a target is expected that is followed already: what is there is judged first, and when it is as likely
+        the target as not nothing else is.
     colour : TargetColour
         Of the target.
     over_water : float
@@ -194,16 +194,16 @@ def detect_by_contrast(
     pyramid = ContrastPyramid(crop, ignored, colour.contrasts)
     places = [(place, expected_px is not None and place.is_near(expected_px)) for place in pyramid.places()]
     likely: list[Piece] = []
-    judged = 0
+    judged = {True: 0, False: 0}
     for place, near in sorted(places, key=lambda each: not each[1]):
-        if judged == JUDGED or any(each.covers(place) for each in likely):
+        if judged[near] == JUDGED or any(each.covers(place) for each in likely):
             continue
-        judged += 1
+        judged[near] += 1
         piece = cut_out(pyramid, place, colour, over_water)
         if piece is None or piece.blob.area_px < area_min_px or piece.blob.log_odds < LEAST_LOG_ODDS:
             continue
         likely.append(piece)
-        if near:
+        if near and piece.blob.log_odds >= 0:
             break
     if expected_px is not None and all(piece.blob.log_odds < ACQUIRED_LOG_ODDS for piece in likely):
         likely += silhouettes(crop, area_min_px, ignored, expected_px)
