@@ -187,6 +187,9 @@ class GazeFollower:
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
         self._evidence.note_silhouette(observation.interval_s, dark=blobs[0].silhouette)
+        others = (blob for blob in observation.blobs if blob not in blobs and blob.log_odds >= AT_ONCE_LOG_ODDS)
+        if any(not self._is_clutter(directions[blob.centroid_px], observation.time_s) for blob in others):
+            self._evidence.outshone_s += observation.interval_s
         self._evidence.swallowed_s = self._look.note(
             blobs[0],
             whole=sides == (0, 0),
@@ -303,7 +306,7 @@ class GazeFollower:
             return False
         likely = blob.log_odds >= ACQUIRED_LOG_ODDS
         if bearing is None:
-            return likely and not self._evidence.is_clutter(direction, observation.time_s)
+            return likely and not self._is_clutter(direction, observation.time_s)
         if not likely and self._filter.expected_spread > PLACE_TELLS_RAD:
             return False
         if blob.silhouette and not self._is_silhouette(blob, observation):
@@ -311,6 +314,10 @@ class GazeFollower:
         if self._is_expected(blob, direction):
             return True
         return blob.log_odds >= AT_ONCE_LOG_ODDS and self._may_have_turned_to(direction, observation.time_s)
+
+    def _is_clutter(self, direction: FloatArray | None, time_s: float) -> bool:
+        """Whether a direction, steady axes, shows what was not the target, or nothing."""
+        return direction is None or self._evidence.is_clutter(direction, time_s)
 
     def _is_silhouette(self, blob: Blob, observation: Observation) -> bool:
         """Whether a dark thing may be the target before the light: it is trusted, and was about as large."""

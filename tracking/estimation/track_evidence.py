@@ -7,7 +7,8 @@ while: then it is *trusted*, and looks that fade, as before the sun, are believe
 above even. What never gets there within its probation, what falls below even before, and what is seen in less than a
 third of the images that should show it, is dropped, and its direction is remembered as clutter: the search does not end
 there again. So is what is trusted, but stands still and has not looked plainly like the target soon: a reef has round
-brown things, and one of them would be followed for good. What was above even still, or was not seen again before it
+brown things, and one of them would be followed for good; sooner, if something is seen beside it that does look like the
+target. What was above even still, or was not seen again before it
 could be judged, is clutter for a shorter time. A
 target may be in one piece with something larger that it passes, and hides it: what then does not look like the target
 soon is dropped as well. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and
@@ -52,6 +53,9 @@ PLAIN_LOG_ODDS, PLAIN_S = 2.5, 4.0
 """Of the mean by contrast, which what stands still must have had once to be followed for longer. In 40 dives of the
 arena targets had less for longer in 8 images, and other things in 853 (seeds 1280 to 1319)."""
 
+OUTSHONE_S = 0.2
+"""For which something else must have looked like the target beside what has not: a few images, as for a candidate."""
+
 GAP_S, FADED = 0.2, 1.0
 """What comes into view after a gap, and has by so much less log odds by contrast, may be another thing."""
 
@@ -90,6 +94,7 @@ PLAIN_STATE = (
     "share",
     "trusted",
     "whole",
+    "outshone_s",
     "swallowed_s",
     "silhouette_s",
     "moved",
@@ -123,6 +128,8 @@ class TrackEvidence:
     trusted : bool
     whole : bool
         Whether an image has shown all of it.
+    outshone_s : float
+        For how long something else has looked like the target beside it.
     swallowed_s : float
         For how long it has not looked like the target since it was in one piece with something larger.
     silhouette_s : float
@@ -141,6 +148,7 @@ class TrackEvidence:
     share: float = 1.0
     trusted: bool = False
     whole: bool = False
+    outshone_s: float = 0.0
     swallowed_s: float = 0.0
     silhouette_s: float = 0.0
     first: FloatArray | None = None
@@ -164,9 +172,9 @@ class TrackEvidence:
 
     @property
     def _stays_pale(self) -> bool:
-        """Whether it has stood still for so long and never looked plainly like the target."""
+        """Whether it has never looked plainly like the target, and has stood still for so long or been outshone."""
         pale = self.clearest is not None and self.clearest < PLAIN_LOG_ODDS
-        return pale and not self.moved and self.age_s > PLAIN_S
+        return pale and (self.outshone_s > OUTSHONE_S or (not self.moved and self.age_s > PLAIN_S))
 
     @property
     def _below_even(self) -> bool:
@@ -233,7 +241,7 @@ class TrackEvidence:
         """What is seen next may be another thing than what was followed: it has to be trusted first."""
         self.contrast = self.together = self.clearest = self.first = None
         self.age_s, self.share, self.trusted, self.whole, self.moved = 0.0, 1.0, False, False, False
-        self.swallowed_s = self.silhouette_s = 0.0
+        self.outshone_s = self.swallowed_s = self.silhouette_s = 0.0
 
     def drop(self, direction: FloatArray, time_s: float) -> None:
         """What is followed is not the target, or was not found again: remember where it is."""

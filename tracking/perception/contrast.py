@@ -178,8 +178,8 @@ def detect_by_contrast(
     ignored : array, shape (height, width), optional
         uint8: pixels that are 255 belong neither to a target nor to its surroundings.
     expected_px : tuple of float, optional
-        Where a target is expected that is followed already: what is there is judged first, and when it is as likely
-        the target as not nothing else is.
+        Where a target is expected that is followed already: what is there is judged first, and when it looks like the
+        target nothing else is.
     colour : TargetColour
         Of the target.
     over_water : float
@@ -203,7 +203,7 @@ def detect_by_contrast(
         if piece is None or piece.blob.area_px < area_min_px or piece.blob.log_odds < LEAST_LOG_ODDS:
             continue
         likely.append(piece)
-        if near and piece.blob.log_odds >= 0:
+        if near and piece.blob.log_odds >= ACQUIRED_LOG_ODDS:
             break
     if expected_px is not None and all(piece.blob.log_odds < ACQUIRED_LOG_ODDS for piece in likely):
         likely += silhouettes(crop, area_min_px, ignored, expected_px)

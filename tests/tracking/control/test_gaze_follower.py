@@ -315,6 +315,27 @@ def test_in_an_image_or_two_nothing_turns():
     assert not following.update(beside)
 
 
+@pytest.mark.parametrize(("pale", "other", "doubted"), [(1.8, 8.0, True), (1.8, 2.0, False), (5.0, 8.0, False)])
+def test_a_pale_thing_is_left_for_what_looks_like_the_target_beside_it(pale, other, doubted):
+    """A brown sponge is followed as the ball comes into view; then a coral, while the ball is followed."""
+    ahead = np.array([1.0, 0.0, 0.0])
+    following = follower(0.0)
+    for image in range(3 * IMAGES):
+        seen, _ = observation(IMAGES // 2, ahead, 0.0)
+        aside = replace(seen.blobs[0], centroid_px=(30.0, 30.0), log_odds=other)
+        one = replace(seen.blobs[0], log_odds=ACQUIRED_LOG_ODDS if image == 0 else pale)
+        beside = replace(seen, time_s=image * INTERVAL_S, blobs=(one, aside) if image > IMAGES else (one,))
+        following.expect(beside)
+        taken = following.update(beside)
+        if following.doubted:
+            break
+        assert taken == (one,)
+    assert following.doubted is doubted
+    if doubted:
+        following.forget(brief=False)
+        assert following.update(beside) == (aside,)
+
+
 def test_what_is_far_from_where_the_target_was_is_not_taken_for_it():
     following, image = gone(0.5)
     elsewhere = at_the_end(image, 66)

@@ -17,6 +17,7 @@ from tracking.estimation.track_evidence import (
     MOST_LOG_ODDS,
     MOVED_LOG_ODDS,
     MOVED_RAD,
+    OUTSHONE_S,
     PLAIN_LOG_ODDS,
     PLAIN_S,
     PROBATION_S,
@@ -122,6 +123,17 @@ def test_what_stands_still_and_is_never_plain_is_doubted_in_the_end(contrast, mo
     for direction in (turned(1.1 * MOVED_RAD) if moves else AHEAD, AHEAD, AHEAD):
         evidence.update(1.5, 1.0, direction, 0.1 * PLAIN_S)
     assert evidence.doubted is doubted
+
+
+@pytest.mark.parametrize("contrast, doubted", [(PLAIN_LOG_ODDS - 0.1, True), (PLAIN_LOG_ODDS + 0.1, False)])
+def test_what_is_never_plain_is_doubted_beside_what_looks_like_the_target(contrast, doubted):
+    evidence = followed(contrast, 1.0, images(1.0))
+    evidence.outshone_s = 0.9 * OUTSHONE_S
+    assert not evidence.doubted
+    evidence.outshone_s = 1.1 * OUTSHONE_S
+    assert evidence.doubted is doubted
+    evidence.begin_again()
+    assert evidence == TrackEvidence()
 
 
 @pytest.mark.parametrize("swallowed_s, doubted", [(0.9 * SWALLOWED_S, False), (1.1 * SWALLOWED_S, True)])
