@@ -15,6 +15,7 @@ HEADLINES = {
     "visible_fraction": ("target visible", ""),
     "gaze_error_held_rms_deg": ("gaze error held, RMS", "deg"),
     "gaze_error_held_p95_deg": ("gaze error held, 95 %", "deg"),
+    "gaze_error_possible_rms_deg": ("least gaze error possible", "deg"),
     "false_tracking_fraction": ("on something else", ""),
     "beyond_reach_s": ("beyond reach", "s"),
     "losses": ("losses", ""),

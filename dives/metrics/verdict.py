@@ -57,7 +57,10 @@ def dive_verdict(metrics: Mapping[str, Any], limits: DiveLimits, rig: Rig) -> Ve
             f"{_losses(metrics)}{_possible(metrics, limits)}"
         )
     if error_deg > gaze_limit_deg:
-        missed.append(f"gaze {error_deg:.2f} degrees off while held (RMS), at most {gaze_limit_deg:g} degrees allowed")
+        missed.append(
+            f"gaze {error_deg:.2f} degrees off while held (RMS), at most {gaze_limit_deg:g} degrees allowed"
+            f"{_least(metrics, gaze_limit_deg)}"
+        )
     if 100 * false > limits.false_tracking_percent:
         missed.append(
             f"on something else {100 * false:.1f} % of the time, at most {limits.false_tracking_percent:g} % allowed"
@@ -92,6 +95,14 @@ def _losses(metrics: Mapping[str, Any]) -> str:
         return ""
     causes = ", ".join(f"{cause} ({count})" for cause, count in metrics["loss_causes"].items())
     return f": lost {metrics['losses']} times to {causes}, found again {metrics['losses_reacquired']} times"
+
+
+def _least(metrics: Mapping[str, Any], limit_deg: float) -> str:
+    """That no loop could have looked at the target as closely as is required, where that is so."""
+    least_deg = metrics.get("gaze_error_possible_rms_deg")
+    if least_deg is None or least_deg <= limit_deg:
+        return ""
+    return f". Less than {least_deg:.2f} degrees was not possible: the target was past the joints' ends"
 
 
 def _possible(metrics: Mapping[str, Any], limits: DiveLimits) -> str:

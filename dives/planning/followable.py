@@ -1,8 +1,9 @@
-"""For how long a mirror could have had a target in view, had it known the target's path beforehand.
+"""How long and how well a mirror could have had a target in view, had it known the target's path beforehand.
 
 Where a target goes, joints of a given speed cannot always follow: past pan's end the mirror must turn round, and beside
 the zenith it must turn faster than any servo. Dynamic programming (Bellman 1957) over a grid of poses finds the most
-frames in which one that moves within its speeds shows the target, to within the grid's step.
+frames in which one that moves within its speeds shows the target, to within the grid's step. Nor does every pose show
+it in the middle: where pan ends, the nearest gaze passes it by.
 """
 
 from __future__ import annotations
@@ -28,9 +29,11 @@ SERVO_SHARE = 0.8
 """Of the servos' highest speeds: what needs more of them need not be held."""
 
 POSSIBLE_DEFINITIONS = {
-    "possible_s": "longest that the gaze mirror could have shown the target from the acquisition on, at"
+    "possible_s": "longest that the gaze mirror could have shown the target's middle from the acquisition on, at"
     f" {SERVO_SHARE:.0%} of the servos' speeds and with the path known beforehand; None where it was never acquired",
     "possible_fraction": "that, of the time from the acquisition on",
+    "gaze_error_possible_rms_deg": "deg: root mean square of the angle from the target to the nearest gaze within the"
+    " joints' limits, in frames in which the target is held; None without one",
 }
 
 STEP_S = 0.1
@@ -38,6 +41,9 @@ STEP_S = 0.1
 
 FINEST_DEG = 2.5
 """Of a joint, between two poses at most: a view is 18 degrees of gaze high, 9 of tilt."""
+
+PANS = 91
+"""Between its ends at which the nearest gaze is sought, beside those from which the gaze is exact."""
 
 
 def possible_metrics(
@@ -60,8 +66,9 @@ def possible_metrics(
     first = frames.acquired
     if first is None:
         return dict.fromkeys(POSSIBLE_DEFINITIONS)
+    gimbal = Gimbal(Layout.from_rig(rig))
     possible_s = longest_in_view_s(
-        Gimbal(Layout.from_rig(rig)),
+        gimbal,
         gaze_view(rig, dive.loop_variant(), robot_view),
         JointSpeeds.from_rig(rig).slowed(SERVO_SHARE),
         start=np.radians([frames.numbers[f"{joint}_true_deg"][first] for joint in ("q1", "q2")]),
@@ -69,7 +76,22 @@ def possible_metrics(
         direction=there.direction[first:],
         available=there.available[first:],
     )
-    return {"possible_s": possible_s, "possible_fraction": min(possible_s / float(frames.lasts_s[first:].sum()), 1.0)}
+    held = there.direction[frames.after_acquisition & frames.held]
+    least_deg = np.degrees([nearest_gaze(gimbal, each) for each in held])
+    return {
+        "possible_s": possible_s,
+        "possible_fraction": min(possible_s / float(frames.lasts_s[first:].sum()), 1.0),
+        "gaze_error_possible_rms_deg": float(np.sqrt(np.mean(least_deg**2))) if len(held) else None,
+    }
+
+
+def nearest_gaze(gimbal: Gimbal, direction: FloatArray) -> float:
+    """Angle from a direction, body frame, shape (3,), to the nearest gaze within the joints' limits, radians."""
+    there = gimbal.in_gimbal(direction)
+    lowest, highest = gimbal.limits(0)
+    exact = np.arctan2(there[1], there[0]) + math.pi * np.arange(-4, 5)
+    pans = np.concatenate([np.linspace(lowest, highest, PANS), exact[(exact >= lowest) & (exact <= highest)]])
+    return float(gimbal.off_gaze(there[np.newaxis], pans).min())
 
 
 def longest_in_view_s(
@@ -82,7 +104,7 @@ def longest_in_view_s(
     direction: FloatArray,
     available: BoolArray,
 ) -> float:
-    """Most time in which a mirror can show a target, seconds.
+    """Most time in which a mirror can show a target's middle, seconds.
 
     Parameters
     ----------
@@ -112,7 +134,7 @@ def longest_in_view_s(
         ),
         strict=True,
     )
-    shown = view.shows(there, *axes) & available[::every]
+    shown = (view.clearance(there, *axes) >= 0) & available[::every]
     seconds = np.full(shown.shape[:2], -np.inf)
     seconds[tuple(np.abs(axis - angle).argmin() for axis, angle in zip(axes, gimbal.angles(start), strict=True))] = 0.0
     for index in range(shown.shape[2]):

@@ -83,7 +83,6 @@ class GazeFollower:
         self._filter = DirectionFilter(noise)
         self._steady = DirectionFilter(replace(noise, acceleration_deg=noise.steady_acceleration_deg))
         self._evidence = TrackEvidence()
-        self._whole_px2: float | None = None
         self._look = TargetLook()
         self._seen = False
         self._last_seen: tuple[Bearing, float] | None = None
@@ -222,11 +221,14 @@ class GazeFollower:
             return centroid_px, 0.0
         blob = blobs[0]
         if sides == (0, 0):
-            self._whole_px2 = blob.area_px
             return centroid_px, 0.0
-        if self._whole_px2 is None or blob.area_px >= self._whole_px2:
-            return centroid_px, self._radius(blob.area_px)
-        middle_px = middle_of_cut(blob, sides, math.sqrt(self._whole_px2 / math.pi))
+        radius_px = math.sqrt(self._look.whole_px2 / math.pi)
+        if blob.area_px >= self._look.whole_px2:
+            if all(sides):
+                return centroid_px, self._radius(blob.area_px)
+            # Larger than it ever was: as wide as it is high.
+            radius_px = blob.box_px[2 if sides[1] else 3] / 2
+        middle_px = middle_of_cut(blob, sides, radius_px)
         return middle_px, math.dist(middle_px, centroid_px) * self._rad_per_px / 2
 
     def _radius(self, area_px: float) -> float:
@@ -244,7 +246,7 @@ class GazeFollower:
         self._filter.forget()
         self._steady.forget()
         self._look.forget()
-        self._whole_px2, self._last_seen = None, None
+        self._last_seen = None
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
@@ -258,7 +260,6 @@ class GazeFollower:
             "last_seen": None if last is None else [last[0].direction.tolist(), last[0].rate.tolist(), last[1]],
             "before": before,
             "evidence": self._evidence.snapshot(),
-            "whole_px2": self._whole_px2,
             "look": self._look.snapshot(),
         }
 
@@ -272,7 +273,6 @@ class GazeFollower:
             None if last is None else (Bearing(direction=np.array(last[0]), rate=np.array(last[1])), last[2])
         )
         self._evidence.restore(snapshot["evidence"])
-        self._whole_px2 = snapshot["whole_px2"]
         self._look.restore(snapshot["look"])
         before = snapshot["before"]
         self._before = None if before is None else (before[0], np.array(before[1]))

@@ -30,7 +30,7 @@ from optics.gaze.jacobian import NO_AZIMUTH
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from tracking.estimation.direction_filter import Bearing
-from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.gimbal import TURN, Gimbal
 
 PAN_NODES = 32
 """Of the plan: 5 degrees apart for the paper's servos, half of what a crop sees to one side."""
@@ -53,8 +53,6 @@ OUT_OF_VIEW_SLOPE = 1e-3
 
 PAST_THE_END = 0.15
 """Loss of the view, 0.4 of the half view off; half the distance of the plan's nodes makes 0.06."""
-
-TURN = 2 * math.pi
 
 
 class Pointing:
@@ -179,16 +177,7 @@ class Pointing:
 
         The square of the angle from the direction to the nearest gaze, 1 at the view's edge and hardly more beyond.
         """
-        cosines, sines = np.cos(pans), np.sin(pans)
-        forward = directions[:, :2] @ [cosines, sines]
-        aside = directions[:, 1:2] * cosines - directions[:, :1] * sines
-        lowest, highest = self._elevations
-        off_middle = np.arctan2(directions[:, 2:], forward) - (lowest + highest) / 2
-        off_middle = np.abs(off_middle - TURN * np.round(off_middle / TURN))
-        beyond = np.maximum(off_middle - (highest - lowest) / 2, 0)
-        # Right spherical triangle: aside of the half circle, and beyond its end.
-        angle = np.arccos(np.sqrt(np.maximum(1 - aside**2, 0)) * np.cos(beyond))
-        lost = (angle / self._half_view) ** 2
+        lost = (self._gimbal.off_gaze(directions, pans) / self._half_view) ** 2
         return np.asarray(np.minimum(lost, 1 + OUT_OF_VIEW_SLOPE * lost))
 
     def _exact_pans(self, level: tuple[float, float], near: float) -> tuple[float, float]:

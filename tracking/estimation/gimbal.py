@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 from optics.kernels.arrays import FloatArray
 from optics.layout import FACE_ELEVATION_AT_ZERO, Layout
 
+TURN = 2 * math.pi
+
 
 class Gimbal:
     """The two joints of a rig.
@@ -30,6 +32,7 @@ class Gimbal:
         self._upright = float(layout.fold_direction[1])
         self.lowest: FloatArray = np.radians([joint.min_deg for joint in self._joints])
         self.highest: FloatArray = np.radians([joint.max_deg for joint in self._joints])
+        self._elevations = tuple(2 * tilt for tilt in self.limits(1))
 
     @property
     def middle(self) -> FloatArray:
@@ -74,8 +77,28 @@ class Gimbal:
         return np.asarray(ray / math.sqrt(ray @ ray))
 
     def in_gimbal(self, direction: ArrayLike) -> FloatArray:
-        """Components in the gimbal's frame of a direction of the body frame, shape (3,)."""
+        """Components in the gimbal's frame of directions of the body frame, shape (3,) or (n, 3)."""
         return np.asarray(np.asarray(direction, dtype=np.float64) @ self._body_from_gimbal)
+
+    def off_gaze(self, directions: FloatArray, pans: FloatArray) -> FloatArray:
+        """Angle from directions to the nearest gaze that tilt reaches at pan angles, shape (n, m), radians.
+
+        Parameters
+        ----------
+        directions : array, shape (n, 3)
+            Unit vectors, gimbal's frame.
+        pans : array, shape (m,)
+            Radians.
+        """
+        cosines, sines = np.cos(pans), np.sin(pans)
+        forward = directions[:, :2] @ [cosines, sines]
+        aside = directions[:, 1:2] * cosines - directions[:, :1] * sines
+        lowest, highest = self._elevations
+        off_middle = np.arctan2(directions[:, 2:], forward) - (lowest + highest) / 2
+        off_middle = np.abs(off_middle - TURN * np.round(off_middle / TURN))
+        beyond = np.maximum(off_middle - (highest - lowest) / 2, 0)
+        # Right spherical triangle: aside of the half circle, and beyond its end.
+        return np.asarray(np.arccos(np.sqrt(np.maximum(1 - aside**2, 0)) * np.cos(beyond)))
 
 
 def _spherical(azimuth: float, elevation: float) -> FloatArray:

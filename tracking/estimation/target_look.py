@@ -47,6 +47,11 @@ class TargetLook:
         """Area that most images showed; of nothing, zero."""
         return float(np.median(self._areas_px2)) if self._areas_px2 else 0.0
 
+    @property
+    def whole_px2(self) -> float:
+        """Area when no edge cut it; of nothing, zero. What showed only a part of it last time was found in pieces."""
+        return max(self._areas_px2[-1], self.usual_px2) if self._areas_px2 else 0.0
+
     def note(self, blob: Blob, *, whole: bool, interval_s: float, swallowed_s: float) -> float:
         """Note how large the target is.
 

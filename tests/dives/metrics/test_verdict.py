@@ -58,6 +58,14 @@ def test_what_no_loop_could_have_held_is_said(rig):
     assert "possible" not in dive_verdict(missed | {"possible_fraction": None}, DiveLimits(), rig).line
 
 
+def test_that_no_gaze_is_as_near_as_required_is_said(rig):
+    missed = HELD | {"gaze_error_held_rms_deg": 4.8}
+    explained = dive_verdict(missed | {"gaze_error_possible_rms_deg": 4.12}, DiveLimits(), rig)
+    assert "Less than 4.12 degrees was not possible" in explained.line
+    for least in (None, 0.9):
+        assert "possible" not in dive_verdict(missed | {"gaze_error_possible_rms_deg": least}, DiveLimits(), rig).line
+
+
 def test_all_that_is_missed_is_said_at_once(rig):
     missed = {"acquisition_time_s": 30.0, "time_on_target_fraction": 0.1, "gaze_error_held_rms_deg": 9.0}
     assert len(dive_verdict(HELD | missed, DiveLimits(), rig).sentences) == 3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dives.metrics.search_time import gaze_view
-from dives.planning.followable import FINEST_DEG, STEP_S, longest_in_view_s
+from dives.planning.followable import FINEST_DEG, STEP_S, longest_in_view_s, nearest_gaze
 from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
@@ -41,7 +41,7 @@ def half_view_deg():
     """Azimuth up to which a level gaze ahead shows a level target."""
     azimuth_deg = np.linspace(0, 20, len(TIMES_S))
     directions = np.array([GIMBAL.in_gimbal(each) for each in level(azimuth_deg)])
-    return azimuth_deg[VIEW.shows_at(np.zeros(2), directions)].max()
+    return azimuth_deg[VIEW.clearance(directions, np.zeros(1), np.zeros(1))[0, 0] >= 0].max()
 
 
 def test_a_target_that_stays_in_view_is_shown_throughout():
@@ -68,6 +68,17 @@ def test_one_that_is_known_to_come_out_is_waited_for():
     start = GIMBAL.joint_values(np.radians(-30.0), 0.0)
     shown_s = longest_s(direction, speed_deg_per_s=20.0, start=np.degrees(start), available=~hidden)
     assert shown_s == pytest.approx(5.0, abs=LOOK_S)
+
+
+@pytest.mark.parametrize(
+    ("azimuth_deg", "elevation_deg", "off_deg"),
+    [(45.0, 0.0, 0.0), (-170.0, 20.0, 0.0), (90.0, 0.0, 12.5), (90.0, 60.0, 6.21), (-90.0, 60.0, 6.21)],
+)
+def test_past_pans_end_the_nearest_gaze_passes_by(azimuth_deg, elevation_deg, off_deg):
+    """The servo turns by 77.5 degrees to each side; to the left of that: asin(cos(elevation) sin(12.5 degrees))."""
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    direction = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    assert np.degrees(nearest_gaze(GIMBAL, direction)) == pytest.approx(off_deg, abs=0.35 if off_deg else 1e-6)
 
 
 def test_nothing_is_shown_of_what_is_hidden_or_of_no_time():
