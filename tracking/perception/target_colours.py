@@ -19,6 +19,9 @@ from optics.kernels.arrays import FloatArray
 Weights = tuple[float, float, float]
 """Of the logarithms of red, green and blue light."""
 
+ALONG, ACROSS = 2, 3
+"""Of `tracking.perception.contrast.Contrast.features`, counted from 0."""
+
 DARKER: Weights = (0.0, -1.0, 0.0)
 """Along which a thing before the sun stands out, of which no colour is left."""
 
@@ -58,10 +61,16 @@ class TargetColour:
         return contrast_matrix(self.along, self.across)
 
     def log_odds(self, features: FloatArray) -> float:
-        """Natural logarithm of the odds of features, shape (7,), as many pieces being targets as not."""
+        """Natural logarithm of the odds of features, shape (7,), as many pieces being targets as not.
+
+        What stands out by more than any piece that the odds were fitted to is judged as one of its hue that does as
+        much: less water fades along and across alike.
+        """
         least, most, odds = self._arrays
         weighed = np.ones(len(odds))
-        weighed[1:] = np.clip(features, least, most)
+        weighed[1:] = features
+        weighed[1 + ACROSS] *= most[ALONG] / max(features[ALONG], most[ALONG])
+        weighed[1:] = np.clip(weighed[1:], least, most)
         return float(weighed @ odds @ weighed)
 
     @cached_property
