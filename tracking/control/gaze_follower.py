@@ -215,21 +215,12 @@ class GazeFollower:
 
     def _middle_px(self, blobs: tuple[Blob, ...], sides: tuple[int, int]) -> tuple[tuple[float, float], float]:
         """Where the target's middle is in the crop, and the standard deviation that its being cut adds, radians."""
-        centroid_px = weighted_centroid(blobs)
-        assert centroid_px is not None  # there are blobs
         if len(blobs) > 1:
+            centroid_px = weighted_centroid(blobs)
+            assert centroid_px is not None  # there are blobs
             return centroid_px, 0.0
-        blob = blobs[0]
-        if sides == (0, 0):
-            return centroid_px, 0.0
-        radius_px = math.sqrt(self._look.whole_px2 / math.pi)
-        if blob.area_px >= self._look.whole_px2:
-            if all(sides):
-                return centroid_px, self._radius(blob.area_px)
-            # Larger than it ever was: as wide as it is high.
-            radius_px = blob.box_px[2 if sides[1] else 3] / 2
-        middle_px = middle_of_cut(blob, sides, radius_px)
-        return middle_px, math.dist(middle_px, centroid_px) * self._rad_per_px / 2
+        middle_px, deviation_px = middle_of_cut(blobs[0], sides, self._look.whole_px2)
+        return middle_px, deviation_px * self._rad_per_px
 
     def _radius(self, area_px: float) -> float:
         """Angle that the radius of a disc of an area of the crop subtends, radians."""

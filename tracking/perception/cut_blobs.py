@@ -6,6 +6,8 @@ down and stop at the edge. Its other side is still where it is, one radius from 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,17 +54,38 @@ def cut_sides(blob: Blob, hidden: NDArray[np.uint8]) -> tuple[int, int]:
     return cut[1] - cut[0], cut[3] - cut[2]
 
 
-def middle_of_cut(blob: Blob, sides: tuple[int, int], radius_px: float) -> tuple[float, float]:
-    """Middle of a disc of a known radius that is cut on some sides: one radius from those that are not.
+def middle_of_cut(blob: Blob, sides: tuple[int, int], whole_px2: float) -> tuple[tuple[float, float], float]:
+    """Middle of a disc that is cut on some sides: one radius from those that are not.
 
     Along an axis on which no side is cut, or on which there is as much of it as of the whole, it is the centroid.
+
+    Parameters
+    ----------
+    blob : Blob
+    sides : tuple of int
+        As `cut_sides` has them.
+    whole_px2 : float
+        Area of the whole disc; 0 when it is not known. One of which there is more to be seen is as wide as it is high.
+
+    Returns
+    -------
+    middle, deviation : tuple of float, float
+        Pixels of the crop, and the standard deviation that being cut adds to it: half of its way from the centroid, or
+        the radius where both axes are cut of a disc that is larger than ever.
     """
+    if sides == (0, 0):
+        return blob.centroid_px, 0.0
     first, size = blob.box_px[:2], blob.box_px[2:]
+    radius_px = math.sqrt(whole_px2 / math.pi)
+    if blob.area_px >= whole_px2:
+        if all(sides):
+            return blob.centroid_px, math.sqrt(blob.area_px / math.pi)
+        radius_px = size[0 if sides[1] else 1] / 2
     x, y = (
         _one_radius_from(low - 0.5, extent, side, radius_px) if side and extent < 2 * radius_px else centroid
         for centroid, side, low, extent in zip(blob.centroid_px, sides, first, size, strict=True)
     )
-    return x, y
+    return (x, y), math.dist((x, y), blob.centroid_px) / 2
 
 
 def _one_radius_from(low: float, extent: float, side: int, radius: float) -> float:
