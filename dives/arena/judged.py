@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
 from dives.dive import Dive
 from dives.metrics.frames import BoolArray, Frames, share, unit_vectors
@@ -51,7 +50,7 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
     there = availability(dive, rig, parts, frames.time_s)
     available = there.available
     after, lasts = frames.after_acquisition, frames.lasts_s
-    on = followed_thing(frames, np.array(table["detected_thing"].to_pylist(), dtype=np.str_))
+    on = frames.followed
     counted = [loss for loss in losses(frames) if _seconds(frames, available, loss) >= SHORTEST_LOSS_S]
     recovered = [loss for loss in counted if loss.reacquired]
     shown = robot_view(rig, parts)
@@ -82,17 +81,6 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
 def _of_possible(held_s: float, possible_s: float | None) -> float | None:
     """Time held as a share of the longest that a mirror could have shown the target; a glimpse past an edge counts."""
     return min(held_s / possible_s, 1.0) if possible_s else None
-
-
-def followed_thing(frames: Frames, detected: NDArray[np.str_]) -> NDArray[np.str_]:
-    """What the loop is on while it tracks or predicts, shape (n,): what most of the last detection's mask showed.
-
-    The target where that mask met it, as `Frames.held` has it; empty where nothing is followed.
-    """
-    last = np.maximum.accumulate(np.where(frames.detected, np.arange(len(detected)), -1))
-    thing = np.where(last >= 0, detected[last], "")
-    thing = np.where(thing == "target", "water", thing)
-    return np.where(frames.following, np.where(frames.on_target, "target", thing), "")
 
 
 def longest_s(frames: Frames, flags: BoolArray) -> float:

@@ -18,7 +18,7 @@ BoolArray = NDArray[np.bool_]
 FOLLOWING = (Mode.TRACK, Mode.PREDICT)
 """Modes in which the mirrors go after the target."""
 
-TEXT = ("mode", "cause_of_loss")
+TEXT = ("mode", "cause_of_loss", "detected_thing")
 FLAGS = ("detected", "beyond_reach")
 NUMBERS = (
     "time_s",
@@ -56,7 +56,8 @@ class Frames:
     ----------
     numbers : mapping of str to array, shape (n,)
         Columns of `NUMBERS` by name; nan where the log has none.
-    mode, cause : arrays of str, shape (n,)
+    mode, cause, thing : arrays of str, shape (n,)
+        The last: what most of the detector's mask shows.
     lasts_s : array, shape (n,)
         Time from each frame to the next; the last one lasts as long as the others in the median.
     visible : array, shape (n,)
@@ -76,6 +77,7 @@ class Frames:
     numbers: Mapping[str, FloatArray]
     mode: NDArray[np.str_]
     cause: NDArray[np.str_]
+    thing: NDArray[np.str_]
     lasts_s: FloatArray
     visible: BoolArray
     detected: BoolArray
@@ -99,13 +101,14 @@ class Frames:
         steps_s = np.diff(time_s)
         if not np.all(np.isfinite(time_s)) or np.any(steps_s <= 0):
             raise ValueError("log: expected times that rise from frame to frame")
-        mode, cause = (np.array(table[name].fill_null("").to_pylist(), dtype=np.str_) for name in TEXT)
+        mode, cause, thing = (np.array(table[name].fill_null("").to_pylist(), dtype=np.str_) for name in TEXT)
         detected, beyond = (np.array(table[name].fill_null(False).to_pylist(), dtype=bool) for name in FLAGS)
         found = detected & (numbers["detector_both_px"] > 0)
         return cls(
             numbers=numbers,
             mode=mode,
             cause=cause,
+            thing=thing,
             lasts_s=np.append(steps_s, np.median(steps_s) if len(steps_s) else 0.0),
             visible=numbers["target_visible_px"] > 0,
             detected=detected,
@@ -134,6 +137,17 @@ class Frames:
     def false_tracking(self) -> BoolArray:
         """The loop tracks or predicts something else than the target, shape (n,)."""
         return self.following & ~self.on_target
+
+    @property
+    def followed(self) -> NDArray[np.str_]:
+        """What the loop is on while it tracks or predicts, shape (n,): what most of the last detection's mask showed.
+
+        The target where that mask met it, as `held` has it; empty where nothing is followed.
+        """
+        last = np.maximum.accumulate(np.where(self.detected, np.arange(len(self.thing)), -1))
+        thing = np.where(last >= 0, self.thing[last], "")
+        thing = np.where(thing == "target", "water", thing)
+        return np.where(self.following, np.where(self.on_target, "target", thing), "")
 
     @property
     def acquired(self) -> int | None:

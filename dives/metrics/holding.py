@@ -32,6 +32,7 @@ HOLDING_DEFINITIONS = {
     "false_tracking_s": "time in which the loop tracks or predicts something else: what the detector last found was not"
     " the target; in the whole dive",
     "false_tracking_fraction": "of the time that is no functional check",
+    "false_tracking_things_s": "false_tracking_s by what it was: robot, decoy, world or water",
     "beyond_reach_s": "time in which the loop takes the target to be beyond the joints' reach, and waits for it",
     "losses": f"runs of more than {LOSS_FRAMES} frames after the acquisition in which the target is not held; None for"
     " a dive that never acquired it, which had nothing to lose",
@@ -117,6 +118,7 @@ def holding_metrics(frames: Frames) -> dict[str, object]:
         "found_fraction": share(frames.found, after, frames.lasts_s),
         "false_tracking_s": float(frames.lasts_s[frames.false_tracking].sum()),
         "false_tracking_fraction": share(frames.false_tracking, frames.looking, frames.lasts_s),
+        "false_tracking_things_s": _false_things_s(frames),
         "beyond_reach_s": float(frames.lasts_s[frames.following & frames.beyond_reach].sum()),
         "losses": len(lost) if acquired else None,
         "losses_reacquired": len(times) if acquired else None,
@@ -133,6 +135,13 @@ def holding_metrics(frames: Frames) -> dict[str, object]:
 def not_found_causes(frames: Frames, among: BoolArray) -> dict[str, int]:
     """Why the target was not found, over the frames of a flag, shape (n,): frames by cause, the most frequent first."""
     return _counted([cause or UNNAMED for cause in frames.cause[among & ~frames.found]])
+
+
+def _false_things_s(frames: Frames) -> dict[str, float]:
+    """Time on something else by what it was, the longest first."""
+    on, false = frames.followed, frames.false_tracking
+    lasting = {str(thing): float(frames.lasts_s[false & (on == thing)].sum()) for thing in np.unique(on[false])}
+    return dict(sorted(lasting.items(), key=lambda each: -each[1]))
 
 
 def _acquisition_time_s(frames: Frames, *, since: int) -> float | None:

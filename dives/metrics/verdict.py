@@ -63,7 +63,8 @@ def dive_verdict(metrics: Mapping[str, Any], limits: DiveLimits, rig: Rig) -> Ve
         )
     if 100 * false > limits.false_tracking_percent:
         missed.append(
-            f"on something else {100 * false:.1f} % of the time, at most {limits.false_tracking_percent:g} % allowed"
+            f"on something else {100 * false:.1f} % of the time{_thing(metrics)}, at most"
+            f" {limits.false_tracking_percent:g} % allowed"
         )
     if missed:
         return Verdict(passed=False, sentences=tuple(missed))
@@ -75,7 +76,7 @@ def _never_acquired(metrics: Mapping[str, Any]) -> str:
     """Why a loop never found its target: it was not there to be seen, not detected, or something else was."""
     seen, fired, hit = (metrics[f"frames_{name}"] for name in ("with_target", "detected", "found"))
     words = [f"never acquired: {_images(seen)} of {metrics['frames']} had the target"]
-    words.append(f"the detector fired in {fired}, in {fired - hit} of them on something else")
+    words.append(f"the detector fired in {fired}, in {fired - hit} of them on something else{_thing(metrics)}")
     if metrics["functional_check_frames"]:
         words.append(f"{_images(metrics['functional_check_frames'])} were the functional check")
     causes = metrics["not_found_causes_frames"]
@@ -83,6 +84,16 @@ def _never_acquired(metrics: Mapping[str, Any]) -> str:
         cause, count = next(iter(causes.items()))
         words.append(f"most often it was {cause} ({count})")
     return ", ".join(words)
+
+
+def _thing(metrics: Mapping[str, Any]) -> str:
+    """What was followed instead of the target for the longest time."""
+    lasting = metrics["false_tracking_things_s"]
+    if not lasting:
+        return ""
+    thing, seconds = next(iter(lasting.items()))
+    named = {"decoy": "a decoy", "water": "nothing but water"}.get(thing, f"the {thing}")
+    return f" (followed {named} for {seconds:.1f} s)"
 
 
 def _images(count: int) -> str:

@@ -7,9 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from dives.arena.judged import followed_thing
 from dives.arena.replay import write_frames
 from dives.arena.run import ArenaOutcome
 from dives.arena.tables import HEADLINES, arena_rows, dives_csv, pair_differences, story, summary_csv
@@ -100,22 +97,14 @@ def write_arena_report(
     return results
 
 
-def arena_key_frames(frames: Frames, detected: np.typing.NDArray[np.str_]) -> list[KeyFrame]:
-    """Key frames of a dive, and the middle of the longest time on something else.
-
-    Parameters
-    ----------
-    frames : Frames
-    detected : array of str, shape (n,)
-        The log's `detected_thing`.
-    """
+def arena_key_frames(frames: Frames) -> list[KeyFrame]:
+    """Key frames of a dive, and the middle of the longest time on something else."""
     keys = key_frames(frames)
-    on = followed_thing(frames, detected)
     away = max(runs(frames.false_tracking), key=lambda run: run[1] - run[0], default=(0, 0))
     lasting = float(frames.lasts_s[away[0] : away[1]].sum())
     if lasting >= LEAST_RUN_S:
         middle = sum(away) // 2
-        said = f"{frames.time_s[middle]:.1f} s: on the {on[middle]} for {lasting:.1f} s"
+        said = f"{frames.time_s[middle]:.1f} s: on the {frames.followed[middle]} for {lasting:.1f} s"
         keys.append(KeyFrame(name="on_something_else", frame=middle, caption=said))
     return keys
 
@@ -136,8 +125,7 @@ def _pictured(
     pictures: dict[Path, list[tuple[Path, str]]] = {}
     jobs: dict[str, tuple[Any, ...]] = {}
     for outcome in chosen:
-        table = read_log(outcome.folder)
-        keys = arena_key_frames(Frames.of(table), np.array(table["detected_thing"].to_pylist(), dtype=np.str_))
+        keys = arena_key_frames(Frames.of(read_log(outcome.folder)))
         paths = {key: outcome.folder / FRAMES_FOLDER / f"{key.name}.png" for key in keys}
         pictures[outcome.folder] = [(path, key.caption) for key, path in paths.items()]
         # Two may be of one frame.

@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from dives.arena.judged import followed_thing, longest_s
+from dives.arena.judged import longest_s
 from dives.metrics.frames import FLAGS, NUMBERS, TEXT, Frames
 
 FRAMES = 60
@@ -22,8 +22,9 @@ def test_what_was_detected_last_is_what_is_followed():
     thing = np.array(["target"] * 20 + ["robot"] * 20 + [""] * 20)
     met = np.where(np.arange(FRAMES) < 20, 40.0, 0.0)
     detected = (np.arange(FRAMES) < 40).tolist()
-    found = frames(detector_both_px=met, detected=detected, mode=["track"] * 50 + ["scan"] * 10)
-    on = followed_thing(found, thing)
+    mode = ["track"] * 50 + ["scan"] * 10
+    found = frames(detector_both_px=met, detected=detected, mode=mode, detected_thing=thing)
+    on = found.followed
     assert on.tolist() == ["target"] * 20 + ["robot"] * 30 + [""] * 10
     assert longest_s(found, on == "robot") == pytest.approx(1.0)
     assert longest_s(found, on == "decoy") == 0.0

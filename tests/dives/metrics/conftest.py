@@ -45,6 +45,7 @@ def make_log():
             "detector_found_px": np.full(frames, 40, dtype=np.int32),
             "detector_both_px": np.full(frames, 40, dtype=np.int32),
             "cause_of_loss": [""] * frames,
+            "detected_thing": ["target"] * frames,
         }
         unknown = columns.keys() - good.keys()
         assert not unknown, unknown

@@ -267,6 +267,7 @@ def test_time_on_target_and_losses_add_up(states, loss_frames):
         numbers={"time_s": np.arange(n) / 10},
         mode=np.where(following, "track", "scan"),
         cause=np.full(n, ""),
+        thing=np.full(n, "target"),
         lasts_s=np.full(n, 0.1),
         visible=visible,
         detected=visible,
@@ -284,3 +285,13 @@ def test_time_on_target_and_losses_add_up(states, loss_frames):
         == whole
     )
     assert sum(not loss.reacquired for loss in lost) <= 1
+
+
+def test_time_on_something_else_is_told_by_what_it_was(make_log):
+    """The target for a second, then a coral for two and a decoy for one, which is predicted for half of another."""
+    thing = ["target"] * 10 + ["world"] * 20 + ["decoy"] * 10 + [""] * 5
+    met = np.where(np.arange(45) < 10, 40, 0).astype(np.int32)
+    log = make_log(45, detected_thing=thing, detector_both_px=met, detected=np.arange(45) < 40)
+    metrics = dive_metrics(log)
+    assert metrics["false_tracking_things_s"] == pytest.approx({"world": 2.0, "decoy": 1.5})
+    assert list(metrics["false_tracking_things_s"]) == ["world", "decoy"]

@@ -12,6 +12,7 @@ HELD = {
     "time_on_target_fraction": 0.99,
     "gaze_error_held_rms_deg": 0.4,
     "false_tracking_fraction": 0.0,
+    "false_tracking_things_s": {},
     "possible_fraction": 0.98,
     "losses": 0,
     "losses_reacquired": 0,
@@ -99,11 +100,12 @@ def test_a_target_never_acquired_fails_with_what_was_seen(rig):
         "frames_with_target": 86,
         "frames_detected": 45,
         "frames_found": 22,
+        "false_tracking_things_s": {"decoy": 12.34, "world": 0.5},
         "not_found_causes_frames": {"not in view": 200, "colour": 64},
     }
     verdict = dive_verdict(never, DiveLimits(), rig)
     assert not verdict.passed
     assert verdict.line == (
         "FAIL: never acquired: 86 images of 720 had the target, the detector fired in 45, in 23 of them on something "
-        "else, 360 images were the functional check, most often it was not in view (200)"
+        "else (followed a decoy for 12.3 s), 360 images were the functional check, most often it was not in view (200)"
     )

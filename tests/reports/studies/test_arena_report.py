@@ -37,8 +37,9 @@ def test_a_time_on_something_else_is_shown_in_its_middle(dive_log):
     both = np.where(away, 0, dive_log["detector_both_px"])
     number = dive_log.column_names.index("detector_both_px")
     table = dive_log.set_column(number, "detector_both_px", [both])
-    thing = np.where(away, "robot", "target")
-    (key,) = [each for each in arena_key_frames(Frames.of(table), thing) if each.name == "on_something_else"]
+    number = table.column_names.index("detected_thing")
+    table = table.set_column(number, "detected_thing", [np.where(away, "robot", "target").tolist()])
+    (key,) = [each for each in arena_key_frames(Frames.of(table)) if each.name == "on_something_else"]
     assert time_s[key.frame] == pytest.approx(21, abs=0.1)
     assert "on the robot for 2.0 s" in key.caption
 
