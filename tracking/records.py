@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
 
+APART = 2.0
+"""Times their radii between two blobs of different things: a bar before a ball leaves pieces that nearly touch."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Blob:
@@ -41,6 +44,11 @@ class Blob:
     log_odds: float = math.inf
     ellipse_share: float = 1.0
     silhouette: bool = False
+
+    def is_apart(self, other: Blob) -> bool:
+        """Whether two discs of their areas are so far apart that they are no pieces of one thing."""
+        radii = math.sqrt(self.area_px / math.pi) + math.sqrt(other.area_px / math.pi)
+        return math.dist(self.centroid_px, other.centroid_px) > APART * radii
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -186,8 +186,12 @@ class GazeFollower:
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
         self._evidence.note_silhouette(observation.interval_s, dark=blobs[0].silhouette)
-        others = (blob for blob in observation.blobs if blob not in blobs and blob.log_odds >= AT_ONCE_LOG_ODDS)
-        if any(not self._is_clutter(directions[blob.centroid_px], observation.time_s) for blob in others):
+        if any(
+            other.log_odds >= AT_ONCE_LOG_ODDS
+            and other.is_apart(blobs[0])
+            and not self._is_clutter(directions[other.centroid_px], observation.time_s)
+            for other in observation.blobs
+        ):
             self._evidence.outshone_s += observation.interval_s
         self._evidence.swallowed_s = self._look.note(
             blobs[0],

@@ -315,21 +315,31 @@ def test_in_an_image_or_two_nothing_turns():
     assert not following.update(beside)
 
 
-@pytest.mark.parametrize(("pale", "other", "doubted"), [(1.8, 8.0, True), (1.8, 2.0, False), (5.0, 8.0, False)])
-def test_a_pale_thing_is_left_for_what_looks_like_the_target_beside_it(pale, other, doubted):
-    """A brown sponge is followed as the ball comes into view; then a coral, while the ball is followed."""
+@pytest.mark.parametrize(
+    ("pale", "other", "aside_px", "doubted"),
+    [
+        (1.8, 8.0, 100.0, True),
+        (1.8, 2.0, 100.0, False),
+        (5.0, 8.0, 100.0, False),
+        (1.8, 8.0, 40.0, False),
+    ],
+)
+def test_a_pale_thing_is_left_for_what_looks_like_the_target_beside_it(pale, other, aside_px, doubted):
+    """A brown sponge is followed as the ball comes into view; a coral is there beside the ball, or a bar before it."""
     ahead = np.array([1.0, 0.0, 0.0])
     following = follower(0.0)
     for image in range(3 * IMAGES):
         seen, _ = observation(IMAGES // 2, ahead, 0.0)
-        aside = replace(seen.blobs[0], centroid_px=(30.0, 30.0), log_odds=other)
+        x, y = seen.blobs[0].centroid_px
+        aside = replace(seen.blobs[0], centroid_px=(x - aside_px, y), log_odds=other)
         one = replace(seen.blobs[0], log_odds=ACQUIRED_LOG_ODDS if image == 0 else pale)
         beside = replace(seen, time_s=image * INTERVAL_S, blobs=(one, aside) if image > IMAGES else (one,))
         following.expect(beside)
         taken = following.update(beside)
         if following.doubted:
             break
-        assert taken == (one,)
+        # A piece of the same thing that looks more like it is followed in its place.
+        assert taken == ((aside,) if aside_px < 50 and image > IMAGES else (one,))
     assert following.doubted is doubted
     if doubted:
         following.forget(brief=False)
