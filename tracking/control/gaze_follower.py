@@ -170,7 +170,7 @@ class GazeFollower:
     def _take_in(self, blobs: tuple[Blob, ...], directions: Directions, observation: Observation) -> None:
         """Correct direction and evidence by what was taken for the target; directions of centroids are known."""
         sides = _cut_sides(blobs[0], observation) if len(blobs) == 1 else (0, 0)
-        middle_px, doubt = self._middle_px(blobs, sides)
+        middle_px, doubt = self._middle_px(blobs, sides, observation)
         direction = directions[middle_px] if middle_px in directions else self._direction(middle_px, observation)
         if direction is None:
             return
@@ -217,13 +217,16 @@ class GazeFollower:
         shown = expected is not None and observation.shows(expected)
         self._evidence.miss(observation.interval_s, shown=shown)
 
-    def _middle_px(self, blobs: tuple[Blob, ...], sides: tuple[int, int]) -> tuple[tuple[float, float], float]:
+    def _middle_px(
+        self, blobs: tuple[Blob, ...], sides: tuple[int, int], observation: Observation
+    ) -> tuple[tuple[float, float], float]:
         """Where the target's middle is in the crop, and the standard deviation that its being cut adds, radians."""
         if len(blobs) > 1:
             centroid_px = weighted_centroid(blobs)
             assert centroid_px is not None  # there are blobs
             return centroid_px, 0.0
-        middle_px, deviation_px = middle_of_cut(blobs[0], sides, self._look.whole_px2)
+        by_edge = sides != (0, 0) and sides == _cut_sides(blobs[0], replace(observation, robot=None))
+        middle_px, deviation_px = middle_of_cut(blobs[0], sides, self._look.whole_px2, by_edge=by_edge)
         return middle_px, deviation_px * self._rad_per_px
 
     def _radius(self, area_px: float) -> float:

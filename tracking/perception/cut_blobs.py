@@ -54,7 +54,9 @@ def cut_sides(blob: Blob, hidden: NDArray[np.uint8]) -> tuple[int, int]:
     return cut[1] - cut[0], cut[3] - cut[2]
 
 
-def middle_of_cut(blob: Blob, sides: tuple[int, int], whole_px2: float) -> tuple[tuple[float, float], float]:
+def middle_of_cut(
+    blob: Blob, sides: tuple[int, int], whole_px2: float, *, by_edge: bool
+) -> tuple[tuple[float, float], float]:
     """Middle of a disc that is cut on some sides: one radius from those that are not.
 
     Along an axis on which no side is cut, or on which there is as much of it as of the whole, it is the centroid.
@@ -65,20 +67,23 @@ def middle_of_cut(blob: Blob, sides: tuple[int, int], whole_px2: float) -> tuple
     sides : tuple of int
         As `cut_sides` has them.
     whole_px2 : float
-        Area of the whole disc; 0 when it is not known. One of which there is more to be seen is as wide as it is high.
+        Area of the whole disc; 0 when it is not known.
+    by_edge : bool
+        Whether it is the crop's edge alone that cuts it: then a disc of which more is seen than of the whole is as wide
+        as it is high. What the robot cuts may be in pieces.
 
     Returns
     -------
     middle, deviation : tuple of float, float
         Pixels of the crop, and the standard deviation that being cut adds to it: half of its way from the centroid, or
-        the radius where both axes are cut of a disc that is larger than ever.
+        the radius where nothing tells how large the disc is.
     """
     if sides == (0, 0):
         return blob.centroid_px, 0.0
     first, size = blob.box_px[:2], blob.box_px[2:]
     radius_px = math.sqrt(whole_px2 / math.pi)
     if blob.area_px >= whole_px2:
-        if all(sides):
+        if all(sides) or not by_edge:
             return blob.centroid_px, math.sqrt(blob.area_px / math.pi)
         radius_px = size[0 if sides[1] else 1] / 2
     x, y = (

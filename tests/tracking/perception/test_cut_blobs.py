@@ -45,7 +45,7 @@ def test_a_disc_at_the_crops_edge_is_completed(middle_px, sides):
     hidden = np.zeros((HEIGHT_PX, WIDTH_PX), dtype=bool)
     blob = part_of_disc(middle_px, hidden)
     assert cut_sides(blob, hidden) == sides
-    middle, deviation_px = middle_of_cut(blob, sides, WHOLE_PX2)
+    middle, deviation_px = middle_of_cut(blob, sides, WHOLE_PX2, by_edge=True)
     np.testing.assert_allclose(middle, middle_px, atol=1.0)
     assert deviation_px == pytest.approx(math.dist(middle, blob.centroid_px) / 2)
 
@@ -55,7 +55,7 @@ def test_the_robot_cuts_as_the_crops_edge_does():
     hidden[:, 180:] = True
     blob = part_of_disc((175.0, 100.0), hidden)
     assert cut_sides(blob, hidden) == (1, 0)
-    np.testing.assert_allclose(middle_of_cut(blob, (1, 0), WHOLE_PX2)[0], (175.0, 100.0), atol=1.0)
+    np.testing.assert_allclose(middle_of_cut(blob, (1, 0), WHOLE_PX2, by_edge=False)[0], (175.0, 100.0), atol=1.0)
 
 
 @pytest.mark.parametrize("known", [0.0, 0.5])
@@ -63,14 +63,17 @@ def test_what_is_larger_than_ever_is_as_wide_as_it_is_high(known):
     """A ball that has come nearer, or of which nothing whole was seen: its height is seen, and half of its width."""
     hidden = np.zeros((HEIGHT_PX, WIDTH_PX), dtype=bool)
     blob = part_of_disc((5.0, 120.0), hidden)
-    middle, deviation_px = middle_of_cut(blob, (-1, 0), known * WHOLE_PX2)
+    middle, deviation_px = middle_of_cut(blob, (-1, 0), known * WHOLE_PX2, by_edge=True)
     np.testing.assert_allclose(middle, (5.0, 120.0), atol=1.0)
     assert deviation_px == pytest.approx(math.dist(middle, blob.centroid_px) / 2)
-    # In a corner neither is known.
+    # In a corner neither is known, and a bar of the robot may have left but a piece.
+    unknown = blob.centroid_px, math.sqrt(blob.area_px / math.pi)
+    assert middle_of_cut(blob, (-1, 0), known * WHOLE_PX2, by_edge=False) == unknown
     blob = part_of_disc((5.0, 5.0), hidden)
-    assert middle_of_cut(blob, (-1, -1), 0.0) == (blob.centroid_px, math.sqrt(blob.area_px / math.pi))
+    unknown = blob.centroid_px, math.sqrt(blob.area_px / math.pi)
+    assert middle_of_cut(blob, (-1, -1), 0.0, by_edge=True) == unknown
 
 
 def test_what_no_side_cuts_is_where_its_centroid_is():
     blob = part_of_disc((100.0, 120.0), np.zeros((HEIGHT_PX, WIDTH_PX), dtype=bool))
-    assert middle_of_cut(blob, (0, 0), 2 * WHOLE_PX2) == (blob.centroid_px, 0.0)
+    assert middle_of_cut(blob, (0, 0), 2 * WHOLE_PX2, by_edge=True) == (blob.centroid_px, 0.0)
