@@ -61,6 +61,8 @@ class GazeFollower:
         From the middle of an exposure to the servos' answer.
     row_time_s : float
         From row to row of an image, at whose time its middle row is open; zero for a global shutter.
+    plain : bool
+        Whether the water leaves the target so much of its colour that it looks plainly like one sooner or later.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class GazeFollower:
         *,
         latency_s: float,
         row_time_s: float,
+        plain: bool,
     ):
         self._lines_of_sight, self._pointing, self._latency_s = lines_of_sight, pointing, latency_s
         self._row_time_s, self._view = row_time_s, view
@@ -82,7 +85,7 @@ class GazeFollower:
         self._axes = SteadyAxes()
         self._filter = DirectionFilter(noise)
         self._steady = DirectionFilter(replace(noise, acceleration_deg=noise.steady_acceleration_deg))
-        self._evidence = TrackEvidence()
+        self._evidence = TrackEvidence(plain=plain)
         self._look = TargetLook()
         self._seen = False
         self._last_seen: tuple[Bearing, float] | None = None

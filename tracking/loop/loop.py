@@ -39,7 +39,7 @@ from tracking.perception import (
     detector_of,
     taken,
 )
-from tracking.perception.detectors import Detector
+from tracking.perception.detectors import Detector, looks_plain
 from tracking.perception.direct_view import DirectView
 from tracking.perception.robot_view import RobotView
 from tracking.protocols import AttitudeReport, CameraFrame, MirrorReport
@@ -116,6 +116,7 @@ class TrackingLoop:
                 variant.direction_noise,
                 latency_s=latency_s,
                 row_time_s=(rig.image_sensor or ImageSensorSpec()).row_time_us * 1e-6,
+                plain=not callable(detector) and looks_plain(detector or RED_BALL, contrast=variant.contrast),
             )
         else:
             literal = variant.law == "paper-literal"

@@ -40,6 +40,12 @@ def detector_of(settings: DetectorSettings, *, contrast: bool) -> Detector:
     return lambda crop, ignored, _: detect(crop, settings, ignored)
 
 
+def looks_plain(settings: DetectorSettings, *, contrast: bool) -> bool:
+    """Whether a target that is found by its contrast looks plainly like one: what never does is another thing."""
+    colour = TARGET_COLOURS[settings.colour]
+    return weighs_contrast(settings, contrast=contrast) and settings.over_water >= colour.plain_from
+
+
 def weighs_contrast(settings: DetectorSettings, *, contrast: bool) -> bool:
     """Whether a loop that finds its target by its contrast, or not, does so with these settings."""
     return contrast and settings.onnx is None and settings.window == RED_IN_WATER

@@ -8,6 +8,7 @@ balls stand out along none: water is blue, grey and black as well.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -41,6 +42,9 @@ class TargetColour:
         (`scenes.light.inherent_contrast`).
     most_across : float, optional
         Of across to along, that of a cell of a piece.
+    plain_from : float
+        What the water must leave of a target (`tracking.perception.DetectorSettings.over_water`) so that it looks
+        plainly like one: infinite where that is not known.
     least, most : tuple of 7
         Of `Contrast.features`, which 98 of 100 pieces keep: beyond, the odds do not go on.
     odds : tuple of 8 rows
@@ -51,6 +55,7 @@ class TargetColour:
     across: Weights
     over_water: Weights
     most_across: float | None = None
+    plain_from: float = math.inf
     least: tuple[float, ...]
     most: tuple[float, ...]
     odds: tuple[tuple[float, ...], ...]
@@ -94,6 +99,7 @@ RED = TargetColour(
     across=(0.0, 1.0, -1.0),
     over_water=(1.0, 0.0, 0.0),
     most_across=0.4,
+    plain_from=0.0,
     least=(0.02, -2.3, 0, -0.34, -1.53, 0, -0.89),
     most=(2.3, 2.3, 1.01, 0.48, 0.92, 2.43, 1.46),
     odds=(

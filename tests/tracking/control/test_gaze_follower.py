@@ -40,7 +40,8 @@ SHOWN = GazeView(GIMBAL, SIGHT_LINES, lambda q: Crop.of(CORNERS.corners(q)))
 def follower(row_time_s, view=SHOWN):
     pointing = Pointing(GIMBAL, JointSpeeds.from_rig(RIG), half_view=math.radians(10))
     noise = VARIANTS["default"].direction_noise
-    return GazeFollower(SIGHT_LINES, pointing, view, np.full(2, 1e-3), noise, latency_s=0.05, row_time_s=row_time_s)
+    timing = {"latency_s": 0.05, "row_time_s": row_time_s}
+    return GazeFollower(SIGHT_LINES, pointing, view, np.full(2, 1e-3), noise, **timing, plain=True)
 
 
 def observation(image, target, row_time_s):

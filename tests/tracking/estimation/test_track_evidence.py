@@ -125,6 +125,15 @@ def test_what_stands_still_and_is_never_plain_is_doubted_in_the_end(contrast, mo
     assert evidence.doubted is doubted
 
 
+def test_where_the_water_leaves_no_colour_a_pale_thing_may_be_the_target():
+    """A ball at 9 m in coastal water has a mean of 1.5."""
+    evidence = TrackEvidence(plain=False)
+    for _ in range(images(1.5 * PLAIN_S)):
+        evidence.update(1.5, 1.0, AHEAD, INTERVAL_S)
+    evidence.outshone_s = 2 * OUTSHONE_S
+    assert evidence.trusted and not evidence.doubted
+
+
 @pytest.mark.parametrize("contrast, doubted", [(PLAIN_LOG_ODDS - 0.1, True), (PLAIN_LOG_ODDS + 0.1, False)])
 def test_what_is_never_plain_is_doubted_beside_what_looks_like_the_target(contrast, doubted):
     evidence = followed(contrast, 1.0, images(1.0))
