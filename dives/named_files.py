@@ -8,12 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from dives.specification import DiveSpecification, DiveThing
+from dives.specification import DiveSpecification, PlacedThing
 from dives.trajectories.motions import FromFile, TravelFromFile
 from rigs.section import Section
 
 SomeDive = TypeVar("SomeDive", bound=DiveSpecification)
-Thing = TypeVar("Thing", bound=DiveThing)
+Thing = TypeVar("Thing", bound=PlacedThing)
 
 
 def path_files(dive: DiveSpecification) -> dict[str, str]:

@@ -33,30 +33,11 @@ BALL_MATERIALS: dict[str, Material] = {
 
 
 class DiveThing(Section):
-    """What it is (`scenes.stage.targets.target_named`), of a ball how large and of which colour, and where it is.
-
-    It stays at a position or goes along a path.
-    """
+    """What it is (`scenes.stage.targets.target_named`), and of a ball how large and of which colour."""
 
     shape: str = "red ball"
     diameter_m: Positive | None = None
     colour: BallColour | None = None
-    position_m: Vector3 | None = None
-    path: TargetPath | None = None
-
-    @model_validator(mode="after")
-    def _is_somewhere(self) -> Self:
-        if (self.position_m is None) == (self.path is None):
-            raise ValueError(f"expected one of position_m and path, got {'none' if self.path is None else 'both'}")
-        return self
-
-    @property
-    def course(self) -> TargetPath:
-        """Its path; of what stays at a position, one that goes nowhere."""
-        if self.path is not None:
-            return self.path
-        assert self.position_m is not None  # it has one of them
-        return Straight(shape="straight", start_m=self.position_m, velocity_m_per_s=(0.0, 0.0, 0.0))
 
     def load_shape(self) -> TargetShape:
         """Shape, a ball in its size and colour.
@@ -77,13 +58,34 @@ class DiveThing(Section):
         return shape
 
 
-class DiveTarget(DiveThing):
+class PlacedThing(DiveThing):
+    """One that stays at a position or goes along a path."""
+
+    position_m: Vector3 | None = None
+    path: TargetPath | None = None
+
+    @model_validator(mode="after")
+    def _is_somewhere(self) -> Self:
+        if (self.position_m is None) == (self.path is None):
+            raise ValueError(f"expected one of position_m and path, got {'none' if self.path is None else 'both'}")
+        return self
+
+    @property
+    def course(self) -> TargetPath:
+        """Its path; of what stays at a position, one that goes nowhere."""
+        if self.path is not None:
+            return self.path
+        assert self.position_m is not None  # it has one of them
+        return Straight(shape="straight", start_m=self.position_m, velocity_m_per_s=(0.0, 0.0, 0.0))
+
+
+class DiveTarget(PlacedThing):
     """What is to be tracked, and where it begins."""
 
     start: PathStart = PathStart()
 
 
-class Decoy(DiveThing):
+class Decoy(PlacedThing):
     """Something else than the target, which may look like it or hide it."""
 
 
