@@ -32,8 +32,8 @@ POSSIBLE_DEFINITIONS = {
     "possible_s": "longest that the gaze mirror could have shown the target's middle from the acquisition on, at"
     f" {SERVO_SHARE:.0%} of the servos' speeds and with the path known beforehand; None where it was never acquired",
     "possible_fraction": "that, of the time from the acquisition on",
-    "gaze_error_possible_rms_deg": "deg: root mean square of the angle from the target to the nearest gaze within the"
-    " joints' limits, in frames in which the target is held; None without one",
+    "gaze_error_possible_rms_deg": "deg: root mean square of the gaze error of the nearest gaze within the joints'"
+    " limits, in frames in which the target is held; None without one",
 }
 
 STEP_S = 0.1
@@ -66,7 +66,8 @@ def possible_metrics(
     first = frames.acquired
     if first is None:
         return dict.fromkeys(POSSIBLE_DEFINITIONS)
-    gimbal = Gimbal(Layout.from_rig(rig))
+    layout = Layout.from_rig(rig)
+    gimbal = Gimbal(layout)
     possible_s = longest_in_view_s(
         gimbal,
         gaze_view(rig, dive.loop_variant(), robot_view),
@@ -76,13 +77,35 @@ def possible_metrics(
         direction=there.direction[first:],
         available=there.available[first:],
     )
-    held = there.direction[frames.after_acquisition & frames.held]
-    least_deg = np.degrees([nearest_gaze(gimbal, each) for each in held])
+    held = frames.after_acquisition & frames.held
+    least_deg = np.degrees(least_gaze_error(layout, there.direction[held], there.distance_m[held]))
     return {
         "possible_s": possible_s,
         "possible_fraction": min(possible_s / float(frames.lasts_s[first:].sum()), 1.0),
-        "gaze_error_possible_rms_deg": float(np.sqrt(np.mean(least_deg**2))) if len(held) else None,
+        "gaze_error_possible_rms_deg": float(np.sqrt(np.mean(least_deg**2))) if held.any() else None,
     }
+
+
+def least_gaze_error(layout: Layout, direction: FloatArray, distance_m: FloatArray) -> FloatArray:
+    """Least angle at the virtual camera between its axis and targets, shape (n,), radians.
+
+    That camera is behind the gaze mirror, as far as the real one is from there over M1, on the axis of the gaze: seen
+    from it a target is less off the axis than from the mirror.
+
+    Parameters
+    ----------
+    layout : Layout
+    direction : array, shape (n, 3)
+        Unit vectors from the gaze mirror's centre, body frame.
+    distance_m : array, shape (n,)
+        Along them.
+    """
+    path = (layout.body_from_camera, layout.body_from_m1, layout.body_from_gimbal)
+    camera, m1, m2 = (each.translation for each in path)
+    behind_m = np.linalg.norm(camera - m1) + np.linalg.norm(m1 - m2)
+    gimbal = Gimbal(layout)
+    off = np.array([nearest_gaze(gimbal, each) for each in direction])
+    return np.asarray(np.arctan2(distance_m * np.sin(off), behind_m + distance_m * np.cos(off)))
 
 
 def nearest_gaze(gimbal: Gimbal, direction: FloatArray) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dives.metrics.search_time import gaze_view
-from dives.planning.followable import FINEST_DEG, STEP_S, longest_in_view_s, nearest_gaze
+from dives.planning.followable import FINEST_DEG, STEP_S, least_gaze_error, longest_in_view_s, nearest_gaze
 from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
@@ -79,6 +79,19 @@ def test_past_pans_end_the_nearest_gaze_passes_by(azimuth_deg, elevation_deg, of
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     direction = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
     assert np.degrees(nearest_gaze(GIMBAL, direction)) == pytest.approx(off_deg, abs=0.35 if off_deg else 1e-6)
+
+
+def test_from_the_virtual_camera_a_near_target_is_less_off_the_axis():
+    """It is 0.22 m behind the mirror: of 12.5 degrees at 1 m 10.3 are left, of those far away all."""
+    direction = np.array([[0.0, 1.0, 0.0]] * 2)
+    near_deg, far_deg = np.degrees(least_gaze_error(Layout.from_rig(RIG), direction, np.array([1.0, 1e6])))
+    assert far_deg == pytest.approx(12.5, abs=0.35)
+    layout = Layout.from_rig(RIG)
+    # Over M1 the real camera is as far from M2: its image in M1 is behind that by the same way.
+    image = layout.body_from_m1.inv().apply(layout.body_from_camera.translation) * [1, 1, -1]
+    behind_m = np.linalg.norm(layout.body_from_m1.apply(image) - layout.body_from_gimbal.translation)
+    off = np.radians(far_deg)
+    assert near_deg == pytest.approx(np.degrees(np.arctan2(np.sin(off), behind_m + np.cos(off))), abs=0.01)
 
 
 def test_nothing_is_shown_of_what_is_hidden_or_of_no_time():
