@@ -19,7 +19,7 @@ from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.estimation.target_look import TargetLook
+from tracking.estimation.target_look import TargetLook, likeliest
 from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence
 from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
 from tracking.perception.cut_blobs import cut_sides, middle_of_cut
@@ -143,12 +143,8 @@ class GazeFollower:
         )
         observation = replace(observation, blobs=tuple(remembered))
         directions = {blob.centroid_px: self._direction(blob.centroid_px, observation) for blob in observation.blobs}
-        blobs = self._likeliest(
-            tuple(
-                blob
-                for blob in observation.blobs
-                if self._may_be_target(blob, directions[blob.centroid_px], observation)
-            )
+        blobs = likeliest(
+            blob for blob in observation.blobs if self._may_be_target(blob, directions[blob.centroid_px], observation)
         )
         if blobs:
             self._take_in(blobs, directions, observation)
@@ -290,15 +286,6 @@ class GazeFollower:
         later_s = (pixel[1] - self._lines_of_sight.middle_row_px) * self._row_time_s
         direction = self._lines_of_sight.direction(pixel, observation.q + self._rates * later_s)
         return None if direction is None else self._axes.to_steady(direction)
-
-    def _likeliest(self, blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
-        """The likeliest, and all of a detector that does not weigh: it may have found one target in pieces.
-
-        Of a target before the light the silhouette: what has any colour there is a rim or a spot of it.
-        """
-        most = max((blob.log_odds for blob in blobs), default=math.inf)
-        dark = tuple(blob for blob in blobs if blob.silhouette)
-        return dark if dark and most < ACQUIRED_LOG_ODDS else tuple(blob for blob in blobs if blob.log_odds == most)
 
     def _may_be_target(self, blob: Blob, direction: FloatArray | None, observation: Observation) -> bool:
         """Whether the blob, as a disc of its area about a direction, comes near enough to the expected one."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -32,6 +33,17 @@ look otherwise."""
 
 MOST_REMEMBERED = 3.0
 """Log odds at most that a thing as large as a lost target has beforehand: what is plainly another thing stays one."""
+
+
+def likeliest(blobs: Iterable[Blob]) -> tuple[Blob, ...]:
+    """Which blobs look most like the target: one, or all of a detector that does not weigh and may find it in pieces.
+
+    Of a target before the light the silhouette: what has any colour there is a rim or a spot of it.
+    """
+    every = tuple(blobs)
+    most = max((blob.log_odds for blob in every), default=math.inf)
+    dark = tuple(blob for blob in every if blob.silhouette)
+    return dark if dark and most < ACQUIRED_LOG_ODDS else tuple(blob for blob in every if blob.log_odds == most)
 
 
 class TargetLook:
