@@ -205,8 +205,9 @@ def detect_by_contrast(
         likely.append(piece)
         if near and piece.blob.log_odds >= ACQUIRED_LOG_ODDS:
             break
-    if expected_px is not None and all(piece.blob.log_odds < ACQUIRED_LOG_ODDS for piece in likely):
-        likely += silhouettes(crop, area_min_px, ignored, expected_px)
+    else:
+        # What looks like the target elsewhere says nothing of what is dark there.
+        likely += [] if expected_px is None else silhouettes(crop, area_min_px, ignored, expected_px)
     mask = np.zeros(crop.shape[:2], dtype=np.uint8)
     for piece in likely:
         piece.mark(mask)

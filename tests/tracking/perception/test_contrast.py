@@ -234,3 +234,13 @@ def test_what_stands_out_by_more_than_anything_seen_is_judged_by_its_hue(colour)
     other_hue = as_much.copy()
     other_hue[ALONG] *= 2
     assert colour.log_odds(other_hue) != pytest.approx(colour.log_odds(as_much))
+
+
+def test_a_silhouette_is_sought_where_it_is_expected_whatever_is_elsewhere():
+    """A black disc where the target is expected, and a red one far from it: which is followed its place must tell."""
+    crop, _ = scene(WATER * 0.15)
+    cv2.circle(crop, (285, 40), 22, (200, 60, 60), -1)
+    blobs = detect_by_contrast(crop, expected_px=(150.0, 110.0)).blobs
+    (dark,) = [blob for blob in blobs if blob.silhouette]
+    np.testing.assert_allclose(dark.centroid_px, (150, 110), atol=CENTROID_PX)
+    assert blobs[0].log_odds > ACQUIRED_LOG_ODDS and not blobs[0].silhouette
