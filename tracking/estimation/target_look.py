@@ -117,7 +117,9 @@ class TargetLook:
         if not followed and time_s - lost_s > REMEMBERED_S:
             self._lost = None
             return blob
-        return replace(blob, log_odds=blob.log_odds + prior) if all(self._compared(blob.area_px, area_px2)) else blob
+        if not all(self._compared(blob.area_px, area_px2)):
+            return blob
+        return replace(blob, log_odds=max(min(blob.log_odds + prior, ACQUIRED_LOG_ODDS), blob.log_odds))
 
     def forget(self) -> None:
         """What is seen next may be of any size."""

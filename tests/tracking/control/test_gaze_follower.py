@@ -265,6 +265,21 @@ def test_a_target_that_was_lost_is_looked_for_as_it_looked(looked, times, later_
         assert bool(each.update(met)) is acquired
 
 
+def test_what_has_its_own_odds_gets_none_of_a_lost_targets():
+    """A coral as large as a pale target that was lost does not look plainly like it for that."""
+    following = follower(0.0)
+    seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+    blob = replace(seen.blobs[0], area_px=500.0, ellipse_share=1.0, box_px=(140, 100, 25, 25))
+    for image in range(360):
+        log_odds = 5.0 if image < 30 else 0.2 if image < 330 else 2.1
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(replace(blob, log_odds=log_odds),))
+        if image == 330:
+            following.forget(brief=False)
+        following.expect(seen)
+        following.update(seen)
+    assert following.snapshot()["evidence"]["clearest"] == pytest.approx(2.1)
+
+
 def at_the_end(image, azimuth_deg, *, seen=True, log_odds=5.0):
     """A ball at an azimuth, while the mirror stands at the end of pan."""
     q = np.array([math.radians(77), 0.0])
