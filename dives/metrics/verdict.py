@@ -122,6 +122,6 @@ def _possible(metrics: Mapping[str, Any], limits: DiveLimits) -> str:
     if possible is None or 100 * possible >= limits.time_on_target_percent:
         return ""
     return (
-        f". More than {100 * possible:.1f} % was hardly possible: for the rest of the time nothing shows the target, or"
-        " the servos are too slow for it, as where the mirror has to turn round past a joint's end"
+        f". More than {100 * possible:.1f} % was hardly possible: for the rest of the time nothing shows the target's"
+        " middle, or the servos are too slow for it, as where the mirror has to turn round past a joint's end"
     )

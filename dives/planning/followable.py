@@ -31,7 +31,7 @@ SERVO_SHARE = 0.8
 POSSIBLE_DEFINITIONS = {
     "possible_s": "longest that the gaze mirror could have shown the target's middle from the acquisition on, at"
     f" {SERVO_SHARE:.0%} of the servos' speeds and with the path known beforehand; None where it was never acquired",
-    "possible_fraction": "that, of the time from the acquisition on",
+    "possible_fraction": "that, of the time from the acquisition on; at least what was held, as past the hull's edge",
     "gaze_error_possible_rms_deg": "deg: root mean square of the gaze error of the nearest gaze within the joints'"
     " limits, in frames in which the target is held; None without one",
 }
@@ -77,11 +77,12 @@ def possible_metrics(
         direction=there.direction[first:],
         available=there.available[first:],
     )
-    held = frames.after_acquisition & frames.held
+    held, lasts_s = frames.after_acquisition & frames.held, frames.lasts_s
+    held_s = float(lasts_s[held].sum())
     least_deg = np.degrees(least_gaze_error(layout, there.direction[held], there.distance_m[held]))
     return {
         "possible_s": possible_s,
-        "possible_fraction": min(possible_s / float(frames.lasts_s[first:].sum()), 1.0),
+        "possible_fraction": min(max(possible_s, held_s) / float(lasts_s[first:].sum()), 1.0),
         "gaze_error_possible_rms_deg": float(np.sqrt(np.mean(least_deg**2))) if held.any() else None,
     }
 
