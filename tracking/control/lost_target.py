@@ -21,7 +21,6 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.search_plan import in_view, pose_grid, seen_from
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
-from tracking.estimation.target_look import REMEMBERED_S
 
 PLACES = 256
 
@@ -45,6 +44,11 @@ SEEN_S = 0.1
 
 REGAINED_S = 15.0
 """After which it has regained two thirds of what it lost."""
+
+GIVEN_UP_S = 5.0
+"""After which a target may be anywhere: places say less of one that turns every few seconds than where it is likely
+to be found at all. Of 80 paths from point to point at random the loop without images holds 0.84 of what is possible
+with it, 0.81 with 12 s, and 0.78 with 1.5 s."""
 
 LOOK_S = 0.1
 """Least time of a look: a mirror that stops at a place to see something must slow down first."""
@@ -99,7 +103,7 @@ class LostTarget:
     @property
     def given_up(self) -> bool:
         """Whether the target may be anywhere by now."""
-        return self._age_s > REMEMBERED_S
+        return self._age_s > GIVEN_UP_S
 
     def next_pose(self, q: FloatArray, passed_s: float) -> FloatArray:
         """Joint values to ask for, shape (2,), after an image taken at `q` that did not show the target."""

@@ -106,7 +106,8 @@ class TrackingLoop:
         shown = GazeView(self._gimbal, lines_of_sight, self._crop_at, robot_view)
         self._follower: Follower
         if variant.law == "gaze":
-            pointing = Pointing(self._gimbal, speeds, float(view.min()) / 2)
+            # What pan cannot follow is beside the axis, since tilt follows at any pan angle: across the view.
+            pointing = Pointing(self._gimbal, speeds, float(view[0]) / 2)
             latency_s = variant.control_latency_s + _servo_latency_s(rig)
             self._follower = GazeFollower(
                 lines_of_sight,

@@ -11,13 +11,12 @@ from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.gaze_view import GazeView
-from tracking.control.lost_target import LostTarget
+from tracking.control.lost_target import GIVEN_UP_S, LostTarget
 from tracking.control.search import OVERLAP, Search
 from tracking.control.search_plan import in_view
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.estimation.target_look import REMEMBERED_S
 from tracking.perception import Crop, ExactCorners
 from tracking.perception.robot_view import RobotView
 
@@ -118,7 +117,7 @@ def test_what_the_robot_hides_is_not_counted_as_seen(depth_cells, kept):
 
 def test_after_a_while_it_may_be_anywhere():
     search, everything = (Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN) for _ in range(2))
-    search.begin_lost(last_seen(0, 0, 0), REMEMBERED_S - 1.5 * INTERVAL_S)
+    search.begin_lost(last_seen(0, 0, 0), GIVEN_UP_S - 1.5 * INTERVAL_S)
     for _ in range(2):
         search.advance(INTERVAL_S, GIMBAL.middle)
     everything.begin(GIMBAL.middle)
