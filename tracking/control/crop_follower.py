@@ -57,6 +57,7 @@ class CropFollower:
 
     doubted = False
     likely = True
+    promising = False
     """Nor does it weigh what it follows."""
 
     @property

@@ -84,6 +84,10 @@ class Follower(Protocol):
         """Whether what is followed looks enough like the target to be tracked."""
 
     @property
+    def promising(self) -> bool:
+        """Whether what is followed has looked so much like the target that it is sought where it can have gone."""
+
+    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
 

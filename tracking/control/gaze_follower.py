@@ -101,6 +101,11 @@ class GazeFollower:
         return self._evidence.likely
 
     @property
+    def promising(self) -> bool:
+        """Whether what is followed has looked so much like the target that it is sought where it can have gone."""
+        return self._evidence.promising and not self.doubted
+
+    @property
     def direction(self) -> FloatArray | None:
         """Unit vector from the centre of M2 to the target, body frame; None without an estimate."""
         bearing = self._filter.bearing

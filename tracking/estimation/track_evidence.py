@@ -8,12 +8,13 @@ above even. What never gets there within its probation, what falls below even be
 third of the images that should show it, is dropped, and its direction is remembered as clutter: the search does not end
 there again. So is what is trusted, but stands still and has not looked plainly like the target soon: a reef has round
 brown things, and one of them would be followed for good; sooner, if something is seen beside it that does look like the
-target. What was above even still, or was not seen again before it
-could be judged, is clutter for a shorter time. A
-target may be in one piece with something larger that it passes, and hides it: what then does not look like the target
-soon is dropped as well. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and
-what stands around a hovering robot nearly does; where an attitude sensor tells how the robot turns, directions are
-steady ones, and what stands around it keeps its own. A robot that swims on leaves clutter behind, so it is forgotten.
+target. What was above even still, or was not seen again before it could be judged, is clutter for a shorter time. But a
+candidate that looked plainly like the target for a few images and then got away, as past a joint's end or behind the
+mount, is sought where it can have gone. A target may be in one piece with something larger that it passes, and hides
+it: what then does not look like the target soon is dropped as well. A thing that moves with the robot, as its mount,
+keeps its direction in the body's frame, and what stands around a hovering robot nearly does; where an attitude sensor
+tells how the robot turns, directions are steady ones, and what stands around it keeps its own. A robot that swims on
+leaves clutter behind, so it is forgotten.
 """
 
 from __future__ import annotations
@@ -53,6 +54,10 @@ PLAIN_LOG_ODDS, PLAIN_S = 2.5, 4.0
 """Of the mean by contrast, which what stands still must have had once to be followed for longer, where a target would
 have. In 30 dives of the arena (seeds 1280 to 1319) 16 of 17 targets that the water leaves their red never had less (one
 in 0.69 of its images), and six of nine of which it leaves hardly any had, in up to 0.42."""
+
+PROMISING_S = 0.2
+"""For which a candidate must have been seen that is sought when it gets away before it can be judged: of a reef's red
+things, seen past a hull's edge, some look plainly like the target in one image or two."""
 
 OUTSHONE_S = 0.2
 """For which something else must have looked like the target beside what has not: a few images, as for a candidate."""
@@ -197,6 +202,11 @@ class TrackEvidence:
             return True
         asked = AT_ONCE_LOG_ODDS * max(1 - self.age_s / AT_LEISURE_S, 0.0)
         return (self.whole or asked == 0) and self.together >= asked
+
+    @property
+    def promising(self) -> bool:
+        """Whether it has looked plainly like the target in more images than a lucky few."""
+        return self.age_s > PROMISING_S and self.together is not None and self.together >= PLAIN_LOG_ODDS
 
     def update(self, contrast: float, outline: float | None, direction: FloatArray, interval_s: float) -> None:
         """Take in one more image of what was taken for the target.

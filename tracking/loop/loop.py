@@ -292,7 +292,7 @@ class TrackingLoop:
             self._note_unseen(before, observation)
         if mode is not Mode.SCAN or self._state.hits > 0:
             return self._follower.follow(observation)
-        if before.mode is not Mode.SCAN:
+        if before.mode is not Mode.SCAN or before.hits > 0:
             self._search_on(before, observation)
         self._follower.forget(brief=not self._long_seen(before))
         return self._search.advance(self._passed_s, observation.q)
@@ -306,10 +306,16 @@ class TrackingLoop:
 
     def _search_on(self, before: BehaviourState, observation: Observation) -> None:
         """Begin a search, or take up the one that something else of the target's colour has broken off."""
-        long_seen = self._long_seen(before)
-        if (
+        long_seen, last = self._long_seen(before), self._follower.last_seen
+        reachable = self._variant.rescan == "reachable"
+        if before.mode is Mode.SCAN:
+            if reachable and long_seen and last is not None:
+                self._search.begin_lost(last[0], observation.time_s - last[1])
+            else:
+                self._search.resume(observation.q)
+        elif (
             before.mode is Mode.CHECK
-            or self._variant.rescan == "raster"
+            or not reachable
             or (long_seen and (self._follower.doubted or before.mode is Mode.TRACK))
         ):
             self._search.begin(observation.q)
@@ -318,8 +324,8 @@ class TrackingLoop:
             self._search.resume(observation.q)
 
     def _long_seen(self, before: BehaviourState) -> bool:
-        """Whether what was followed was seen in more images than one that is missed is waited for."""
-        return before.seen > self._variant.behaviour.predict_frames
+        """Whether what was followed was seen in more images than a target is waited for, or looked plainly like it."""
+        return before.seen > self._variant.behaviour.predict_frames or self._follower.promising
 
     @property
     def _passed_s(self) -> float:
