@@ -58,6 +58,10 @@ class SpecificationError(ValueError):
         lines = [f"{source}: {len(self.problems)} problem{'s' if len(self.problems) != 1 else ''}"]
         super().__init__("\n  ".join(lines + [str(problem) for problem in self.problems]))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # An exception is remade from its message alone: one that a process of a pool raised would end the pool.
+        return type(self), (self.source, self.problems)
+
 
 class RigError(SpecificationError):
     """A rig that cannot be used."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+import pickle
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -282,3 +283,9 @@ def test_joints_and_seeds_beyond_measure_are_refused_with_their_key():
     seed, joint = problems_of(document)
     assert joint == "joints.pan.max_deg = 1000000000.0: expected a number less than or equal to 360"
     assert seed.startswith("image_sensor.pattern_seed = 1000") and seed.endswith("of at most 9223372036854775807")
+
+
+def test_an_error_goes_from_one_process_to_another():
+    error = RigError("rig.toml", [Problem(place="name", value=3, expected="a name")])
+    again = pickle.loads(pickle.dumps(error))
+    assert (type(again), str(again), again.problems) == (RigError, str(error), error.problems)
