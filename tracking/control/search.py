@@ -55,7 +55,7 @@ class Search:
     ):
         self._gimbal, self._speeds, self._step = gimbal, speeds, (1 - OVERLAP) * view
         # Lost images leave no gap: from one to the next a sweep goes on by no more than a step.
-        sweeping = speeds if likely is None else slowed(speeds, self._step, interval_s)[0]
+        sweeping = speeds if likely is None else slowed(speeds, self._step, interval_s)
         self._longest_s = min(float(self._step[0]) / sweeping.pan, float(self._step[1]) / (2 * sweeping.tilt))
         self._shown = likely
         self._path = (

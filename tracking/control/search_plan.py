@@ -1,12 +1,13 @@
-"""A search that looks where a target is likely first: sweeps of one joint, next the one that gains most per second.
+"""A search that looks where a target is likely first: of all sweeps, next the one that gains most per second.
 
 What is searched for may be anywhere within reach, but is more often level with the robot than above or below it: who is
 followed swims, or is held, at the robot's depth. The sphere of directions is divided into cells with that probability.
-A sweep turns one joint while the other stands, at its servo's speed unless too few images show then what it passes, and
-finds what its poses show with a probability that grows with the number of these images; what it does not find stays
-where it is. From where the mirror is, the next sweep is the one that finds with the largest probability, divided by
-the time to get to its beginning and along it, until everything within reach is seen. Taking the best rate first is what
-is best of all for sweeps that do not overlap and cost nothing to get to (Stone 1975, Theory of Optimal Search, 2.4).
+A sweep tilts while pan stands, or moves on by half a view, so that sweeps up and down in turn make a zigzag along the
+horizon; it is as fast as its servos are, unless too few images show then what it passes. Each image that shows a cell
+finds with the same probability what is there, and what it does not find stays where it is. From where the mirror is,
+the next sweep is the one that finds with the largest probability, divided by the time to get to its beginning and along
+it, until everything within reach is seen. Taking the best rate first is what is best of all for sweeps that do not
+overlap and cost nothing to get to (Stone 1975, Theory of Optimal Search, 2.4).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from optics.gaze.motion import JointSpeeds, move_time
 from optics.kernels.arrays import FloatArray
@@ -32,11 +34,14 @@ ANYWHERE = 0.05
 CELL_DEG = 6.0
 """Of the directions; a view is three or four of them wide."""
 
-FINENESS = 4
-"""Places for a sweep in a step: with fewer the last gaps cost whole sweeps."""
+ENDS = np.array([0.5, 1.0])
+"""Of a step across and upwards, from one place in pan and in tilt at which sweeps begin and end to the next."""
 
-ENDS = 7
-"""Places along a joint's range at which a sweep may begin or end."""
+INSTANTS = 60
+"""Of a sweep at which it is told what it shows: over the whole range of tilt 5 degrees of gaze apart."""
+
+FINENESS = 4
+"""Poses in a step, to which these instants are rounded."""
 
 IMAGES = 2
 """That a sweep takes at least of what it passes: servos that turn the gaze past in one smear it, and give no second
@@ -92,29 +97,29 @@ def likely_path(gimbal: Gimbal, view: GazeView, step: FloatArray, speeds: JointS
     view : GazeView
         What each pose shows.
     step : array, shape (2,)
-        Across and upwards, radians of gaze, from a sweep to the next one beside it at most.
+        Across and upwards, radians of gaze: a view, less what the next one is to have in common with it.
     speeds : JointSpeeds
         The servos'.
     interval_s : float
         From image to image.
     """
     there = likely_directions(gimbal, view)
-    pan, tilt = pose_grid(gimbal, float(step[0]) / FINENESS, float(step[1]) / 2 / FINENESS)
-    starts, ends, seen = _sweeps(pan, tilt, view.shows(there.direction, pan, tilt))
-    sweeping, images = slowed(speeds, step, interval_s)
-    lasting_s = move_time(sweeping, starts, ends)
-    by_pan, by_tilt = 1 - (1 - FOUND) ** images.astype(np.float32)
-    found = np.where(starts[:, 0] == ends[:, 0], by_tilt, by_pan)
+    ends = _sweeps(*pose_grid(gimbal, *(ENDS * step / [1, 2]).tolist()))
+    lasting_s = move_time(slowed(speeds, step, interval_s), *ends)
+    found = _shown(gimbal, view, step, there, ends)
+    found.data = 1 - (1 - FOUND) ** (found.data * np.repeat(lasting_s / interval_s, np.diff(found.indptr)))
     points, taken_s = [_angles(gimbal, gimbal.middle)], [0.0]
-    unseen, left = seen.any(axis=0), there.probability.astype(np.float32)
-    while there.solid_angle[unseen].sum() > LEFT_OUT * there.solid_angle.sum():
-        gain = found * (seen @ left)
-        way_s = move_time(speeds, points[-1], starts)
-        best = int((gain / (way_s + lasting_s)).argmax())
-        points += [starts[best], ends[best]]
-        taken_s += [float(way_s[best]), float(lasting_s[best])]
-        unseen &= seen[best] == 0
-        left *= 1 - found[best] * seen[best]
+    unseen, left = found.sum(axis=0) > 0, there.probability.copy()
+    left_out = LEFT_OUT * there.solid_angle[unseen].sum()
+    while there.solid_angle[unseen].sum() > left_out:
+        way_s = move_time(speeds, points[-1], ends)
+        best = int((found @ left / (way_s.min(axis=0) + lasting_s)).argmax())
+        nearer = int(way_s[:, best].argmin())
+        points += [ends[nearer, best], ends[1 - nearer, best]]
+        taken_s += [float(way_s[nearer, best]), float(lasting_s[best])]
+        cells = slice(*found.indptr[best : best + 2])
+        unseen[found.indices[cells]] = False
+        left[found.indices[cells]] *= 1 - found.data[cells]
     return JointPath.timed([gimbal.joint_values(*each) for each in np.array(points).tolist()], taken_s)
 
 
@@ -133,11 +138,10 @@ def in_view(gimbal: Gimbal, q: FloatArray, direction: FloatArray, view: FloatArr
     return np.asarray(seen_from(direction, np.array([pan]), np.array([tilt]), view)[0, 0])
 
 
-def slowed(speeds: JointSpeeds, step: FloatArray, interval_s: float) -> tuple[JointSpeeds, FloatArray]:
-    """Speeds of sweeps, and how many images they take of what they pass, of pan and of tilt, shape (2,)."""
-    turned = np.array([float(step[0]), float(step[1]) / 2]) / interval_s
-    pan, tilt = np.minimum([speeds.pan, speeds.tilt], turned / IMAGES)
-    return JointSpeeds(pan=float(pan), tilt=float(tilt)), turned / [pan, tilt]
+def slowed(speeds: JointSpeeds, step: FloatArray, interval_s: float) -> JointSpeeds:
+    """Speeds of sweeps: the servos', or less where these would take fewer than `IMAGES` of what they pass."""
+    pan, tilt = np.minimum([speeds.pan, speeds.tilt], step / [1, 2] / interval_s / IMAGES)
+    return JointSpeeds(pan=float(pan), tilt=float(tilt))
 
 
 def _angles(gimbal: Gimbal, q: FloatArray) -> FloatArray:
@@ -164,19 +168,24 @@ def seen_from(direction: FloatArray, pan: FloatArray, tilt: FloatArray, view: Fl
     return np.asarray((np.abs(aside)[:, np.newaxis] <= across * ahead) & (np.abs(up) <= upwards * ahead))
 
 
-def _sweeps(
-    pan: FloatArray, tilt: FloatArray, seen: NDArray[np.bool_]
-) -> tuple[FloatArray, FloatArray, NDArray[np.float32]]:
-    """Beginnings and ends of all sweeps, shape (m, 2), and what each has seen, shape (m, n), 1 or 0."""
-    starts, ends, views = [], [], []
-    for joint, (along, across) in enumerate(((pan, tilt), (tilt, pan))):
-        places = np.unique(np.linspace(0, len(along) - 1, ENDS).round().astype(int))
-        for first, last in ((a, b) for a in places for b in places if a < b):
-            part = np.asarray((seen if joint == 0 else seen.swapaxes(0, 1))[first : last + 1].any(axis=0))
-            for side, view in zip(across, part, strict=True):
-                both = [(along[first], side), (along[last], side)]
-                both = both if joint == 0 else [each[::-1] for each in both]
-                starts += both
-                ends += both[::-1]
-                views += [view, view]
-    return np.array(starts), np.array(ends), np.array(views, dtype=np.float32)
+def _sweeps(pan: FloatArray, tilt: FloatArray) -> FloatArray:
+    """Both ends of all sweeps, shape (2, n, 2): at any two places in tilt, and at one in pan or two side by side."""
+    one, other = np.triu_indices(len(pan) * len(tilt), k=1)
+    places = np.stack(np.meshgrid(pan, tilt, indexing="ij"), axis=-1).reshape(-1, 2)
+    beside = other // len(tilt) - one // len(tilt) <= 1
+    return places[[one[beside], other[beside]]]
+
+
+def _shown(gimbal: Gimbal, view: GazeView, step: FloatArray, there: Directions, ends: FloatArray) -> csr_array:
+    """Share of a sweep's time in which it shows a cell, shape (sweeps, cells)."""
+    pan, tilt = pose_grid(gimbal, *(step / [1, 2] / FINENESS).tolist())
+    shows = csr_array(view.shows(there.direction, pan, tilt).reshape(len(pan) * len(tilt), -1).astype(float))
+    passed = np.linspace(ends[0], ends[1], INSTANTS, axis=-1)
+    nearest = [
+        np.interp(passed[:, joint], each, np.arange(len(each))).round().astype(int)
+        for joint, each in enumerate((pan, tilt))
+    ]
+    poses = nearest[0] * len(tilt) + nearest[1]
+    rows = np.arange(0, poses.size + 1, INSTANTS)
+    share = np.full(poses.size, 1 / INSTANTS)
+    return csr_array((share, poses.ravel(), rows), shape=(len(poses), len(pan) * len(tilt))) @ shows
