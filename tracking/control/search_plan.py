@@ -1,13 +1,13 @@
 """A search that looks where a target is likely first: of all sweeps, next the one that gains most per second.
 
-What is searched for may be anywhere within reach, but is more often level with the robot than above or below it: who is
-followed swims, or is held, at the robot's depth. The sphere of directions is divided into cells with that probability.
-A sweep tilts while pan stands, or moves on by half a view, so that sweeps up and down in turn make a zigzag along the
-horizon; it is as fast as its servos are, unless too few images show then what it passes. Each image that shows a cell
-finds with the same probability what is there, and what it does not find stays where it is. From where the mirror is,
-the next sweep is the one that finds with the largest probability, divided by the time to get to its beginning and along
-it, until everything within reach is seen. Taking the best rate first is what is best of all for sweeps that do not
-overlap and cost nothing to get to (Stone 1975, Theory of Optimal Search, 2.4).
+What is searched for may be anywhere within reach, but is more often level with the robot than above or below it, since
+who is followed swims, or is held, at its depth, and rather ahead than behind. The sphere of directions is divided into
+cells with that probability. A sweep tilts while pan stands, or goes on by up to two views: one up, the next down, they
+zigzag along the horizon. It is as fast as the servos are, unless too few images show then what it passes. Each image
+that shows a cell finds with the same probability what is there, and what it does not find stays where it is. From where
+the mirror is, the next sweep is the one that finds with the largest probability, divided by the time to get to its
+beginning and along it, until everything within reach is seen. Taking the best rate first is what is best of all for
+sweeps that do not overlap and cost nothing to get to (Stone 1975, Theory of Optimal Search, 2.4).
 """
 
 from __future__ import annotations
@@ -31,11 +31,18 @@ LEVEL_DEG = 20.0
 ANYWHERE = 0.05
 """Of the probability at the horizon, what is left far above and below."""
 
+AHEAD, AHEAD_DEG = 0.5, 45.0
+"""By how much more likely it is to be ahead than abeam or behind, and the standard deviation of azimuth there: a robot
+is turned to what it works with, and a search that comes round to it late is a nuisance."""
+
 CELL_DEG = 6.0
 """Of the directions; a view is three or four of them wide."""
 
-ENDS = np.array([0.5, 1.0])
+ENDS = np.array([0.75, 1.0])
 """Of a step across and upwards, from one place in pan and in tilt at which sweeps begin and end to the next."""
+
+BESIDE = 3
+"""Places in pan by which a sweep goes on at most: two steps. With more, slow servos miss what lies level."""
 
 INSTANTS = 60
 """Of a sweep at which it is told what it shows: over the whole range of tilt 5 degrees of gaze apart."""
@@ -82,7 +89,11 @@ def likely_directions(gimbal: Gimbal, view: GazeView) -> Directions:
     body = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1)
     direction = gimbal.in_gimbal(body)
     within = view.shows(direction, *pose_grid(gimbal, cell, cell / 2)).any(axis=(0, 1))
-    likely = ANYWHERE + np.exp(-0.5 * (up / math.radians(LEVEL_DEG)) ** 2)
+    level, ahead = (
+        np.exp(-0.5 * (angle / math.radians(deviation_deg)) ** 2)
+        for angle, deviation_deg in ((up, LEVEL_DEG), (around, AHEAD_DEG))
+    )
+    likely = (ANYWHERE + level) * (1 + AHEAD * ahead)
     solid_angle = np.cos(up)[within] * cell * cell
     probability = likely[within] * solid_angle
     return Directions(direction=direction[within], solid_angle=solid_angle, probability=probability / probability.sum())
@@ -169,10 +180,10 @@ def seen_from(direction: FloatArray, pan: FloatArray, tilt: FloatArray, view: Fl
 
 
 def _sweeps(pan: FloatArray, tilt: FloatArray) -> FloatArray:
-    """Both ends of all sweeps, shape (2, n, 2): at any two places in tilt, and at one in pan or two side by side."""
+    """Both ends of all sweeps, shape (2, n, 2): at any two places in tilt, and in pan at two that are near."""
     one, other = np.triu_indices(len(pan) * len(tilt), k=1)
     places = np.stack(np.meshgrid(pan, tilt, indexing="ij"), axis=-1).reshape(-1, 2)
-    beside = other // len(tilt) - one // len(tilt) <= 1
+    beside = other // len(tilt) - one // len(tilt) <= BESIDE
     return places[[one[beside], other[beside]]]
 
 
