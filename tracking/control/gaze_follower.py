@@ -189,6 +189,7 @@ class GazeFollower:
         self._steady.update(direction, doubt)
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
+        self._evidence.note_area(blobs[0].area_px if len(blobs) == 1 and sides == (0, 0) else None)
         self._evidence.note_silhouette(observation.interval_s, dark=blobs[0].silhouette)
         if any(
             other.log_odds >= AT_ONCE_LOG_ODDS

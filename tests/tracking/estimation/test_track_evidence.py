@@ -11,6 +11,7 @@ from tracking.estimation.track_evidence import (
     CLUTTER_RAD,
     CLUTTER_S,
     FADED,
+    FEWEST_COMPARED,
     GAP_S,
     KNOWN_S,
     MEMORY_S,
@@ -123,6 +124,17 @@ def test_what_stands_still_and_is_never_plain_is_doubted_in_the_end(contrast, mo
     for direction in (turned(1.1 * MOVED_RAD) if moves else AHEAD, AHEAD, AHEAD):
         evidence.update(1.5, 1.0, direction, 0.1 * PLAIN_S)
     assert evidence.doubted is doubted
+    evidence.drop(AHEAD, 5.0)
+    # It is not looked at again in the same search of everything within reach.
+    assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * CLUTTER_S) is doubted
+
+
+def test_one_image_that_looks_very_plain_does_not_make_it_plain():
+    evidence = followed(2.7, 1.0, images(0.5 * PLAIN_S))
+    evidence.update(50.0, 1.0, AHEAD, INTERVAL_S)
+    for _ in range(images(PLAIN_S)):
+        evidence.update(2.7, 1.0, AHEAD, INTERVAL_S)
+    assert evidence.doubted
 
 
 def test_where_the_water_leaves_no_colour_a_pale_thing_may_be_the_target():
@@ -147,11 +159,43 @@ def test_what_is_never_plain_is_doubted_beside_what_looks_like_the_target(contra
 
 @pytest.mark.parametrize("swallowed_s, doubted", [(0.9 * SWALLOWED_S, False), (1.1 * SWALLOWED_S, True)])
 def test_what_something_larger_has_swallowed_is_doubted_however_long_it_was_the_target(swallowed_s, doubted):
-    evidence = followed(3.0, 2.0, images(KNOWN_S + 1))
+    evidence = followed(5.0, 2.0, images(KNOWN_S + 1))
     evidence.swallowed_s = swallowed_s
     assert evidence.doubted is doubted
     evidence.begin_again()
     assert evidence.swallowed_s == 0
+
+
+@pytest.mark.parametrize(
+    "sizes, doubted",
+    [
+        ([600.0, 9000.0, 9200.0, 700.0], True),
+        ([600.0, None, 9000.0, None], False),
+        ([1000.0, 1300.0], False),
+        ([1000.0, 1000.0, 1000.0, 1000.0, 2000.0], False),
+    ],
+    ids=["pieces", "cut every second time", "breathes", "jumps at times"],
+)
+def test_what_jumps_in_size_is_pieces_of_something(sizes, doubted):
+    """Every second image as much larger or smaller is no ball that comes nearer, however plain it looks."""
+    evidence = followed(5.0, 2.0, images(KNOWN_S + 1))
+    for number in range(FEWEST_COMPARED):
+        evidence.note_area(sizes[number % len(sizes)])
+    assert not evidence.doubted
+    for number in range(FEWEST_COMPARED, 4 * FEWEST_COMPARED):
+        evidence.note_area(sizes[number % len(sizes)])
+    assert evidence.doubted is doubted
+    evidence.drop(AHEAD, 5.0)
+    assert evidence.is_clutter(AHEAD, 5.0 + 2 * UNDECIDED_S) is doubted
+    assert not evidence.doubted
+
+
+def test_a_gap_is_no_jump():
+    evidence = followed(3.0, 2.0, 30)
+    for number in range(4 * FEWEST_COMPARED):
+        evidence.note_area(1000.0 * 2 ** (number % 2))
+        evidence.miss(INTERVAL_S, shown=False)
+    assert evidence.compared == 0 and not evidence.doubted
 
 
 def test_what_is_neither_has_a_probation():
@@ -265,6 +309,8 @@ def test_a_snapshot_holds_all_of_it():
         evidence.update(1.0, 0.5, AHEAD, INTERVAL_S)
     evidence.miss(INTERVAL_S, shown=True)
     evidence.swallowed_s = 0.5
+    for area_px in (1000.0, 2000.0):
+        evidence.note_area(area_px)
     again = TrackEvidence()
     again.restore(json.loads(json.dumps(evidence.snapshot())))
     assert again.snapshot() == evidence.snapshot()
