@@ -118,10 +118,10 @@ class LostTarget:
         """Take in an image taken at `q` that did not show the target, so long after the one before."""
         self._age_s += passed_s
         places = self._places.after(self._age_s)
-        seen = in_view(self._gimbal, q, places, self._view)
+        seen = in_view(self._gimbal, q, places, self._view).astype(float)
         if self._shown is not None:
-            seen &= self._shown.shows_at(q, places)
-        self._weights[seen] *= math.exp(-passed_s / SEEN_S)
+            seen *= self._shown.shown_at(q, places)
+        self._weights *= np.exp(-passed_s / SEEN_S * seen)
         self._weights += (1 - self._weights) * -math.expm1(-passed_s / REGAINED_S)
 
     def snapshot(self) -> dict[str, Any]:
@@ -182,7 +182,7 @@ class LostTarget:
                 break
             row, column = pose
             places, gaze = arrived[int(arrival[pose])], (pans[row : row + 1], tilts[column : column + 1])
-            shown = seen_from(places, *gaze, self._view) & self._shown.shows(places, *gaze)
+            shown = seen_from(places, *gaze, self._view) * self._shown.shown(places, *gaze)
             per_s = float(shown[0, 0] @ self._weights) / time_s
             best, most = (pose, per_s) if per_s > most else (best, most)
         return float(pans[best[0]]), float(tilts[best[1]]), float(travel_s[best])

@@ -14,7 +14,7 @@ from optics.gaze.motion import JointSpeeds, move_time
 from optics.kernels.arrays import FloatArray
 from tracking.control.direct_look import DirectLook
 from tracking.control.gaze_view import GazeView
-from tracking.control.joint_paths import raster_path
+from tracking.control.joint_paths import JointPath, raster_path
 from tracking.control.lost_target import LostTarget
 from tracking.control.search_plan import likely_path, slowed
 from tracking.estimation.direction_filter import Bearing
@@ -58,15 +58,23 @@ class Search:
         sweeping = speeds if likely is None else slowed(speeds, self._step, interval_s)
         self._longest_s = min(float(self._step[0]) / sweeping.pan, float(self._step[1]) / (2 * sweeping.tilt))
         self._shown = likely
-        self._path = (
-            raster_path(gimbal, speeds, self._step)
+        self._paths = (
+            (raster_path(gimbal, speeds, self._step),)
             if likely is None
-            else likely_path(gimbal, likely, self._step, speeds, interval_s)
+            else tuple(
+                likely_path(gimbal, likely, self._step, speeds, interval_s, ahead=each) for each in (True, False)
+            )
         )
+        self._begun = 0
         self._lost: LostTarget | None = None
         self._direct = direct
         self._time_s = 0.0
         self._approach_s = 0.0
+
+    @property
+    def _path(self) -> JointPath:
+        """The first search's, or the one of every other."""
+        return self._paths[0 if self._begun <= 1 else -1]
 
     def begin(self, q: FloatArray) -> None:
         """Search everything from joint values `q` on.
@@ -75,6 +83,7 @@ class Search:
         beginning until the mirror has come, which would cut the first strip short otherwise.
         """
         self._lost = None
+        self._begun += 1
         approaches_s = move_time(self._speeds, q, self._path.q[[0, -1] if self._shown is None else [0]])
         nearer = int(np.argmin(approaches_s))
         self._time_s = nearer * self._path.duration_s
@@ -92,6 +101,11 @@ class Search:
     def resume(self, q: FloatArray) -> None:
         """Go on from joint values `q` where the search was broken off."""
         self._approach_s = float(move_time(self._speeds, q, self._place()[np.newaxis])[0])
+
+    def resume_everything(self, q: FloatArray) -> None:
+        """Go on with the search of everything: what was lost was not the target."""
+        self._lost = None
+        self.resume(q)
 
     def looks_past_mirrors(self, time_s: float) -> bool:
         """Whether the direct view is to be looked at in an image taken at a time, seconds."""
@@ -135,6 +149,7 @@ class Search:
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         return {
+            "begun": self._begun,
             "time_s": self._time_s,
             "approach_s": self._approach_s,
             "lost": None if self._lost is None else self._lost.snapshot(),
@@ -143,7 +158,7 @@ class Search:
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        self._time_s, self._approach_s = snapshot["time_s"], snapshot["approach_s"]
+        self._begun, self._time_s, self._approach_s = (snapshot[name] for name in ("begun", "time_s", "approach_s"))
         lost, self._lost = snapshot["lost"], None
         if lost is not None:
             self._lost = LostTarget.restored(lost, self._gimbal, self._speeds, self._step, shown=self._shown)

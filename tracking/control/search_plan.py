@@ -21,7 +21,7 @@ from scipy.sparse import csr_array
 
 from optics.gaze.motion import JointSpeeds, move_time
 from optics.kernels.arrays import FloatArray
-from tracking.control.gaze_view import GazeView
+from tracking.control.gaze_view import LEAST_SHOWN, GazeView
 from tracking.control.joint_paths import JointPath
 from tracking.estimation.gimbal import Gimbal
 
@@ -58,6 +58,12 @@ FOUND = 0.5
 """Probability that an image in which the target is whole finds it: of 55 such images of the arena's searches (seeds 0
 to 7 and 20 to 27) the detector gave 31 the odds that acquire a target."""
 
+LOOKED_AT = 0.2
+"""Probability of finding what is in a cell, from which a sweep has looked at it."""
+
+ALIKE = 0.99
+"""Of the largest rate, from which sweeps gain alike: then the one at the lower pan is next, not the one of rounding."""
+
 LEFT_OUT = 0.01
 """Of the solid angle within reach, what may be left unseen: cells at the limits whose middles are just beyond."""
 
@@ -80,26 +86,26 @@ class Directions:
     probability: FloatArray
 
 
-def likely_directions(gimbal: Gimbal, view: GazeView) -> Directions:
-    """Where a target can be: cells that some pose within the limits shows."""
+def likely_directions(gimbal: Gimbal, view: GazeView, *, ahead: bool = True) -> Directions:
+    """Where a target can be: cells that some pose within the limits shows; what is `ahead` may be likelier."""
     cell = math.radians(CELL_DEG)
     elevation = np.arange(-math.pi / 2 + cell / 2, math.pi / 2, cell)
     azimuth = np.arange(-math.pi + cell / 2, math.pi, cell)
     up, around = (each.ravel() for each in np.meshgrid(elevation, azimuth, indexing="ij"))
     body = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1)
     direction = gimbal.in_gimbal(body)
-    within = view.shows(direction, *pose_grid(gimbal, cell, cell / 2)).any(axis=(0, 1))
-    level, ahead = (
-        np.exp(-0.5 * (angle / math.radians(deviation_deg)) ** 2)
-        for angle, deviation_deg in ((up, LEVEL_DEG), (around, AHEAD_DEG))
-    )
-    likely = (ANYWHERE + level) * (1 + AHEAD * ahead)
+    within = view.shown(direction, *pose_grid(gimbal, cell / 2, cell / 4)).max(axis=(0, 1)) >= LEAST_SHOWN
+    likely = ANYWHERE + np.exp(-0.5 * (up / math.radians(LEVEL_DEG)) ** 2)
+    if ahead:
+        likely *= 1 + AHEAD * np.exp(-0.5 * (around / math.radians(AHEAD_DEG)) ** 2)
     solid_angle = np.cos(up)[within] * cell * cell
     probability = likely[within] * solid_angle
     return Directions(direction=direction[within], solid_angle=solid_angle, probability=probability / probability.sum())
 
 
-def likely_path(gimbal: Gimbal, view: GazeView, step: FloatArray, speeds: JointSpeeds, interval_s: float) -> JointPath:
+def likely_path(
+    gimbal: Gimbal, view: GazeView, step: FloatArray, speeds: JointSpeeds, interval_s: float, *, ahead: bool = True
+) -> JointPath:
     """Search of all that is within reach, likely places first, from the middle of the joints' ranges.
 
     Parameters
@@ -113,23 +119,26 @@ def likely_path(gimbal: Gimbal, view: GazeView, step: FloatArray, speeds: JointS
         The servos'.
     interval_s : float
         From image to image.
+    ahead : bool
+        Whether what is ahead is likelier: not once it was seen elsewhere, or not seen there.
     """
-    there = likely_directions(gimbal, view)
+    there = likely_directions(gimbal, view, ahead=ahead)
     ends = _sweeps(*pose_grid(gimbal, *(ENDS * step / [1, 2]).tolist()))
     lasting_s = move_time(slowed(speeds, step, interval_s), *ends)
     found = _shown(gimbal, view, step, there, ends)
     found.data = 1 - (1 - FOUND) ** (found.data * np.repeat(lasting_s / interval_s, np.diff(found.indptr)))
     points, taken_s = [_angles(gimbal, gimbal.middle)], [0.0]
-    unseen, left = found.sum(axis=0) > 0, there.probability.copy()
+    unseen, left = found.max(axis=0).toarray().ravel() >= LOOKED_AT, there.probability.copy()
     left_out = LEFT_OUT * there.solid_angle[unseen].sum()
     while there.solid_angle[unseen].sum() > left_out:
         way_s = move_time(speeds, points[-1], ends)
-        best = int((found @ left / (way_s.min(axis=0) + lasting_s)).argmax())
+        rate = found @ left / (way_s.min(axis=0) + lasting_s)
+        best = int((rate >= ALIKE * rate.max()).argmax())
         nearer = int(way_s[:, best].argmin())
         points += [ends[nearer, best], ends[1 - nearer, best]]
         taken_s += [float(way_s[nearer, best]), float(lasting_s[best])]
         cells = slice(*found.indptr[best : best + 2])
-        unseen[found.indices[cells]] = False
+        unseen[found.indices[cells][found.data[cells] >= LOOKED_AT]] = False
         left[found.indices[cells]] *= 1 - found.data[cells]
     return JointPath.timed([gimbal.joint_values(*each) for each in np.array(points).tolist()], taken_s)
 
@@ -190,7 +199,7 @@ def _sweeps(pan: FloatArray, tilt: FloatArray) -> FloatArray:
 def _shown(gimbal: Gimbal, view: GazeView, step: FloatArray, there: Directions, ends: FloatArray) -> csr_array:
     """Share of a sweep's time in which it shows a cell, shape (sweeps, cells)."""
     pan, tilt = pose_grid(gimbal, *(step / [1, 2] / FINENESS).tolist())
-    shows = csr_array(view.shows(there.direction, pan, tilt).reshape(len(pan) * len(tilt), -1).astype(float))
+    shows = csr_array(view.shown(there.direction, pan, tilt).reshape(len(pan) * len(tilt), -1))
     passed = np.linspace(ends[0], ends[1], INSTANTS, axis=-1)
     nearest = [
         np.interp(passed[:, joint], each, np.arange(len(each))).round().astype(int)

@@ -51,6 +51,9 @@ SAMPLE_GRID = 7
 FIRST_INTERVAL_S = 1 / 30
 """From image to image, until two are known."""
 
+STALE_S = 6.0
+"""For which something else may be followed before what the search had looked at is to be looked at again."""
+
 INTERVALS = 5
 """Whose median is the usual time from image to image: two lost ones do not change it."""
 
@@ -313,15 +316,15 @@ class TrackingLoop:
                 self._search.begin_lost(last[0], observation.time_s - last[1])
             else:
                 self._search.resume(observation.q)
-        elif (
-            before.mode is Mode.CHECK
-            or not reachable
-            or (long_seen and (self._follower.doubted or before.mode is Mode.TRACK))
-        ):
+        elif before.mode is Mode.CHECK or not reachable:
             self._search.begin(observation.q)
         elif not long_seen:
             # It was something else, or seen in fewer images than it has been missed in since.
             self._search.resume(observation.q)
+        elif self._follower.doubted and before.seen * self._interval_s < STALE_S:
+            self._search.resume_everything(observation.q)
+        elif self._follower.doubted or before.mode is Mode.TRACK:
+            self._search.begin(observation.q)
 
     def _long_seen(self, before: BehaviourState) -> bool:
         """Whether what was followed was seen in more images than a target is waited for, or looked plainly like it."""

@@ -36,9 +36,11 @@ def test_expected_time_is_the_plans():
     first = first_seen_s(path, there, view)
     never = ~np.isfinite(first)
     assert there.probability[never].sum() < 0.005
-    # What is not seen in one run is not in the next, unless the instants that are looked at fall better.
-    planned_s = np.where(never, LONGEST_SEARCH_S, first) @ there.probability
-    assert expected_first_look_s(RIG, DEFAULT) == pytest.approx(planned_s, abs=BETWEEN_LOOKS_S)
+    # What the first run leaves out is seen in the next one, which is another, or not at all.
+    sooner, later = (
+        np.where(never, other_s, first) @ there.probability for other_s in (path.duration_s, LONGEST_SEARCH_S)
+    )
+    assert sooner - BETWEEN_LOOKS_S < expected_first_look_s(RIG, DEFAULT) < later + BETWEEN_LOOKS_S
 
 
 def test_a_likely_search_is_sooner_than_the_papers():

@@ -86,7 +86,9 @@ def test_a_robot_hides_what_is_less_than_a_balls_half_beside_it():
     ahead = np.array([1.0, 0.0, 0.0])
     assert clearance(shown, q, ahead) == pytest.approx(0.0, abs=1.0)
     left = [GIMBAL.from_gaze(0.0, 0.0, -math.tan(math.radians(angle)), 0.0) for angle in (1.0, 4.0)]
-    assert [bool(shown.shows_at(q, GIMBAL.in_gimbal(each)[np.newaxis])[0]) for each in left] == [False, True]
+    share = shown.shown_at(q, GIMBAL.in_gimbal(np.array([ahead, *left])))
+    assert share == pytest.approx([0.0, 2 / 3, 1.0], abs=0.3)
+    assert 0 < share[1] < 1 == share[2]
 
 
 def test_a_gaze_turns_aside_when_the_robot_is_in_its_middle():
@@ -98,6 +100,14 @@ def test_a_gaze_turns_aside_when_the_robot_is_in_its_middle():
     off_deg = math.degrees(math.acos(GIMBAL.gaze(aside) @ ahead))
     assert 1.0 < off_deg < 4.0
     assert GIMBAL.gaze(aside)[1] < 0
+
+
+def test_a_gaze_goes_where_most_is_left_between_bars():
+    """Four cells are clear, six right of the crop's middle: with the target between the bars, two to each side are."""
+    shown, q = view(np.abs(np.arange(CELLS[0]) + 0.5 - 26) - 2), GIMBAL.joint_values(0.0, 0.0)
+    ahead = np.array([1.0, 0.0, 0.0])
+    assert clearance(shown, q, ahead) < 0
+    assert clearance(shown, shown.past_robot(q, ahead), ahead) == pytest.approx(2.0, abs=0.6)
 
 
 @pytest.mark.parametrize("robot", [None, np.full(CELLS[0], 5.0)])

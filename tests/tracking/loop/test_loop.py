@@ -20,6 +20,7 @@ from optics.layout import Layout
 from rigs import Rig
 from tracking.control.paper_law import GAIN
 from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.track_evidence import MOST_PLAIN, PLAIN_S
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS, Variant
 from tracking.mirrors.simulated import SimulatedMirrors
@@ -276,6 +277,21 @@ def test_a_candidate_that_gets_away_is_sought(images, sought):
     dive.run(lambda _: place(0.0, 0.0), 1.0)
     assert dive.loop.snapshot()["hits"] == 0 and "t" not in dive.modes()
     assert (dive.loop.snapshot()["search"]["lost"] is not None) is sought
+
+
+def test_a_search_goes_on_where_a_pale_thing_broke_it_off(monkeypatch):
+    """What stands still and is never plain is dropped after 4 s: the places that were looked at before it come last."""
+    monkeypatch.setattr("tracking.loop.loop.looks_plain", lambda *_, **__: True)
+    monkeypatch.setattr("tracking.estimation.track_evidence.PLAIN_LOG_ODDS", 2 * MOST_PLAIN)
+    dive = Dive(without_check("default"))
+    searched_s: list[float] = []
+    while "ts" not in dive.modes() and len(dive.steps) < 10 * RATE_HZ:
+        dive.run(lambda _: place(START_DEG, 0.0), (len(dive.steps) + 1) / RATE_HZ - 1e-9)
+        searched_s.append(dive.loop.snapshot()["search"]["time_s"])
+    seen = dive.modes().index("t")
+    assert len(dive.steps) - seen == pytest.approx(PLAIN_S * RATE_HZ, abs=5)
+    assert dive.loop.snapshot()["search"]["lost"] is None
+    assert 0 < searched_s[seen] <= searched_s[-1] < searched_s[seen] + 0.2
 
 
 def test_the_first_seconds_check_the_joints():
