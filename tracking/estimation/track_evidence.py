@@ -50,10 +50,10 @@ TRUSTED_S, PROBATION_S = 0.5, 1.5
 AT_ONCE_LOG_ODDS, AT_LEISURE_S = 3.0, 1.0
 """That a candidate of one image needs to be tracked, and the age from which it needs to be above even alone."""
 
-PLAIN_LOG_ODDS, PLAIN_S, MOST_PLAIN = 3.5, 4.0, 5.0
+PLAIN_LOG_ODDS, PLAIN_S, MOST_PLAIN = 3.5, 3.0, 5.0
 """Of the mean by contrast, which what stands still must have had once to be followed for longer, where a target would
-have; and what one image counts for in it, more or less. Of 30 tracks of targets in twelve dives of the arena (of seeds
-1438 to 1449) and eight from point to point in the reef none had less than 4.2 after 4 s; three corals that were
+have; and what one image counts for in it, more or less. Of 32 tracks of targets in twelve dives of the arena (of seeds
+1438 to 1449) and eight from point to point in the reef 31 had it after 1 s, all after 2.7 s; three corals that were
 followed to the end had 2.6 to 3.1."""
 
 PROMISING_LOG_ODDS, PROMISING_S = 2.5, 0.2
@@ -96,7 +96,8 @@ UNDECIDED_S = 5.0
 the search again at once, but may be the target."""
 
 CLUTTER_RAD = math.radians(3.0)
-"""Within which what was dropped is recognised: twice what a hovering robot sways by."""
+"""Within which what was dropped is recognised: twice what a hovering robot sways by; of a robot that sways by more, as
+far as it was seen to swing."""
 
 PLAIN_STATE = (
     "contrast",
@@ -111,6 +112,7 @@ PLAIN_STATE = (
     "swallowed_s",
     "silhouette_s",
     "moved",
+    "swing_rad",
     "area_px",
     "compared",
     "jumps",
@@ -120,9 +122,10 @@ PLAIN_STATE = (
 
 @dataclass(frozen=True, kw_only=True)
 class ClutterPlace:
-    """Where something was that was not the target: unit vector, steady axes, shape (3,), and until when that counts."""
+    """Where something was that was not the target: unit vector, steady axes, shape (3,), how far about, until when."""
 
     direction: FloatArray
+    within_rad: float
     until_s: float
 
 
@@ -156,6 +159,8 @@ class TrackEvidence:
         Unit vector to where it was first seen in all images since, steady axes.
     moved : bool
         Whether it has once got away from there by itself.
+    swing_rad : float
+        How far it has got from there at most, by itself or by the robot's sway.
     area_px : float, optional
         In the last image, in which nothing cut it; None where something did, or it was not seen.
     compared, jumps : int
@@ -177,6 +182,7 @@ class TrackEvidence:
     silhouette_s: float = 0.0
     first: FloatArray | None = None
     moved: bool = False
+    swing_rad: float = 0.0
     area_px: float | None = None
     compared: int = 0
     jumps: int = 0
@@ -248,8 +254,9 @@ class TrackEvidence:
             Since the image before.
         """
         self.first = direction if self.first is None else self.first
-        moved = float(self.first @ direction) < math.cos(MOVED_RAD)
-        self.moved = self.moved or moved
+        swing_rad = math.acos(min(float(self.first @ direction), 1.0))
+        moved = swing_rad > MOVED_RAD
+        self.moved, self.swing_rad = self.moved or moved, max(self.swing_rad, swing_rad)
         counted = _bounded(contrast, MOST_LOG_ODDS)
         memory_s = min(max(MEMORY_S, self.age_s / AGED), LONGEST_MEMORY_S)
         self.contrast = _averaged(self.contrast, counted, interval_s / memory_s)
@@ -287,27 +294,28 @@ class TrackEvidence:
     def begin_again(self) -> None:
         """What is seen next may be another thing than what was followed: it has to be trusted first."""
         self.contrast = self.together = self.plainness = self.clearest = self.first = self.area_px = None
-        self.compared = self.jumps = 0
+        self.compared, self.jumps, self.swing_rad = 0, 0, 0.0
         self.age_s, self.share, self.trusted, self.whole, self.moved = 0.0, 1.0, False, False, False
         self.outshone_s = self.swallowed_s = self.silhouette_s = 0.0
 
     def drop(self, direction: FloatArray, time_s: float) -> None:
         """What is followed is not the target, or was not found again: remember where it is."""
         lasting_s = CLUTTER_S if self._below_even or self._stays_pale else UNDECIDED_S
-        self.clutter.append(ClutterPlace(direction=direction, until_s=time_s + lasting_s))
+        within_rad = max(CLUTTER_RAD, min(self.swing_rad, MOVED_RAD))
+        self.clutter.append(ClutterPlace(direction=direction, within_rad=within_rad, until_s=time_s + lasting_s))
         self.begin_again()
 
     def is_clutter(self, direction: FloatArray, time_s: float) -> bool:
         """Whether something was dropped in a direction, a unit vector, not too long ago."""
         self.clutter = [each for each in self.clutter if time_s < each.until_s]
-        return any(float(each.direction @ direction) > math.cos(CLUTTER_RAD) for each in self.clutter)
+        return any(float(each.direction @ direction) > math.cos(each.within_rad) for each in self.clutter)
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         plain = {name: getattr(self, name) for name in PLAIN_STATE}
         return plain | {
             "first": None if self.first is None else self.first.tolist(),
-            "clutter": [[each.direction.tolist(), each.until_s] for each in self.clutter],
+            "clutter": [[each.direction.tolist(), each.within_rad, each.until_s] for each in self.clutter],
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -316,7 +324,8 @@ class TrackEvidence:
             setattr(self, name, snapshot[name])
         self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
         self.clutter = [
-            ClutterPlace(direction=np.array(direction), until_s=until_s) for direction, until_s in snapshot["clutter"]
+            ClutterPlace(direction=np.array(direction), within_rad=within_rad, until_s=until_s)
+            for direction, within_rad, until_s in snapshot["clutter"]
         ]
 
 

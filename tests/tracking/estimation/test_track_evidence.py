@@ -294,6 +294,19 @@ def test_what_was_dropped_is_clutter_there_and_for_a_while():
     assert not evidence.is_clutter(AHEAD, 5.0 + CLUTTER_S)
 
 
+def test_what_swings_with_the_robot_is_clutter_as_far_as_it_swung():
+    """A robot that sways by four degrees to each side sees a coral swing by eight: it is not taken up again beside."""
+    evidence = TrackEvidence()
+    for image in range(60):
+        evidence.update(-1.0, 0.0, turned(math.radians(8.0) * math.sin(image / 20) ** 2), INTERVAL_S)
+    evidence.drop(AHEAD, 5.0)
+    assert evidence.is_clutter(turned(math.radians(7.9)), 6.0)
+    assert not evidence.is_clutter(turned(math.radians(8.1)), 6.0)
+    evidence.update(-1.0, 0.0, turned(1.0), INTERVAL_S)
+    evidence.drop(turned(1.0), 6.0)
+    assert not evidence.is_clutter(turned(1.0 + 1.1 * CLUTTER_RAD), 6.0)
+
+
 def test_what_was_above_even_is_passed_for_a_while_only():
     """A ball in murky water is not trusted within its probation; a speck was not seen again before it was judged."""
     for evidence in (followed(0.5, 0.0, 60), followed(1.5, 0.0, 1)):
