@@ -16,7 +16,7 @@ from tracking.control.direct_look import DirectLook
 from tracking.control.gaze_view import GazeView
 from tracking.control.joint_paths import JointPath, raster_path
 from tracking.control.lost_target import LostTarget
-from tracking.control.search_plan import likely_path, slowed
+from tracking.control.search_plan import likely_paths, slowed
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
 
@@ -36,7 +36,7 @@ class Search:
     view : array, shape (2,)
         Field of view of the crop across and upwards, radians.
     likely : GazeView, optional
-        What each pose shows: likely places come first (`likely_path`). Without it a raster is run to and fro.
+        What each pose shows: likely places come first (`likely_paths`). Without it a raster is run to and fro.
     direct : DirectLook, optional
         Looks past the mirrors.
     interval_s : float
@@ -61,9 +61,7 @@ class Search:
         self._paths = (
             (raster_path(gimbal, speeds, self._step),)
             if likely is None
-            else tuple(
-                likely_path(gimbal, likely, self._step, speeds, interval_s, ahead=each) for each in (True, False)
-            )
+            else likely_paths(gimbal, likely, self._step, speeds, interval_s)
         )
         self._begun = 0
         self._lost: LostTarget | None = None

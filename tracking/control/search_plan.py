@@ -78,16 +78,28 @@ class Directions:
         Unit vectors, gimbal's frame.
     solid_angle : array, shape (n,)
     probability : array, shape (n,)
-        That the target is there, given that it is within reach; they add up to 1.
+        That the target is there, given that it is within reach, at first; they add up to 1.
+    probability_later : array, shape (n,)
+        The same once it was seen elsewhere, or not found: what is ahead is no likelier then.
     """
 
     direction: FloatArray
     solid_angle: FloatArray
     probability: FloatArray
+    probability_later: FloatArray
 
 
-def likely_directions(gimbal: Gimbal, view: GazeView, *, ahead: bool = True) -> Directions:
-    """Where a target can be: cells that some pose within the limits shows; what is `ahead` may be likelier."""
+@dataclass(frozen=True, kw_only=True)
+class _Sweeps:
+    """Both ends, shape (2, n, 2), time from one to the other, (n,), and how likely each finds what is in a cell."""
+
+    ends: FloatArray
+    lasting_s: FloatArray
+    found: csr_array
+
+
+def likely_directions(gimbal: Gimbal, view: GazeView) -> Directions:
+    """Where a target can be: cells that some pose within the limits shows."""
     cell = math.radians(CELL_DEG)
     elevation = np.arange(-math.pi / 2 + cell / 2, math.pi / 2, cell)
     azimuth = np.arange(-math.pi + cell / 2, math.pi, cell)
@@ -95,18 +107,23 @@ def likely_directions(gimbal: Gimbal, view: GazeView, *, ahead: bool = True) -> 
     body = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1)
     direction = gimbal.in_gimbal(body)
     within = view.shown(direction, *pose_grid(gimbal, cell / 2, cell / 4)).max(axis=(0, 1)) >= LEAST_SHOWN
-    likely = ANYWHERE + np.exp(-0.5 * (up / math.radians(LEVEL_DEG)) ** 2)
-    if ahead:
-        likely *= 1 + AHEAD * np.exp(-0.5 * (around / math.radians(AHEAD_DEG)) ** 2)
     solid_angle = np.cos(up)[within] * cell * cell
-    probability = likely[within] * solid_angle
-    return Directions(direction=direction[within], solid_angle=solid_angle, probability=probability / probability.sum())
+    later = (ANYWHERE + np.exp(-0.5 * (up[within] / math.radians(LEVEL_DEG)) ** 2)) * solid_angle
+    first = later * (1 + AHEAD * np.exp(-0.5 * (around[within] / math.radians(AHEAD_DEG)) ** 2))
+    return Directions(
+        direction=direction[within],
+        solid_angle=solid_angle,
+        probability=first / first.sum(),
+        probability_later=later / later.sum(),
+    )
 
 
-def likely_path(
-    gimbal: Gimbal, view: GazeView, step: FloatArray, speeds: JointSpeeds, interval_s: float, *, ahead: bool = True
-) -> JointPath:
-    """Search of all that is within reach, likely places first, from the middle of the joints' ranges.
+def likely_paths(
+    gimbal: Gimbal, view: GazeView, step: FloatArray, speeds: JointSpeeds, interval_s: float
+) -> tuple[JointPath, JointPath]:
+    """Searches of all that is within reach, likely places first, from the middle of the joints' ranges.
+
+    The first one, and the one of every other (`Directions.probability`, `probability_later`).
 
     Parameters
     ----------
@@ -119,28 +136,18 @@ def likely_path(
         The servos'.
     interval_s : float
         From image to image.
-    ahead : bool
-        Whether what is ahead is likelier: not once it was seen elsewhere, or not seen there.
     """
-    there = likely_directions(gimbal, view, ahead=ahead)
+    there = likely_directions(gimbal, view)
     ends = _sweeps(*pose_grid(gimbal, *(ENDS * step / [1, 2]).tolist()))
     lasting_s = move_time(slowed(speeds, step, interval_s), *ends)
     found = _shown(gimbal, view, step, there, ends)
     found.data = 1 - (1 - FOUND) ** (found.data * np.repeat(lasting_s / interval_s, np.diff(found.indptr)))
-    points, taken_s = [_angles(gimbal, gimbal.middle)], [0.0]
-    unseen, left = found.max(axis=0).toarray().ravel() >= LOOKED_AT, there.probability.copy()
-    left_out = LEFT_OUT * there.solid_angle[unseen].sum()
-    while there.solid_angle[unseen].sum() > left_out:
-        way_s = move_time(speeds, points[-1], ends)
-        rate = found @ left / (way_s.min(axis=0) + lasting_s)
-        best = int((rate >= ALIKE * rate.max()).argmax())
-        nearer = int(way_s[:, best].argmin())
-        points += [ends[nearer, best], ends[1 - nearer, best]]
-        taken_s += [float(way_s[nearer, best]), float(lasting_s[best])]
-        cells = slice(*found.indptr[best : best + 2])
-        unseen[found.indices[cells][found.data[cells] >= LOOKED_AT]] = False
-        left[found.indices[cells]] *= 1 - found.data[cells]
-    return JointPath.timed([gimbal.joint_values(*each) for each in np.array(points).tolist()], taken_s)
+    sweeps = _Sweeps(ends=ends, lasting_s=lasting_s, found=found)
+    first, later = (
+        _best_rates_first(gimbal, speeds, sweeps, there.solid_angle, each)
+        for each in (there.probability, there.probability_later)
+    )
+    return first, later
 
 
 def first_seen_s(path: JointPath, there: Directions, view: GazeView, every_s: float = 0.05) -> FloatArray:
@@ -186,6 +193,27 @@ def seen_from(direction: FloatArray, pan: FloatArray, tilt: FloatArray, view: Fl
     up = cosine * z - sine * forward[:, np.newaxis]
     across, upwards = np.tan(view / 2)
     return np.asarray((np.abs(aside)[:, np.newaxis] <= across * ahead) & (np.abs(up) <= upwards * ahead))
+
+
+def _best_rates_first(
+    gimbal: Gimbal, speeds: JointSpeeds, sweeps: _Sweeps, solid_angle: FloatArray, probability: FloatArray
+) -> JointPath:
+    """Sweeps one after the other, the one that finds most per second next, until all cells were looked at."""
+    ends, lasting_s, found = sweeps.ends, sweeps.lasting_s, sweeps.found
+    points, taken_s = [_angles(gimbal, gimbal.middle)], [0.0]
+    unseen, left = found.max(axis=0).toarray().ravel() >= LOOKED_AT, probability.copy()
+    left_out = LEFT_OUT * solid_angle[unseen].sum()
+    while solid_angle[unseen].sum() > left_out:
+        way_s = move_time(speeds, points[-1], ends)
+        rate = found @ left / (way_s.min(axis=0) + lasting_s)
+        best = int((rate >= ALIKE * rate.max()).argmax())
+        nearer = int(way_s[:, best].argmin())
+        points += [ends[nearer, best], ends[1 - nearer, best]]
+        taken_s += [float(way_s[nearer, best]), float(lasting_s[best])]
+        cells = slice(*found.indptr[best : best + 2])
+        unseen[found.indices[cells][found.data[cells] >= LOOKED_AT]] = False
+        left[found.indices[cells]] *= 1 - found.data[cells]
+    return JointPath.timed([gimbal.joint_values(*each) for each in np.array(points).tolist()], taken_s)
 
 
 def _sweeps(pan: FloatArray, tilt: FloatArray) -> FloatArray:

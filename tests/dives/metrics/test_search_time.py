@@ -16,7 +16,7 @@ from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.search import OVERLAP
-from tracking.control.search_plan import first_seen_s, likely_directions, likely_path
+from tracking.control.search_plan import first_seen_s, likely_directions, likely_paths
 from tracking.estimation.gimbal import Gimbal
 from tracking.loop.variants import VARIANTS
 
@@ -32,7 +32,7 @@ def test_expected_time_is_the_plans():
     gimbal, view = Gimbal(Layout.from_rig(RIG)), gaze_view(RIG, DEFAULT, None)
     step = (1 - OVERLAP) * level_view(RIG, DEFAULT)
     there = likely_directions(gimbal, view)
-    path = likely_path(gimbal, view, step, JointSpeeds.from_rig(RIG), 1 / 30)
+    path = likely_paths(gimbal, view, step, JointSpeeds.from_rig(RIG), 1 / 30)[0]
     first = first_seen_s(path, there, view)
     never = ~np.isfinite(first)
     assert there.probability[never].sum() < 0.005

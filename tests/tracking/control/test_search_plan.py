@@ -20,7 +20,7 @@ from tracking.control.search_plan import (
     Directions,
     first_seen_s,
     likely_directions,
-    likely_path,
+    likely_paths,
     slowed,
 )
 from tracking.estimation.gimbal import Gimbal
@@ -51,7 +51,7 @@ def there() -> Directions:
 
 @pytest.fixture(scope="module")
 def path() -> JointPath:
-    return likely_path(GIMBAL, SHOWN, STEP, SPEEDS, INTERVAL_S)
+    return likely_paths(GIMBAL, SHOWN, STEP, SPEEDS, INTERVAL_S)[0]
 
 
 def expected_s(path: JointPath, there: Directions) -> float:
@@ -112,9 +112,9 @@ def test_a_search_begins_again_at_its_beginning(path):
 
 def test_only_the_first_search_goes_ahead_first():
     """What was lost elsewhere, or not found ahead, is as likely anywhere about the robot."""
-    again = likely_path(GIMBAL, SHOWN, STEP, SPEEDS, INTERVAL_S, ahead=False)
+    first, again = likely_paths(GIMBAL, SHOWN, STEP, SPEEDS, INTERVAL_S)
     search = Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN)
-    for planned in (likely_path(GIMBAL, SHOWN, STEP, SPEEDS, INTERVAL_S), again, again):
+    for planned in (first, again, again):
         search.begin(GIMBAL.middle)
         asked = [search.advance(0.1, GIMBAL.middle) for _ in range(50)]
         np.testing.assert_allclose(asked, [planned.at(0.1 * (each + 1)) for each in range(50)], atol=1e-9)
@@ -140,7 +140,7 @@ def test_where_the_robot_is_seen_nothing_is_searched():
     azimuth = np.degrees(np.arctan2(there.direction[:, 1], there.direction[:, 0]))
     level = np.abs(there.direction[:, 2]) < 0.2
     assert np.abs(azimuth[level]).max() < 77.5 + 12
-    path = likely_path(GIMBAL, shown, STEP, SPEEDS, INTERVAL_S)
+    path = likely_paths(GIMBAL, shown, STEP, SPEEDS, INTERVAL_S)[0]
     assert np.isfinite(first_seen_s(path, there, shown)).mean() > 0.95
     # Half of the range, and not twice as long as a search of all of it.
     assert path.duration_s < 40
