@@ -42,7 +42,7 @@ class JointSpeeds:
 def move_time(speeds: JointSpeeds, start: ArrayLike, goal: ArrayLike) -> FloatArray:
     """Seconds from joint values to others, shape (..., 2) each: the longer of the two joints' times."""
     difference = np.abs(np.asarray(goal, dtype=np.float64) - np.asarray(start, dtype=np.float64))
-    return np.asarray((difference / [speeds.pan, speeds.tilt]).max(axis=-1))
+    return np.asarray(np.maximum(difference[..., 0] / speeds.pan, difference[..., 1] / speeds.tilt))
 
 
 def gaze_speed(layout: Layout, speeds: JointSpeeds, q2: ArrayLike) -> FloatArray:

@@ -230,10 +230,10 @@ def _shown(gimbal: Gimbal, view: GazeView, step: FloatArray, there: Directions, 
     shows = csr_array(view.shown(there.direction, pan, tilt).reshape(len(pan) * len(tilt), -1))
     passed = np.linspace(ends[0], ends[1], INSTANTS, axis=-1)
     nearest = [
-        np.interp(passed[:, joint], each, np.arange(len(each))).round().astype(int)
+        np.interp(passed[:, joint], each, np.arange(len(each))).round().astype(np.int32)
         for joint, each in enumerate((pan, tilt))
     ]
     poses = nearest[0] * len(tilt) + nearest[1]
-    rows = np.arange(0, poses.size + 1, INSTANTS)
+    rows = np.arange(0, poses.size + 1, INSTANTS, dtype=np.int32)
     share = np.full(poses.size, 1 / INSTANTS)
     return csr_array((share, poses.ravel(), rows), shape=(len(poses), len(pan) * len(tilt))) @ shows
