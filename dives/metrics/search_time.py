@@ -13,11 +13,11 @@ from dives.metrics.frames import Frames, unit_vectors
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
-from rigs import ImageSensorSpec, Rig
+from rigs import Rig
+from tracking.control.belief import Directions, likely_directions
 from tracking.control.crop_scale import crop_scale, level_pose
 from tracking.control.gaze_view import GazeView
 from tracking.control.search import Search
-from tracking.control.search_plan import likely_directions
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import Variant
@@ -26,17 +26,18 @@ from tracking.perception.robot_view import RobotView
 
 SEARCH_DEFINITIONS = {
     "expected_first_look_s": "mean time until the search has a target in its view that stands still anywhere within"
-    " reach, more often level than high (`tracking.control.search_plan.likely_directions`)",
+    " reach, more often level than high (`tracking.control.belief.likely_directions`)",
     "planned_first_look_s": "when the search, broken off by nothing, first has this target's true direction in its"
     " view; None when not within the dive",
     "first_visible_s": "until the first frame in which a pixel of the target is seen over the gaze mirror",
 }
 
-STEP_S = 0.05
-"""Between looks at the planned search: the gaze turns by 3 degrees, a seventh of the view."""
+INTERVAL_S = 1 / 30
+"""From image to image of the planned search."""
 
-LONGEST_SEARCH_S = 120.0
-"""A direction that is not seen by then is counted with this time; searches of the presets see all in 60 s."""
+LONGEST_SEARCH_S = 60.0
+"""A direction that is not seen by then is counted with this time: the presets' searches leave out 0.005 of where a
+target may be."""
 
 
 def search_time_metrics(
@@ -61,11 +62,13 @@ def search_time_metrics(
     times_s = frames.time_s[looking] - frames.time_s[looking[0]]
     azimuth, elevation = (frames.numbers[f"true_{angle}_deg"][looking] for angle in ("azimuth", "elevation"))
     true = gimbal.in_gimbal(unit_vectors(azimuth, elevation))
-    planned = _gazes(rig, variant, view, times_s)
-    seen = [view.shows_at(q, direction[np.newaxis])[0] for q, direction in zip(planned, true, strict=True)]
+    gazes = _gazes(rig, variant, view)
+    planned_s: FloatArray = INTERVAL_S * np.arange(len(gazes), dtype=np.float64)
+    now = np.interp(planned_s, times_s, np.arange(len(times_s))).round().astype(int)
+    seen = [view.shows_at(q, true[place : place + 1])[0] for q, place in zip(gazes, now.tolist(), strict=True)]
     return {
-        "expected_first_look_s": expected_first_look_s(rig, variant, robot_view),
-        "planned_first_look_s": _first(times_s, np.array(seen)),
+        "expected_first_look_s": _expected_first_look_s(gazes, likely_directions(gimbal, view), view),
+        "planned_first_look_s": _first(planned_s, np.array(seen) & (planned_s <= times_s[-1])),
         "first_visible_s": _first(times_s, frames.visible[looking]),
     }
 
@@ -73,12 +76,7 @@ def search_time_metrics(
 def expected_first_look_s(rig: Rig, variant: Variant, robot_view: RobotView | None = None) -> float:
     """Mean over where a target may be of the time until the search first has it in view, seconds."""
     gimbal, view = Gimbal(Layout.from_rig(rig)), gaze_view(rig, variant, robot_view)
-    there = likely_directions(gimbal, view)
-    times_s = np.arange(0.0, LONGEST_SEARCH_S, STEP_S)
-    first = np.full(len(there.probability), LONGEST_SEARCH_S)
-    for time_s, q in zip(times_s[::-1].tolist(), _gazes(rig, variant, view, times_s)[::-1], strict=True):
-        first[view.shows_at(q, there.direction)] = time_s
-    return float(first @ there.probability)
+    return _expected_first_look_s(_gazes(rig, variant, view), likely_directions(gimbal, view), view)
 
 
 def gaze_view(rig: Rig, variant: Variant, robot_view: RobotView | None) -> GazeView:
@@ -102,19 +100,31 @@ def level_view(rig: Rig, variant: Variant) -> FloatArray:
     )
 
 
-def _gazes(rig: Rig, variant: Variant, view: GazeView, times_s: FloatArray) -> FloatArray:
-    """Joint values of the search at times from 0 on, shape (n, 2)."""
+def _gazes(rig: Rig, variant: Variant, view: GazeView) -> list[FloatArray]:
+    """Joint values every `INTERVAL_S` of a search that finds nothing, of servos that are where they are asked to be."""
     gimbal = Gimbal(Layout.from_rig(rig))
     search = Search(
         gimbal,
         JointSpeeds.from_rig(rig),
         level_view(rig, variant),
         likely=view if variant.likely_first else None,
-        interval_s=1 / (rig.image_sensor or ImageSensorSpec()).frame_rate_hz,
+        interval_s=INTERVAL_S,
     )
+    gazes = [gimbal.middle]
     search.begin(gimbal.middle)
-    steps_s = np.diff(times_s, prepend=0.0).tolist()
-    return np.array([search.advance(seconds, gimbal.middle) for seconds in steps_s])
+    while len(gazes) * INTERVAL_S < LONGEST_SEARCH_S:
+        gazes.append(search.advance(INTERVAL_S, gazes[-1]))
+    return gazes
+
+
+def _expected_first_look_s(gazes: list[FloatArray], there: Directions, view: GazeView) -> float:
+    first = np.full(len(there.probability), LONGEST_SEARCH_S)
+    unseen = np.arange(len(first))
+    for index, q in enumerate(gazes):
+        seen = view.shows_at(q, there.direction[unseen])
+        first[unseen[seen]] = index * INTERVAL_S
+        unseen = unseen[~seen]
+    return float(first @ there.probability)
 
 
 def _first(times_s: FloatArray, flags: np.typing.NDArray[np.bool_]) -> float | None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from optics.gaze.motion import JointSpeeds, move_time
 from optics.kernels.arrays import FloatArray
 from tracking.control.gaze_view import GazeView
-from tracking.control.search_plan import pose_grid
+from tracking.control.poses import pose_grid
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import ACQUIRED_LOG_ODDS
 from tracking.perception.detectors import Detector

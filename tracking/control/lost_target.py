@@ -18,7 +18,7 @@ import numpy as np
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from tracking.control.gaze_view import GazeView
-from tracking.control.search_plan import in_view, pose_grid, seen_from
+from tracking.control.poses import in_view, pose_grid, seen_from
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.gimbal import Gimbal
 
@@ -104,6 +104,11 @@ class LostTarget:
     def given_up(self) -> bool:
         """Whether the target may be anywhere by now."""
         return self._age_s > GIVEN_UP_S
+
+    @property
+    def places(self) -> tuple[FloatArray, FloatArray]:
+        """Where it can have gone by now: unit vectors, gimbal's frame, shape (n, 3), and weights, shape (n,)."""
+        return self._places.after(self._age_s), self._weights
 
     def next_pose(self, q: FloatArray, passed_s: float) -> FloatArray:
         """Joint values to ask for, shape (2,), after an image taken at `q` that did not show the target."""

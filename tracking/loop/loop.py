@@ -51,9 +51,6 @@ SAMPLE_GRID = 7
 FIRST_INTERVAL_S = 1 / 30
 """From image to image, until two are known."""
 
-STALE_S = 6.0
-"""For which something else may be followed before what the search had looked at is to be looked at again."""
-
 INTERVALS = 5
 """Whose median is the usual time from image to image: two lost ones do not change it."""
 
@@ -206,7 +203,7 @@ class TrackingLoop:
             doubted=self._follower.doubted,
         )
         if not self._searches:
-            self._search.pause()
+            self._search.pause(self._passed_s)
         elif looks_past_mirrors:
             self._search.look_past_mirrors(camera_frame.image, camera_frame.time_s, q)
         self._q_command = np.clip(
@@ -321,10 +318,8 @@ class TrackingLoop:
         elif not long_seen:
             # It was something else, or seen in fewer images than it has been missed in since.
             self._search.resume(observation.q)
-        elif self._follower.doubted and before.seen * self._interval_s < STALE_S:
-            self._search.resume_everything(observation.q)
         elif self._follower.doubted or before.mode is Mode.TRACK:
-            self._search.begin(observation.q)
+            self._search.resume_everything(observation.q)
 
     def _long_seen(self, before: BehaviourState) -> bool:
         """Whether what was followed was seen in more images than a target is waited for, or looked plainly like it."""

@@ -15,32 +15,29 @@ from dives.metrics.search_time import (
 from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
-from tracking.control.search import OVERLAP
-from tracking.control.search_plan import first_seen_s, likely_directions, likely_paths
+from tracking.control.belief import likely_directions
+from tracking.control.search import Search
 from tracking.estimation.gimbal import Gimbal
 from tracking.loop.variants import VARIANTS
 
 RIG = Rig.load("aqua2")
 DEFAULT = VARIANTS["default"]
 
-BETWEEN_LOOKS_S = 0.1
-"""The plan and the search that runs it are looked at every 0.05 s each, not at the same instants."""
 
-
-def test_expected_time_is_the_plans():
-    """From the planned path alone, without a search that runs it."""
+def test_expected_time_is_that_of_a_search_of_images():
+    """Of one image after the other, with the first look at each place where a target may be kept."""
     gimbal, view = Gimbal(Layout.from_rig(RIG)), gaze_view(RIG, DEFAULT, None)
-    step = (1 - OVERLAP) * level_view(RIG, DEFAULT)
     there = likely_directions(gimbal, view)
-    path = likely_paths(gimbal, view, step, JointSpeeds.from_rig(RIG), 1 / 30)[0]
-    first = first_seen_s(path, there, view)
+    search = Search(gimbal, JointSpeeds.from_rig(RIG), level_view(RIG, DEFAULT), likely=view)
+    search.begin(gimbal.middle)
+    q, first = gimbal.middle, np.full(len(there.probability), np.inf)
+    for image in range(60 * 30):
+        first[np.isinf(first) & view.shows_at(q, there.direction)] = image / 30
+        q = search.advance(1 / 30, q)
     never = ~np.isfinite(first)
     assert there.probability[never].sum() < 0.005
-    # What the first run leaves out is seen in the next one, which is another, or not at all.
-    sooner, later = (
-        np.where(never, other_s, first) @ there.probability for other_s in (path.duration_s, LONGEST_SEARCH_S)
-    )
-    assert sooner - BETWEEN_LOOKS_S < expected_first_look_s(RIG, DEFAULT) < later + BETWEEN_LOOKS_S
+    sooner, later = (np.where(never, other_s, first) @ there.probability for other_s in (60.0, LONGEST_SEARCH_S))
+    assert sooner - 1e-6 < expected_first_look_s(RIG, DEFAULT) < later + 1e-6
 
 
 def test_a_likely_search_is_sooner_than_the_papers():

@@ -287,7 +287,7 @@ def test_a_search_goes_on_where_a_pale_thing_broke_it_off(monkeypatch):
     searched_s: list[float] = []
     while "ts" not in dive.modes() and len(dive.steps) < 10 * RATE_HZ:
         dive.run(lambda _: place(START_DEG, 0.0), (len(dive.steps) + 1) / RATE_HZ - 1e-9)
-        searched_s.append(dive.loop.snapshot()["search"]["time_s"])
+        searched_s.append(dive.loop.snapshot()["search"]["everywhere"]["time_s"])
     seen = dive.modes().index("t")
     assert len(dive.steps) - seen == pytest.approx(PLAIN_S * RATE_HZ, abs=5)
     assert dive.loop.snapshot()["search"]["lost"] is None
