@@ -109,6 +109,22 @@ def test_a_target_of_which_nothing_is_known_must_be_likely():
     assert following.update(weighed(seen, ACQUIRED_LOG_ODDS - 1.0))
 
 
+@pytest.mark.parametrize(
+    ("log_odds", "ellipse_share", "box_px", "taken"),
+    [
+        (1.2, 0.99, (140, 100, 25, 25), True),
+        (1.2, 0.90, (140, 100, 25, 25), False),
+        (1.2, 0.99, (0, 100, 25, 25), False),
+        (0.9, 1.00, (140, 100, 25, 25), False),
+    ],
+)
+def test_what_is_pale_and_has_the_outline_of_a_ball_is_a_candidate(log_odds, ellipse_share, box_px, taken):
+    """Not what is ragged, what the crop's edge cuts, or what hardly stands out at all."""
+    seen, _ = observation(0, np.array([1.0, 0.0, 0.0]), 0.0)
+    blob = replace(seen.blobs[0], log_odds=log_odds, ellipse_share=ellipse_share, box_px=box_px)
+    assert bool(follower(0.0).update(replace(seen, blobs=(blob,)))) == taken
+
+
 def test_what_was_doubted_is_not_acquired_again():
     target = np.array([1.0, 0.0, 0.0])
     following = follower(0.0)
