@@ -73,14 +73,14 @@ class SearchPlan:
         self._lasting_s = move_time(slowed(speeds, step, interval_s), *self._ends)
         found = _shown(gimbal, view, step, there, self._ends)
         found.data = 1 - (1 - FOUND) ** (found.data * np.repeat(self._lasting_s / interval_s, np.diff(found.indptr)))
-        self._found = found
+        self._found = found.astype(np.float32)
 
     def next_from(self, q: FloatArray, probability: FloatArray) -> JointPath:
         """Path from joint values `q` to the next sweep's nearer end and along it; `probability` by cell, shape (n,)."""
         ends = self._ends
         here = np.array(self._gimbal.angles(q))
         way_s = move_time(self._speeds, here, ends)
-        rate = self._found @ probability / (way_s.min(axis=0) + self._lasting_s)
+        rate = self._found @ probability.astype(np.float32) / (way_s.min(axis=0) + self._lasting_s)
         best = int((rate >= ALIKE * rate.max()).argmax())
         nearer = int(way_s[:, best].argmin())
         points = np.array([here, ends[nearer, best], ends[1 - nearer, best]])
