@@ -123,13 +123,10 @@ def test_after_a_while_everything_is_searched_about_where_it_can_have_gone():
     search = Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN)
     search.begin(GIMBAL.middle)
     search.begin_lost(last_seen(60, 20, 0), GIVEN_UP_S)
-    q = GIMBAL.middle
-    most = np.array([SPEEDS.pan, SPEEDS.tilt]) * INTERVAL_S
-    for _ in range(round(3.0 / INTERVAL_S)):
-        q = q + np.clip(search.advance(INTERVAL_S, q) - q, -most, most)
-        if math.acos(GIMBAL.gaze(q) @ direction(60, 20)) < VIEW[0] / 2:
-            return
-    pytest.fail(f"the gaze is at {GIMBAL.gaze(q)}")
+    assert found_after_s(search, lambda _: direction(60, 20), GIMBAL.middle, images=1) < 2.0
+    ahead = Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN)
+    ahead.begin(GIMBAL.middle)
+    assert found_after_s(ahead, lambda _: direction(60, 20), GIMBAL.middle, images=1) > 3.0
 
 
 @pytest.mark.parametrize("last", [(0, 60, 10), (-75, 62, 8), (40, 10, 15), (-60, -10, 0)])
