@@ -34,8 +34,8 @@ AHEAD, AHEAD_DEG = 0.5, 45.0
 """By how much more likely it is to be ahead than abeam or behind, and the standard deviation of azimuth there: a robot
 is turned to what it works with, and a search that comes round to it late is a nuisance."""
 
-CELL_DEG = 6.0
-"""Of the directions; a view is three or four of them wide."""
+CELL_DEG = 7.5
+"""Of the directions; a view is three of them wide."""
 
 FOUND = 0.5
 """Probability that an image in which the target is whole finds it: of 55 such images of the arena's searches (seeds 0

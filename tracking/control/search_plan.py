@@ -1,11 +1,11 @@
 """Which sweep of a search is next: of all, the one that gains most per second.
 
-A sweep tilts while pan stands, or goes on by up to two views: one up, the next down, they zigzag along the horizon. It
-is as fast as the servos are, unless too few images show then what it passes. Each image that shows a cell of the
-directions within reach finds with the same probability what is there. From where the mirror is, the next sweep is the
-one that finds the target with the largest probability, divided by the time to get to its beginning and along it. Taking
-the best rate first is what is best of all for sweeps that do not overlap and cost nothing to get to (Stone 1975, Theory
-of Optimal Search, 2.4). How likely the target is in each cell is known anew when a sweep ends (`Belief`).
+A sweep tilts by up to six views, while pan stands or goes on by up to two: one up, the next down, they zigzag along the
+horizon. It is as fast as the servos are, unless too few images show then what it passes. Each image that shows a cell
+of the directions within reach finds with the same probability what is there. From where the mirror is, the next sweep
+is the one that finds the target with the largest probability, divided by the time to get to its beginning and along it.
+Taking the best rate first is what is best of all for sweeps that do not overlap and cost nothing to get to (Stone 1975,
+Theory of Optimal Search, 2.4). How likely the target is in each cell is known anew when a sweep ends (`Belief`).
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from tracking.estimation.gimbal import Gimbal
 ENDS = np.array([0.75, 1.0])
 """Of a step across and upwards, from one place in pan and in tilt at which sweeps begin and end to the next."""
 
-BESIDE = 3
-"""Places in pan by which a sweep goes on at most: two steps. With more, slow servos miss what lies level."""
+BESIDE, ABOVE = 3, 6
+"""Places in pan and in tilt by which a sweep goes on at most. With more in pan, slow servos miss what lies level; more
+in tilt is as good as a sweep after the other, and four times as many of them are weighed."""
 
 INSTANTS = 60
 """Of a sweep at which it is told what it shows: over the whole range of tilt 5 degrees of gaze apart."""
@@ -101,7 +102,8 @@ def _sweeps(pan: FloatArray, tilt: FloatArray) -> FloatArray:
     one, other = np.triu_indices(len(pan) * len(tilt), k=1)
     places = np.stack(np.meshgrid(pan, tilt, indexing="ij"), axis=-1).reshape(-1, 2)
     beside = other // len(tilt) - one // len(tilt) <= BESIDE
-    return places[[one[beside], other[beside]]]
+    above = abs(other % len(tilt) - one % len(tilt)) <= ABOVE
+    return places[[one[beside & above], other[beside & above]]]
 
 
 def _shown(gimbal: Gimbal, view: GazeView, step: FloatArray, there: Directions, ends: FloatArray) -> csr_array:

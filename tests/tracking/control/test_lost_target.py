@@ -72,17 +72,21 @@ def test_what_a_lost_target_can_have_done_is_looked_at_soon(turned_to_deg, soone
     assert found_after_s(search, lambda time_s: direction(*turned_to_deg), begin) < soonest
 
 
-@pytest.mark.parametrize(("hidden_s", "images", "soonest"), [(1.0, 3, 1.0), (3.0, 1, 5.0), (6.0, 1, 3.0)])
+@pytest.mark.parametrize(("hidden_s", "images", "soonest"), [(1.0, 3, 1.0), (3.0, 1, 4.0), (6.0, 1, 6.0)])
 def test_what_comes_out_from_behind_something_is_met_where_it_went_in(hidden_s, images, soonest):
     """It was hidden while it stood: the places that did not show it are looked at again.
 
-    Soon and for three images while it is sought there alone, in passing afterwards.
+    Soon and for three images while it is sought there alone, in passing afterwards; the median of seven azimuths.
     """
-    search = Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN)
-    search.begin_lost(last_seen(10, 0, 0), 1.0)
-    truth = lambda time_s: direction(10, 0) if time_s > hidden_s else direction(180, -80)  # noqa: E731
-    found_s = found_after_s(search, truth, GIMBAL.joint_values(math.radians(10), 0.0), images=images)
-    assert found_s - hidden_s < soonest
+    found_s = []
+    for azimuth in range(-60, 61, 20):
+        search = Search(GIMBAL, SPEEDS, VIEW, likely=SHOWN)
+        search.begin_lost(last_seen(azimuth, 0, 0), 1.0)
+        hidden, shown = direction(180, -80), direction(azimuth, 0)
+        truth = lambda time_s, hidden=hidden, shown=shown: shown if time_s > hidden_s else hidden  # noqa: E731
+        found = found_after_s(search, truth, GIMBAL.joint_values(math.radians(azimuth), 0.0), images=images)
+        found_s.append(math.inf if found is None else found - hidden_s)
+    assert np.median(found_s) < soonest
 
 
 def test_a_gaze_leaves_what_it_has_seen_without_the_target():
