@@ -112,12 +112,15 @@ class Belief:
     ----------
     state : array, shape (2, n)
         Of one that stands still in each cell, and of one that moves; they add up to 1.
+    missed : array, shape (n,)
+        Probability that the images since the last sweep have missed it if it is there.
     """
 
     def __init__(self, there: Directions, view: GazeView):
         self._direction, self._view = there.direction, view
         self._hops = _hops(there)
         self.state: FloatArray = np.outer(STILL_OR_MOVING, there.probability)
+        self.missed: FloatArray = np.ones(len(there.direction))
 
     @property
     def probability(self) -> FloatArray:
@@ -126,7 +129,23 @@ class Belief:
 
     def note_unseen(self, q: FloatArray) -> None:
         """Take in an image taken at joint values `q` that did not show the target."""
-        left = self.state * (1 - FOUND * self._view.shown_at(q, self._direction))
+        missed = 1.0 - FOUND * self._view.shown_at(q, self._direction).astype(np.float64)
+        self.missed *= missed
+        self._count(missed)
+
+    def note_swept(self, found: FloatArray) -> None:
+        """A sweep has ended that was to find what is there with a probability, shape (n,).
+
+        Where the images missed more than that the sweep does not show what it is said to: a mirror that lags behind
+        turns before it is at the sweep's end, and between two bars a hair's breadth decides. It would be swept again
+        and again.
+        """
+        self._count(np.minimum((1.0 - found) / self.missed, 1.0))
+        self.missed[:] = 1
+
+    def _count(self, missed: FloatArray) -> None:
+        """Bayes' rule for something that was not found where it is missed with a probability, shape (n,)."""
+        left = self.state * missed
         self.state = left / left.sum()
 
     def pass_time(self, seconds: float) -> None:

@@ -53,9 +53,11 @@ class CropFollower:
     """Nor does it know of a target that is out of the crop."""
 
     last_seen = None
+    last_alone = None
     """Nor where it was, once it is out of it."""
 
     doubted = False
+    trusted = True
     likely = True
     promising = False
     """Nor does it weigh what it follows."""

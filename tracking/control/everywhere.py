@@ -106,6 +106,7 @@ class LikelyFirst:
         self._longest_s = _longest_s(slowed(speeds, step, interval_s), step)
         self._begun = False
         self._path: JointPath | None = None
+        self._sweep = 0
         self._time_s = 0.0
 
     def begin(self, q: FloatArray) -> None:
@@ -133,11 +134,13 @@ class LikelyFirst:
     def advance(self, seconds: float, q: FloatArray) -> FloatArray:
         """Joint values to ask for, so much later; lost images leave no gap in a sweep."""
         if self._path is None:
-            self._path, self._time_s = self._plan.next_from(q, self._belief.probability), 0.0
+            (self._path, self._sweep), self._time_s = self._plan.next_from(q, self._belief.probability), 0.0
+            self._belief.missed[:] = 1
         self._time_s += min(seconds, self._longest_s)
         if self._time_s > self._path.duration_s:
             self._time_s -= self._path.duration_s
-            self._path = self._plan.next_from(self._path.q[-1], self._belief.probability)
+            self._belief.note_swept(self._plan.found_by(self._sweep))
+            self._path, self._sweep = self._plan.next_from(self._path.q[-1], self._belief.probability)
         return self._path.at(self._time_s)
 
     def snapshot(self) -> dict[str, Any]:
@@ -145,14 +148,17 @@ class LikelyFirst:
         path = self._path
         return {
             "belief": self._belief.state.tolist(),
+            "missed": self._belief.missed.tolist(),
             "begun": self._begun,
             "path": None if path is None else [path.q.tolist(), path.time_s.tolist()],
+            "sweep": self._sweep,
             "time_s": self._time_s,
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        self._belief.state = np.array(snapshot["belief"])
+        self._belief.state, self._belief.missed = np.array(snapshot["belief"]), np.array(snapshot["missed"])
+        self._sweep = snapshot["sweep"]
         self._begun, self._time_s, path = snapshot["begun"], snapshot["time_s"], snapshot["path"]
         self._path = None if path is None else JointPath(q=np.array(path[0]), time_s=np.array(path[1]))
 

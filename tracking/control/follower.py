@@ -88,8 +88,16 @@ class Follower(Protocol):
         """Whether what is followed has looked so much like the target that it is sought where it can have gone."""
 
     @property
+    def trusted(self) -> bool:
+        """Whether what is followed has been seen for long enough, and looked enough like the target, to be it."""
+
+    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
+
+    @property
+    def last_alone(self) -> tuple[Bearing, float] | None:
+        """Where it was last seen, and when, before it was in one piece with what is followed; None when it is not."""
 
     @property
     def last_seen(self) -> tuple[Bearing, float] | None:

@@ -43,6 +43,9 @@ PALE_LOG_ODDS = 1.0
 `AT_ONCE_LOG_ODDS`: a ball at 3.3 m before the bright water above, passed by a search, has 1.4, and 1.5 to 2 when looked
 at. In 405 s of searches from point to point two other things have as much."""
 
+Sight = tuple[Bearing, float] | None
+"""Where the target was seen, and at which time, seconds."""
+
 Directions = dict[tuple[float, float], FloatArray | None]
 """Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
 
@@ -93,7 +96,8 @@ class GazeFollower:
         self._evidence = TrackEvidence(plain=plain)
         self._look = TargetLook()
         self._seen = False
-        self._last_seen: tuple[Bearing, float] | None = None
+        self._last_seen: Sight = None
+        self._last_alone: Sight = None
 
     @property
     def doubted(self) -> bool:
@@ -104,6 +108,11 @@ class GazeFollower:
     def likely(self) -> bool:
         """Whether what is followed looks enough like the target to be tracked."""
         return self._evidence.likely
+
+    @property
+    def trusted(self) -> bool:
+        """Whether what is followed has been seen for long enough, and looked enough like the target, to be it."""
+        return self._evidence.trusted
 
     @property
     def promising(self) -> bool:
@@ -128,15 +137,23 @@ class GazeFollower:
         return self._filter.bearing is not None
 
     @property
-    def last_seen(self) -> tuple[Bearing, float] | None:
+    def last_seen(self) -> Sight:
         """Where the target was last seen, and at which time, seconds; its rate is what it was steadily.
 
         In the body frame as it is now, the body's own turn left out.
         """
-        if self._last_seen is None:
-            return None
-        bearing, last_s = self._last_seen
-        return self._axes.bearing_to_body(bearing), last_s
+        return self._in_body(self._last_seen)
+
+    @property
+    def last_alone(self) -> Sight:
+        """Where the target was last seen, and when, before it was in one piece with what is followed.
+
+        In the body frame as `last_seen`; None when it is not in one piece with anything.
+        """
+        return None if self._evidence.swallowed_s == 0 else self._in_body(self._last_alone)
+
+    def _in_body(self, sight: Sight) -> Sight:
+        return None if sight is None else (self._axes.bearing_to_body(sight[0]), sight[1])
 
     def expect(self, observation: Observation) -> tuple[float, float] | None:
         """Predict the direction."""
@@ -209,6 +226,8 @@ class GazeFollower:
             interval_s=observation.interval_s,
             swallowed_s=self._evidence.swallowed_s,
         )
+        if self._evidence.swallowed_s == 0 and self._evidence.trusted and self._steady.bearing is not None:
+            self._last_alone = (self._steady.bearing, observation.time_s)
 
     def _may_be_another(self, blob: Blob, observation: Observation) -> bool:
         """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
@@ -248,24 +267,25 @@ class GazeFollower:
         bearing = self._filter.bearing
         if self._evidence.trusted and self._before is not None:
             self._look.lose(None if self.doubted or brief else self._evidence.contrast, self._before[0])
-        if (self.doubted or brief) and bearing is not None and self._before is not None:
+        alone = self._evidence.swallowed_s == 0
+        if (self.doubted or brief) and alone and bearing is not None and self._before is not None:
             self._evidence.drop(bearing.direction, self._before[0])
         self._evidence.begin_again()
         self._filter.forget()
         self._steady.forget()
         self._look.forget()
-        self._last_seen = None
+        self._last_seen = self._last_alone = None
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         before = None if self._before is None else [self._before[0], self._before[1].tolist()]
-        last = self._last_seen
         return {
             "axes": self._axes.snapshot(),
             "filter": self._filter.snapshot(),
             "steady": self._steady.snapshot(),
             "seen": self._seen,
-            "last_seen": None if last is None else [last[0].direction.tolist(), last[0].rate.tolist(), last[1]],
+            "last_seen": _plain(self._last_seen),
+            "last_alone": _plain(self._last_alone),
             "before": before,
             "evidence": self._evidence.snapshot(),
             "look": self._look.snapshot(),
@@ -276,10 +296,8 @@ class GazeFollower:
         self._axes.restore(snapshot["axes"])
         self._filter.restore(snapshot["filter"])
         self._steady.restore(snapshot["steady"])
-        self._seen, last = snapshot["seen"], snapshot["last_seen"]
-        self._last_seen = (
-            None if last is None else (Bearing(direction=np.array(last[0]), rate=np.array(last[1])), last[2])
-        )
+        self._seen = snapshot["seen"]
+        self._last_seen, self._last_alone = _sight(snapshot["last_seen"]), _sight(snapshot["last_alone"])
         self._evidence.restore(snapshot["evidence"])
         self._look.restore(snapshot["look"])
         before = snapshot["before"]
@@ -358,6 +376,15 @@ class GazeFollower:
             return None
         x, y = observation.crop.from_image(np.array([pixel]))[0].tolist()
         return x, y
+
+
+def _plain(sight: Sight) -> list[Any] | None:
+    """A sight as plain numbers."""
+    return None if sight is None else [sight[0].direction.tolist(), sight[0].rate.tolist(), sight[1]]
+
+
+def _sight(plain: list[Any] | None) -> Sight:
+    return None if plain is None else (Bearing(direction=np.array(plain[0]), rate=np.array(plain[1])), plain[2])
 
 
 def _cut_sides(blob: Blob, observation: Observation) -> tuple[int, int]:

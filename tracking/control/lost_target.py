@@ -110,6 +110,10 @@ class LostTarget:
         """Where it can have gone by now: unit vectors, gimbal's frame, shape (n, 3), and weights, shape (n,)."""
         return self._places.after(self._age_s), self._weights
 
+    def pass_time(self, seconds: float) -> None:
+        """It goes on."""
+        self._age_s += seconds
+
     def next_pose(self, q: FloatArray, passed_s: float) -> FloatArray:
         """Joint values to ask for, shape (2,), after an image taken at `q` that did not show the target."""
         self.note_unseen(q, passed_s)
@@ -121,7 +125,6 @@ class LostTarget:
 
     def note_unseen(self, q: FloatArray, passed_s: float) -> None:
         """Take in an image taken at `q` that did not show the target, so long after the one before."""
-        self._age_s += passed_s
         places = self._places.after(self._age_s)
         seen = in_view(self._gimbal, q, places, self._view).astype(float)
         if self._shown is not None:

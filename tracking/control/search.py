@@ -95,9 +95,13 @@ class Search:
         assert self._direct is not None  # it looks there
         self._direct.take(image, time_s, q)
 
-    def pause(self, seconds: float) -> None:
-        """Something is followed, and so much time passes."""
+    def pause(self, seconds: float, *, found: bool) -> None:
+        """Something is followed, and so much time passes; what was lost has been found, or it may be something else."""
         self._everywhere.pass_time(seconds)
+        if found:
+            self._lost = None
+        elif self._lost is not None:
+            self._lost.pass_time(seconds)
         if self._direct is not None:
             self._direct.end()
 
@@ -111,6 +115,7 @@ class Search:
                 return pose
             self.resume(q)
         if self._lost is not None:
+            self._lost.pass_time(seconds)
             pose = self._lost.next_pose(q, seconds)
             if not self._lost.given_up:
                 return pose

@@ -76,8 +76,11 @@ class SearchPlan:
         found.data = 1 - (1 - FOUND) ** (found.data * np.repeat(self._lasting_s / interval_s, np.diff(found.indptr)))
         self._found = found.astype(np.float32)
 
-    def next_from(self, q: FloatArray, probability: FloatArray) -> JointPath:
-        """Path from joint values `q` to the next sweep's nearer end and along it; `probability` by cell, shape (n,)."""
+    def next_from(self, q: FloatArray, probability: FloatArray) -> tuple[JointPath, int]:
+        """Path from joint values `q` to the next sweep's nearer end and along it, and which sweep that is.
+
+        `probability` is by cell, shape (n,).
+        """
         ends = self._ends
         here = np.array(self._gimbal.angles(q))
         way_s = move_time(self._speeds, here, ends)
@@ -85,10 +88,15 @@ class SearchPlan:
         best = int((rate >= ALIKE * rate.max()).argmax())
         nearer = int(way_s[:, best].argmin())
         points = np.array([here, ends[nearer, best], ends[1 - nearer, best]])
-        return JointPath.timed(
+        path = JointPath.timed(
             [self._gimbal.joint_values(*each) for each in points.tolist()],
             [0.0, float(way_s[nearer, best]), float(self._lasting_s[best])],
         )
+        return path, best
+
+    def found_by(self, sweep: int) -> FloatArray:
+        """Probability that a sweep finds what is there, by cell, shape (n,)."""
+        return np.asarray(self._found[[sweep]].toarray()[0], dtype=np.float64)
 
 
 def slowed(speeds: JointSpeeds, step: FloatArray, interval_s: float) -> JointSpeeds:

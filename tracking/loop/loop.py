@@ -203,7 +203,7 @@ class TrackingLoop:
             doubted=self._follower.doubted,
         )
         if not self._searches:
-            self._search.pause(self._passed_s)
+            self._search.pause(self._passed_s, found=self._state.mode is Mode.TRACK and self._follower.trusted)
         elif looks_past_mirrors:
             self._search.look_past_mirrors(camera_frame.image, camera_frame.time_s, q)
         self._q_command = np.clip(
@@ -318,8 +318,15 @@ class TrackingLoop:
         elif not long_seen:
             # It was something else, or seen in fewer images than it has been missed in since.
             self._search.resume(observation.q)
+        elif (alone := self._follower.last_alone) is not None:
+            # The target is where it was before it seemed to grow into something else.
+            self._search.begin_lost(alone[0], observation.time_s - alone[1])
         elif self._follower.doubted or before.mode is Mode.TRACK:
-            self._search.resume_everything(observation.q)
+            if self._follower.trusted:
+                self._search.resume_everything(observation.q)
+            else:
+                # Of what was lost before it nothing is said by that this is something else.
+                self._search.resume(observation.q)
 
     def _long_seen(self, before: BehaviourState) -> bool:
         """Whether what was followed was seen in more images than a target is waited for, or looked plainly like it."""

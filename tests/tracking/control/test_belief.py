@@ -54,6 +54,19 @@ def test_an_image_without_the_target_counts_by_bayes_rule():
     np.testing.assert_allclose(belief.probability, unseen / (1 - FOUND * shown @ THERE.probability), rtol=1e-7)
 
 
+def test_a_sweep_that_has_ended_has_looked_at_what_it_was_to_show():
+    """Also where no image did: else what only a hair's breadth shows is swept again and again. Not twice, though."""
+    belief, found = Belief(THERE, SHOWN), np.zeros(len(THERE.direction))
+    found[:2] = 0.8, 0.3
+    belief.note_swept(found)
+    left = THERE.probability * (1 - found)
+    np.testing.assert_allclose(belief.probability, left / left.sum(), rtol=1e-12)
+    belief.note_unseen(GIMBAL.middle)
+    seen = belief.probability
+    belief.note_swept(1 - belief.missed)
+    np.testing.assert_allclose(belief.probability, seen, rtol=1e-12)
+
+
 def test_in_the_long_run_it_is_where_targets_are_often():
     """Also from one place; and there it stays, however long."""
     belief = Belief(THERE, SHOWN)
