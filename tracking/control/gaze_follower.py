@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
+from tracking.control.association import Association, Sight, cut_by_edges
 from tracking.control.follower import Observation
 from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
@@ -20,31 +21,11 @@ from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.target_look import TargetLook, likeliest
-from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence
-from tracking.perception import ACQUIRED_LOG_ODDS, weighted_centroid
-from tracking.perception.cut_blobs import cut_sides, middle_of_cut
+from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, TrackEvidence
+from tracking.perception import weighted_centroid
+from tracking.perception.cut_blobs import middle_of_cut
 from tracking.perception.outline import outline_log_odds
 from tracking.records import Blob
-
-WIDEST_GATE_RAD = math.radians(15.0)
-"""Of an expected direction: three of four targets of the arena are within 9 degrees of it after 2 s. What is seen
-further off, and as far from where the target was last seen, is a candidate of the search, which asks for more than one
-image."""
-
-PLACE_TELLS_RAD = math.radians(3.0)
-"""Spread of the expected direction up to which its place alone makes a blob the target's: beyond, it must look like it
-as one does of which nothing is known."""
-
-GATE = 3.0
-"""Standard deviations between the expected direction and the edge of a blob that is still taken for the target."""
-
-PALE_LOG_ODDS = 1.0
-"""By contrast, from which what has a target's outline is a candidate of a search, if both together have
-`AT_ONCE_LOG_ODDS`: a ball at 3.3 m before the bright water above, passed by a search, has 1.4, and 1.5 to 2 when looked
-at. In 405 s of searches from point to point two other things have as much."""
-
-Sight = tuple[Bearing, float] | None
-"""Where the target was seen, and at which time, seconds."""
 
 Directions = dict[tuple[float, float], FloatArray | None]
 """Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
@@ -170,11 +151,18 @@ class GazeFollower:
         )
         observation = replace(observation, blobs=tuple(remembered))
         directions = {blob.centroid_px: self._direction(blob.centroid_px, observation) for blob in observation.blobs}
-        blobs = likeliest(
-            blob for blob in observation.blobs if self._may_be_target(blob, directions[blob.centroid_px], observation)
+        known = Association(
+            observation=observation,
+            evidence=self._evidence,
+            look=self._look,
+            bearing=self._filter.bearing,
+            spread=self._filter.expected_spread,
+            last_seen=None if self._seen else self._last_seen,
+            rad_per_px=self._rad_per_px,
         )
+        blobs = likeliest(blob for blob in observation.blobs if known.may_be_target(blob, directions[blob.centroid_px]))
         if blobs:
-            self._take_in(blobs, directions, observation)
+            self._take_in(blobs, directions, known)
         elif self.known:
             self._note_missing(observation)
         self._seen = bool(blobs)
@@ -193,15 +181,16 @@ class GazeFollower:
         q = self._pointing.command(ahead, ahead_s, observation.q, seen=self._seen, left=left)
         return self._view.past_robot(q, ahead.after(ahead_s).direction)
 
-    def _take_in(self, blobs: tuple[Blob, ...], directions: Directions, observation: Observation) -> None:
-        """Correct direction and evidence by what was taken for the target; directions of centroids are known."""
-        sides = _cut_sides(blobs[0], observation) if len(blobs) == 1 else (0, 0)
+    def _take_in(self, blobs: tuple[Blob, ...], directions: Directions, known: Association) -> None:
+        """Correct direction and evidence by what was taken for the target; directions are those of centroids."""
+        observation = known.observation
+        sides = cut_by_edges(blobs[0], observation) if len(blobs) == 1 else (0, 0)
         middle_px, doubt = self._middle_px(blobs, sides, observation)
         direction = directions[middle_px] if middle_px in directions else self._direction(middle_px, observation)
         if direction is None:
             return
-        turned = not self._is_expected(blobs[0], directions[blobs[0].centroid_px])
-        if turned or self._may_be_another(blobs[0], observation):
+        turned = not known.is_expected(blobs[0], directions[blobs[0].centroid_px])
+        if turned or known.may_be_another(blobs[0]):
             self._evidence.begin_again()
         if turned:
             # Neither its rate nor where that led is known any more.
@@ -216,7 +205,7 @@ class GazeFollower:
         if any(
             other.log_odds >= AT_ONCE_LOG_ODDS
             and other.is_apart(blobs[0])
-            and not self._is_clutter(directions[other.centroid_px], observation.time_s)
+            and not known.is_clutter(directions[other.centroid_px])
             for other in observation.blobs
         ):
             self._evidence.outshone_s += observation.interval_s
@@ -228,14 +217,6 @@ class GazeFollower:
         )
         if self._evidence.swallowed_s == 0 and self._evidence.trusted and self._steady.bearing is not None:
             self._last_alone = (self._steady.bearing, observation.time_s)
-
-    def _may_be_another(self, blob: Blob, observation: Observation) -> bool:
-        """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
-        if self._seen or self._last_seen is None:
-            return False
-        gap_s = observation.time_s - self._last_seen[1]
-        faded = not blob.silhouette and self._evidence.is_another(blob.log_odds, gap_s)
-        return faded or self._filter.expected_spread > PLACE_TELLS_RAD
 
     def _note_missing(self, observation: Observation) -> None:
         """Go on at the steady rate from the first image without the target on; count those that should show it."""
@@ -254,13 +235,9 @@ class GazeFollower:
             centroid_px = weighted_centroid(blobs)
             assert centroid_px is not None  # there are blobs
             return centroid_px, 0.0
-        by_edge = sides != (0, 0) and sides == _cut_sides(blobs[0], replace(observation, robot=None))
+        by_edge = sides != (0, 0) and sides == cut_by_edges(blobs[0], replace(observation, robot=None))
         middle_px, deviation_px = middle_of_cut(blobs[0], sides, self._look.whole_px2, by_edge=by_edge)
         return middle_px, deviation_px * self._rad_per_px
-
-    def _radius(self, area_px: float) -> float:
-        """Angle that the radius of a disc of an area of the crop subtends, radians."""
-        return math.sqrt(area_px / math.pi) * self._rad_per_px
 
     def forget(self, *, brief: bool) -> None:
         """Drop the estimate; of what was doubted, or seen briefly, remember where it was; else how it looked."""
@@ -316,57 +293,6 @@ class GazeFollower:
         direction = self._lines_of_sight.direction(pixel, observation.q + self._rates * later_s)
         return None if direction is None else self._axes.to_steady(direction)
 
-    def _may_be_target(self, blob: Blob, direction: FloatArray | None, observation: Observation) -> bool:
-        """Whether the blob, as a disc of its area about a direction, comes near enough to the expected one."""
-        bearing = self._filter.bearing
-        if direction is None:
-            return False
-        likely = blob.log_odds >= ACQUIRED_LOG_ODDS
-        if bearing is None:
-            likely = likely or self._is_pale(blob, observation)
-            return likely and not self._is_clutter(direction, observation.time_s)
-        if not likely and self._filter.expected_spread > PLACE_TELLS_RAD:
-            return False
-        if blob.silhouette and not self._is_silhouette(blob, observation):
-            return False
-        if self._is_expected(blob, direction):
-            return True
-        return blob.log_odds >= AT_ONCE_LOG_ODDS and self._may_have_turned_to(direction, observation.time_s)
-
-    def _is_pale(self, blob: Blob, observation: Observation) -> bool:
-        """Whether a blob has little contrast, and the outline of a target."""
-        if blob.silhouette or blob.log_odds < PALE_LOG_ODDS or _cut_sides(blob, observation) != (0, 0):
-            return False
-        return blob.log_odds + (outline_log_odds(blob) or 0.0) >= AT_ONCE_LOG_ODDS
-
-    def _is_clutter(self, direction: FloatArray | None, time_s: float) -> bool:
-        """Whether a direction, steady axes, shows what was not the target, or nothing."""
-        return direction is None or self._evidence.is_clutter(direction, time_s)
-
-    def _is_silhouette(self, blob: Blob, observation: Observation) -> bool:
-        """Whether a dark thing may be the target before the light: it is trusted, and was about as large."""
-        cut = _cut_sides(blob, observation) != (0, 0)
-        return self._evidence.trusted and self._look.may_be_silhouette(blob, cut=cut)
-
-    def _is_expected(self, blob: Blob, direction: FloatArray | None) -> bool:
-        """Whether a blob, as a disc of its area about a direction, is near enough to where the target is expected."""
-        bearing = self._filter.bearing
-        if bearing is None or direction is None:
-            return True
-        apart = 2 * math.asin(min(math.dist(bearing.direction, direction) / 2, 1))
-        gate = min(GATE * self._filter.expected_spread, WIDEST_GATE_RAD)
-        return apart <= gate + self._radius(blob.area_px)
-
-    def _may_have_turned_to(self, direction: FloatArray, time_s: float) -> bool:
-        """Whether the target may have turned while it was not seen, and come into view in a direction, steady axes.
-
-        Near where it was last seen, and after a gap: in an image or two nothing turns.
-        """
-        if self._seen or self._last_seen is None:
-            return False
-        bearing, last_s = self._last_seen
-        return time_s - last_s >= GAP_S and float(bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
-
     def _expected_px(self, observation: Observation) -> tuple[float, float] | None:
         direction = self.direction
         if direction is None or observation.crop.empty:
@@ -385,9 +311,3 @@ def _plain(sight: Sight) -> list[Any] | None:
 
 def _sight(plain: list[Any] | None) -> Sight:
     return None if plain is None else (Bearing(direction=np.array(plain[0]), rate=np.array(plain[1])), plain[2])
-
-
-def _cut_sides(blob: Blob, observation: Observation) -> tuple[int, int]:
-    """On which sides the crop's edge or the robot cuts a blob."""
-    crop, robot = observation.crop, observation.robot
-    return cut_sides(blob, np.zeros((crop.height_px, crop.width_px), np.uint8) if robot is None else robot)
