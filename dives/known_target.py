@@ -98,6 +98,21 @@ def not_looked_for(dive: Dive) -> str | None:
     )
 
 
+def without_colour(dive: Dive) -> str | None:
+    """A sentence where the water leaves a target, known by `with_known_target`, too little of its colour; else None."""
+    settings = dive.detector_settings()
+    if not weighs_contrast(settings, contrast=dive.loop_variant().contrast):
+        return None
+    colour = TARGET_COLOURS[settings.colour]
+    if not math.isfinite(colour.plain_from) or settings.over_water >= colour.plain_from:
+        return None
+    return (
+        f"depth_m {dive.depth_m:g} in type {dive.jerlov_type}: in {settings.colour} light as well the target is darker"
+        f" than the water ({math.exp(settings.over_water):.2f} of its light), so the loop cannot tell it from black and"
+        " grey things and may follow one. Lamps on the rig bring that light back (docs/explanation/perception.md)"
+    )
+
+
 def above_water(dive: Dive) -> dict[str, Any]:
     """What of a dive its light comes from, as `scenes.stage.scene.make_scene` takes it."""
     sun = Sun(elevation_deg=dive.sun.elevation_deg, azimuth_deg=dive.sun.azimuth_deg)

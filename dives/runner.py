@@ -25,7 +25,7 @@ from dives.dive import Dive
 from dives.files import finish_dive, is_finished
 from dives.ground_truth_columns import GroundTruthColumns
 from dives.journal import Journal
-from dives.known_target import with_known_target
+from dives.known_target import with_known_target, without_colour
 from dives.looked_at import pixels_around, with_margin
 from dives.named_files import digests
 from dives.paths import attitude_sensor
@@ -198,6 +198,8 @@ def run_dive(
     if is_finished(folder, identity):
         log(f"{folder}: this dive is finished already")
         return folder
+    if told := without_colour(dive):
+        log(told)
     with closing(Journal(folder, identity)) as journal:
         try:
             if journal.frames < dive.frames:

@@ -23,7 +23,8 @@ ENCODERS: dict[Codec, tuple[str, str, dict[str, str]]] = {
     # coder, and make a noisy image half a per cent larger.
     "ffv1": ("ffv1", "bgr0", {"level": "3", "slices": "4", "slicecrc": "1", "coder": "0", "context": "0", "g": "1"}),
     # No frame refers to a later one: packets stay in the order of the images. A dive waits for its videos: with
-    # "veryfast" and 20 a noisy image is as close to the original (35 dB) and a third smaller, but takes 2.6 times as long.
+    # "veryfast" and 20 a noisy image is as close to the original (35 dB) and a third smaller, but takes 2.6 times as
+    # long.
     "h264": ("libx264", "yuv420p", {"preset": "ultrafast", "crf": "22", "bf": "0"}),
     # For programs that read single frames in any order: every second one by itself.
     "h264_short": ("libx264", "yuv420p", {"preset": "veryfast", "crf": "10", "bf": "0", "g": "2"}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from dives.known_target import (
     least_area_px,
     not_looked_for,
     with_known_target,
+    without_colour,
 )
 from dives.rendered_camera import dive_scene
 from dives.specification import BALL_MATERIALS
@@ -130,3 +132,17 @@ def test_a_ball_that_the_loop_does_not_look_for_is_told(target, detector, told):
     assert (sentence is not None) is told
     if sentence is not None:
         assert sentence.startswith("target.colour 'blue'")
+
+
+@pytest.mark.parametrize(
+    ("depth_m", "target", "told"),
+    [(5.0, "", False), (20.0, "", True), (20.0, 'shape = "red ball"\ncolour = "yellow"', False)],
+)
+def test_a_depth_without_the_targets_colour_is_told(depth_m, target, told):
+    dive = with_known_target(dive_of(target).model_copy(update={"depth_m": depth_m}), RIG)
+    sentence = without_colour(dive)
+    assert (sentence is not None) is told
+    assert without_colour(varied(dive, variant="paper")) is None
+    if sentence is not None:
+        assert sentence.startswith("depth_m 20 in type")
+        assert f"({math.exp(dive.detector.over_water):.2f} of its light)" in sentence

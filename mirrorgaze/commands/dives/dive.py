@@ -125,10 +125,13 @@ def dive(
 
 
 def _plan(dive: Dive, folder: Path, *, json: bool) -> None:
+    from dives.known_target import with_known_target, without_colour
     from dives.metrics.headlines import PLANNED, headline_rows
     from reports.studies.dive_report import write_dive_plan
 
     print_step("plan ...")
+    if told := without_colour(with_known_target(dive, dive.load_rig())):
+        print_step(told)
     plan = write_dive_plan(dive, folder)
     numbers = plan.numbers()
     if json:
