@@ -7,13 +7,14 @@ Directions are measured and pointed at in the body frame. In between, filter and
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
-from tracking.control.association import Association, Sight, cut_by_edges
+from tracking.control.association import Association, Sight, cut_by_edges, with_overhead
 from tracking.control.follower import Observation
 from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
@@ -146,11 +147,8 @@ class GazeFollower:
 
     def update(self, observation: Observation) -> tuple[Blob, ...]:
         """Correct the direction by the ray of the centroid of the blobs that are the target's."""
-        remembered = (
-            self._look.remembered(blob, observation.time_s, followed=self.known) for blob in observation.blobs
-        )
-        observation = replace(observation, blobs=tuple(remembered))
         directions = {blob.centroid_px: self._direction(blob.centroid_px, observation) for blob in observation.blobs}
+        observation = replace(observation, blobs=tuple(self._weighed(observation, directions)))
         known = Association(
             observation=observation,
             evidence=self._evidence,
@@ -167,6 +165,12 @@ class GazeFollower:
             self._note_missing(observation)
         self._seen = bool(blobs)
         return blobs
+
+    def _weighed(self, observation: Observation, directions: Directions) -> Iterator[Blob]:
+        """Blobs with what is known of them beforehand."""
+        for blob in observation.blobs:
+            known = with_overhead(blob, directions[blob.centroid_px]) if self._evidence.plain else blob
+            yield self._look.remembered(known, observation.time_s, followed=self.known)
 
     def follow(self, observation: Observation) -> FloatArray:
         """Joint values whose gaze is on the target at the first image that they can be seen in; after `update`."""

@@ -56,6 +56,11 @@ have; and what one image counts for in it, more or less. Four corals that were f
 tracks of targets in water that leaves them their colour (arena and point to point) 65 had 4.2 or more within 4 s; the
 other two, 3.2 and 3.9, moved."""
 
+OVERHEAD_RAD = math.radians(20.0)
+"""Elevation from which a target need not look plainly like one: before the bright surface it shows its dark side, a
+ball 31 to 37 degrees up had 2. Nor are there corals: of 386 s in which dives followed something of a world 2 were so
+high."""
+
 PROMISING_LOG_ODDS, PROMISING_S = 2.5, 0.2
 """Of the mean by all marks, and for how long a candidate must have been seen that is sought when it gets away before it
 can be judged: of a reef's red things, seen past a hull's edge, some look like the target in one image or two."""
@@ -105,6 +110,7 @@ PLAIN_STATE = (
     "plainness",
     "clearest",
     "age_s",
+    "level_s",
     "share",
     "trusted",
     "whole",
@@ -142,8 +148,8 @@ class TrackEvidence:
         followed.
     plainness, clearest : float, optional
         The first, of which single images count for more; and the most that it has been since it could be judged.
-    age_s : float
-        Time in which it was seen.
+    age_s, level_s : float
+        Time in which it was seen, and in which it was seen not overhead.
     share : float
         Of the images that should show it, those that did.
     trusted : bool
@@ -174,6 +180,7 @@ class TrackEvidence:
     plainness: float | None = None
     clearest: float | None = None
     age_s: float = 0.0
+    level_s: float = 0.0
     share: float = 1.0
     trusted: bool = False
     whole: bool = False
@@ -207,7 +214,7 @@ class TrackEvidence:
     def _stays_pale(self) -> bool:
         """Whether it has never looked plainly like the target, and has stood still for so long or been outshone."""
         pale = self.clearest is not None and self.clearest < PLAIN_LOG_ODDS
-        return pale and self.plain and (self.outshone_s > OUTSHONE_S or (not self.moved and self.age_s > PLAIN_S))
+        return pale and self.plain and (self.outshone_s > OUTSHONE_S or (not self.moved and self.level_s > PLAIN_S))
 
     @property
     def _jumps(self) -> bool:
@@ -264,6 +271,7 @@ class TrackEvidence:
         self.together = _averaged(self.together, counted + marks, interval_s / memory_s)
         self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
         self.age_s += interval_s
+        self.level_s += interval_s * (direction[2] < math.sin(OVERHEAD_RAD))
         self.plainness = _averaged(self.plainness, _bounded(contrast, MOST_PLAIN), interval_s / memory_s)
         if self.age_s > JUDGED_S:
             self.clearest = self.plainness if self.clearest is None else max(self.clearest, self.plainness)
@@ -295,7 +303,8 @@ class TrackEvidence:
         """What is seen next may be another thing than what was followed: it has to be trusted first."""
         self.contrast = self.together = self.plainness = self.clearest = self.first = self.area_px = None
         self.compared, self.jumps, self.swing_rad = 0, 0, 0.0
-        self.age_s, self.share, self.trusted, self.whole, self.moved = 0.0, 1.0, False, False, False
+        self.age_s, self.level_s, self.share = 0.0, 0.0, 1.0
+        self.trusted = self.whole = self.moved = False
         self.outshone_s = self.swallowed_s = self.silhouette_s = 0.0
 
     def drop(self, direction: FloatArray, time_s: float) -> None:

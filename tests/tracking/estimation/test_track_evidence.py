@@ -19,6 +19,7 @@ from tracking.estimation.track_evidence import (
     MOVED_LOG_ODDS,
     MOVED_RAD,
     OUTSHONE_S,
+    OVERHEAD_RAD,
     PLAIN_LOG_ODDS,
     PLAIN_S,
     PROBATION_S,
@@ -127,6 +128,16 @@ def test_what_stands_still_and_is_never_plain_is_doubted_in_the_end(contrast, mo
     evidence.drop(AHEAD, 5.0)
     # It is not looked at again in the same search of everything within reach.
     assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * CLUTTER_S) is doubted
+
+
+@pytest.mark.parametrize("above_rad, doubted", [(-0.01, True), (0.01, False)])
+def test_overhead_a_target_need_not_be_plain(above_rad, doubted):
+    """Before the bright surface a ball shows its dark side; corals stand below."""
+    evidence = TrackEvidence()
+    up = OVERHEAD_RAD + above_rad
+    for _ in range(images(1.1 * PLAIN_S)):
+        evidence.update(2.0, 1.0, np.array([math.cos(up), 0.0, math.sin(up)]), INTERVAL_S)
+    assert evidence.trusted and evidence.doubted is doubted
 
 
 def test_one_image_that_looks_very_plain_does_not_make_it_plain():
