@@ -15,7 +15,7 @@ from optics.kernels.arrays import FloatArray
 from optics.kernels.cache import load_or_make, result_key
 from optics.mesh import PartMesh
 
-MESH_VERSION = 8
+MESH_VERSION = 9
 """Raised when a part of the same rig gets another shape or name: in `cad`, or by what of `optics` places it."""
 
 KIND = "part mesh"

@@ -188,12 +188,13 @@ def _turned_to_bed(height: float, outline: FloatArray, bed_mm: tuple[float, floa
     cosine, sine = np.cos(angles)[:, np.newaxis], np.sin(angles)[:, np.newaxis]
     x, y = outline.T
     sizes = np.stack([np.ptp(cosine * x + sine * y, axis=1), np.ptp(cosine * y - sine * x, axis=1)], axis=-1)
-    # A quarter turn more lays the longer side the other way.
-    choices = []
-    for k in np.argsort(np.round(sizes.prod(axis=1), 3), kind="stable"):
-        along = -angles[k] + (0.0 if sizes[k, 0] >= sizes[k, 1] else np.pi / 2)
-        choices += [(along, sizes[k].max(), sizes[k].min()), (along + np.pi / 2, sizes[k].min(), sizes[k].max())]
-    for turn, length, width in choices:
-        if length <= bed_mm[0] and width <= bed_mm[1] and height <= bed_mm[2]:
-            return Rotation.from_euler("z", turn), True
-    return Rotation.from_euler("z", choices[0][0]), False
+    order = np.argsort(np.round(sizes.prod(axis=1), 3), kind="stable")
+    upright = sizes[:, 0] < sizes[:, 1]
+    along = np.where(upright, np.pi / 2, 0.0) - angles
+    # Each rectangle with its longer side along the bed's x, then, a quarter turn more, along its y.
+    length = np.stack([sizes.max(axis=1), sizes.min(axis=1)], axis=-1)[order].ravel()
+    width = np.stack([sizes.min(axis=1), sizes.max(axis=1)], axis=-1)[order].ravel()
+    turns = np.stack([along, along + np.pi / 2], axis=-1)[order].ravel()
+    fitting = np.flatnonzero((length <= bed_mm[0]) & (width <= bed_mm[1]) & (height <= bed_mm[2]))
+    chosen = fitting[0] if len(fitting) else 0
+    return Rotation.from_euler("z", turns[chosen]), bool(len(fitting))

@@ -7,7 +7,7 @@ surface cuts has the stiffness of its filled part.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
@@ -16,7 +16,6 @@ import manifold3d
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spl
-from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
@@ -69,21 +68,37 @@ def voxelise(vertices_m: FloatArray, faces: NDArray[np.int32], edge_m: float) ->
     # Half a cube of margin on either side, shared evenly.
     origin = (low + high - counts * edge_m) / 2
     x, y, z = (origin[axis] + edge_m / SAMPLES * (np.arange(SAMPLES * counts[axis]) + 0.5) for axis in range(3))
-    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     solid = manifold3d.Manifold(
         manifold3d.Mesh64(np.ascontiguousarray(vertices_m), np.ascontiguousarray(faces, dtype=np.uint64))
     )
     inside = np.zeros(SAMPLES * counts, dtype=bool)
     for level, height in enumerate(z):
-        for outline in solid.slice(height).to_polygons():
-            # A hole is an outline within an outline: inside twice is outside.
-            inside[:, :, level] ^= Path(outline).contains_points(places).reshape(len(x), len(y))
+        inside[:, :, level] = _within(solid.slice(height).to_polygons(), x, y)
     nx, ny, nz = counts
     fill = inside.reshape(nx, SAMPLES, ny, SAMPLES, nz, SAMPLES).mean(axis=(1, 3, 5))
     cells = np.argwhere(fill >= LEAST_FILL)
     if not len(cells):
         raise ValueError(f"expected a solid thicker than {1000 * edge_m:g} mm, got none of its cubes filled")
     return Voxels(edge_m=edge_m, cells=cells, fill=fill[tuple(cells.T)], origin_m=origin)
+
+
+def _within(outlines: Iterable[FloatArray], x: FloatArray, y: FloatArray) -> BoolArray:
+    """Which places of a grid are within outlines, shape (len(x), len(y)); an outline within an outline is a hole.
+
+    Along a line of one x, each edge that is crossed leads in or out.
+    """
+    crossed = np.zeros((len(x), len(y) + 1), dtype=np.int64)
+    for outline in outlines:
+        start, end = np.asarray(outline), np.roll(outline, -1, axis=0)
+        backwards = start[:, :1] > end[:, :1]
+        left, right = np.where(backwards, end, start), np.where(backwards, start, end)
+        first, last = np.searchsorted(x, left[:, 0]), np.searchsorted(x, right[:, 0])
+        edge = np.repeat(np.arange(len(left)), last - first)
+        line = np.arange(len(edge)) - np.repeat(np.cumsum(last - first) - last, last - first)
+        rise = (right - left)[edge]
+        at = left[edge, 1] + (x[line] - left[edge, 0]) * rise[:, 1] / rise[:, 0]
+        np.add.at(crossed, (line, np.searchsorted(y, at)), 1)
+    return np.asarray(crossed[:, :-1].cumsum(axis=1) % 2 == 1)
 
 
 def condensed_stiffness(

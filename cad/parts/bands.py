@@ -28,7 +28,9 @@ BAND_THICKNESS_MM = {"clamps": 0.9, "straps": 1.9}
 """Nominal; the clamp's screw housing and the tie's head are left out."""
 ARC_POINTS = 721
 DRAWN_ARC_POINTS = 73
-"""Of the drawn band, whose chords lie outside the arc."""
+DRAWN_RIM_POINTS = 181
+"""Of the drawn band, on a flange's floor and around a cylinder; its chords lie outside the arcs. How long a solid takes
+to be checked grows with the square of its faces."""
 SECTIONS = 5
 """Across a band's width, through a hull that is no cylinder."""
 
@@ -58,7 +60,7 @@ class Band:
     def length_mm(self) -> float:
         """Length of the taut band: the rim of the convex hull of what is under it."""
         # In two dimensions SciPy calls the length of the rim the area.
-        return float(ConvexHull(self._under(ARC_POINTS, outside=False)).area)
+        return float(ConvexHull(self._under()).area)
 
     @property
     def catalogue(self) -> str:
@@ -71,7 +73,11 @@ class Band:
 
     def solid(self) -> Solid:
         """Band in the body frame, millimetres."""
-        under = self._under(DRAWN_ARC_POINTS, outside=True)
+        contact = self.seats[0].contact
+        around = self.around_mm
+        if isinstance(contact, CylinderContact):
+            around = _circle(contact.radius_mm / np.cos(np.pi / (DRAWN_RIM_POINTS - 1)), DRAWN_RIM_POINTS)
+        under = np.vstack([around, *(_floor(seat, DRAWN_ARC_POINTS, outside=True) for seat in self.seats)])
         inner = under[ConvexHull(under).vertices]
         turns = np.linspace(0, 2 * np.pi, 16, endpoint=False)
         ring = BAND_THICKNESS_MM[self.kind] * np.column_stack([np.cos(turns), np.sin(turns)])
@@ -83,7 +89,7 @@ class Band:
     def press(self, seat: Seat) -> float:
         """How hard a band's unit tension presses a flange onto the hull: by its change of direction over the flange."""
         inwards = -seat.normal[1:]
-        under = self._under(ARC_POINTS, outside=False)
+        under = self._under()
         rim = under[ConvexHull(under).vertices]
         floor = _floor(seat, ARC_POINTS, outside=False)
         on_seat = [int(np.argmin(np.linalg.norm(rim - point, axis=1))) for point in (floor[0], floor[-1])]
@@ -96,8 +102,8 @@ class Band:
         pull = leaving / np.linalg.norm(leaving) + coming / np.linalg.norm(coming)
         return float(pull @ inwards)
 
-    def _under(self, count: int, *, outside: bool) -> FloatArray:
-        return np.vstack([self.around_mm, *(_floor(seat, count, outside=outside) for seat in self.seats)])
+    def _under(self) -> FloatArray:
+        return np.vstack([self.around_mm, *(_floor(seat, ARC_POINTS, outside=False) for seat in self.seats)])
 
 
 def bands(seats: Sequence[Seat], hull: trimesh.Trimesh) -> list[Band]:
@@ -142,8 +148,7 @@ def _around(seats: Sequence[Seat], hull: trimesh.Trimesh, x_mm: float) -> FloatA
     """Points (y, z) of the hull under a band: of the cylinder, or of sections through the triangles."""
     contact = seats[0].contact
     if isinstance(contact, CylinderContact):
-        angles = np.linspace(0, 2 * np.pi, ARC_POINTS)
-        return contact.radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
+        return _circle(contact.radius_mm, ARC_POINTS)
     points = []
     for x in x_mm + BAND_WIDTH_MM / 2 * np.linspace(-1, 1, SECTIONS):
         lines = trimesh.intersections.mesh_plane(hull, [1.0, 0.0, 0.0], [x, 0.0, 0.0])
@@ -152,6 +157,12 @@ def _around(seats: Sequence[Seat], hull: trimesh.Trimesh, x_mm: float) -> FloatA
     if len(every) < 3:
         raise ValueError(f"mount.fold_attachment = 'straps': expected hull to go around at x = {x_mm:.1f}, found none")
     return np.asarray(every[ConvexHull(every).vertices])
+
+
+def _circle(radius_mm: float, count: int) -> FloatArray:
+    """Points (y, z) of a circle, the last of them the first, shape (count, 2)."""
+    angles = np.linspace(0, 2 * np.pi, count)
+    return np.asarray(radius_mm * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
 def _floor(seat: Seat, count: int, *, outside: bool) -> FloatArray:

@@ -103,15 +103,12 @@ def _faces_on(
     raster: _Raster, vertices: FloatArray, faces: NDArray[np.int64], *, front: bool
 ) -> tuple[NDArray[np.int64], FloatArray]:
     """Lines that faces which look along z (or against it) are on, and their levels there."""
+    faces = faces[_over(raster, vertices, faces)]
     corners = vertices[faces]
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normals = np.cross(first, second)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     up = normals[:, 2] if front else -normals[:, 2]
-    reach = raster.low + raster.count * raster.pitch
-    inside = (corners[:, :, :2].max(axis=1) > raster.low).all(axis=1)
-    inside &= (corners[:, :, :2].min(axis=1) < reach).all(axis=1)
     # Faces along the lines have no front.
-    chosen = inside & (up > 1e-6 * np.linalg.norm(normals, axis=1))
+    chosen = up > 1e-6 * np.linalg.norm(normals, axis=1)
     corners, normals = corners[chosen], normals[chosen]
     face, row = _rows(raster, corners[:, :, 1])
     at = raster.low[1] + (row + _FIRST) * raster.pitch
@@ -125,6 +122,17 @@ def _faces_on(
     corner, normal = corners[face, 0], normals[face]
     level = corner[:, 2] - (normal[:, 0] * (x - corner[:, 0]) + normal[:, 1] * (y - corner[:, 1])) / normal[:, 2]
     return column * raster.count[1] + row, level
+
+
+def _over(raster: _Raster, vertices: FloatArray, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which triangles have their boxes over the raster: of a hull few, so that is asked of all before anything else."""
+    reach = raster.low + raster.count * raster.pitch
+    inside = np.ones(len(faces), dtype=bool)
+    for axis in (0, 1):
+        first, second, third = vertices[:, axis][faces].T
+        inside &= np.maximum(np.maximum(first, second), third) > raster.low[axis]
+        inside &= np.minimum(np.minimum(first, second), third) < reach[axis]
+    return inside
 
 
 def _rows(raster: _Raster, y: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

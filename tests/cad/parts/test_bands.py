@@ -111,6 +111,10 @@ def test_a_drawn_band_goes_around_what_it_straps():
         expected = thickness * BAND_WIDTH_MM * (band.length_mm + np.pi * thickness)
         assert solid.volume == pytest.approx(expected, rel=0.01)
         assert min(abs(vertex.X - band.x_mm) for vertex in solid.vertices()) == pytest.approx(BAND_WIDTH_MM / 2)
+        contact = band.seats[0].contact
+        if isinstance(contact, CylinderContact):
+            middles = (edge.center() for edge in solid.edges())
+            assert min(np.hypot(middle.Y, middle.Z) for middle in middles) > contact.radius_mm - 1e-6
 
 
 def test_what_is_screwed_needs_none():
