@@ -8,6 +8,7 @@ gimbal frame is exactly ``(cos 2t cos P, cos 2t sin P, sin 2t)``: azimuth = P, e
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -88,6 +89,27 @@ def inverse_gaze(layout: Layout, azimuth: float, elevation: float) -> FloatArray
     return _joint_values(layout, pan=np.arctan2(y, x), tilt=np.arctan2(z, np.hypot(x, y)) / 2)
 
 
+def gaze_nearest_to_rest(layout: Layout, azimuth: FloatArray, elevation: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of the joint values of `inverse_gaze` those nearest to rest, for directions of shape (n,).
+
+    Returns
+    -------
+    q1, q2 : array, shape (n,)
+        Radians; NaN where the joints do not reach.
+    """
+    level = np.cos(elevation)
+    direction = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    x, y, z = layout.body_from_gimbal.rotation.inv().apply(direction).T
+    ways = [
+        np.stack([_nearest_within(layout.pan, theta), _nearest_within(layout.tilt, t)])
+        for theta, t in _ways(np.arctan2(y, x), np.arctan2(z, np.hypot(x, y)) / 2)
+    ]
+    over_front, over_zenith = (np.where(np.isnan(way).any(axis=0), np.inf, np.abs(way).max(axis=0)) for way in ways)
+    q1, q2 = np.where(over_front <= over_zenith, *ways)
+    reached = np.isfinite(np.minimum(over_front, over_zenith))
+    return np.where(reached, q1, np.nan), np.where(reached, q2, np.nan)
+
+
 def inverse_reflection(layout: Layout, incoming: ArrayLike, outgoing: ArrayLike) -> FloatArray:
     """All joint values within the limits with which M2 sends a ray another way.
 
@@ -154,14 +176,29 @@ def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
 
 def _joint_values(layout: Layout, *, pan: float, tilt: float) -> FloatArray:
     """All joint values within the limits that turn M2's normal to where the angles `pan` and `tilt` turn it."""
-    # Over the front, and over the zenith with the pan axis turned by half a turn.
     found = [
         (q1, q2)
-        for theta, t in ((pan, tilt), (pan + np.pi, np.pi - 2 * FACE_ELEVATION_AT_ZERO - tilt))
+        for theta, t in _ways(pan, tilt)
         for q1 in _within_limits(layout.pan, theta, period=2 * np.pi)
         for q2 in _within_limits(layout.tilt, t, period=2 * np.pi)
     ]
     return np.array(sorted(found), dtype=np.float64).reshape(-1, 2)
+
+
+def _ways(pan: Any, tilt: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+    """Angles that turn M2's normal the same way: over the front, and over the zenith with pan turned by half a turn."""
+    return (pan, tilt), (pan + np.pi, np.pi - 2 * FACE_ELEVATION_AT_ZERO - tilt)
+
+
+def _nearest_within(joint: Joint, angle: FloatArray) -> FloatArray:
+    """Of the joint values of `_within_limits` those nearest to zero, one for each angle; NaN where there is none."""
+    q = joint.value(angle)
+    lowest, highest = np.radians([joint.min_deg - ROUNDING_DEG, joint.max_deg + ROUNDING_DEG])
+    turn = 2 * np.pi
+    first, last = np.ceil((lowest - q) / turn), np.floor((highest - q) / turn)
+    # Of two that are as near, the lower.
+    nearest = q + turn * np.clip(np.ceil(-q / turn - 0.5), first, last)
+    return np.asarray(np.where(first <= last, nearest, np.nan))
 
 
 def _within_limits(joint: Joint, angle: float, *, period: float) -> list[float]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from optics.gaze.kinematics import inverse_gaze
+from optics.gaze.kinematics import gaze_nearest_to_rest
 from optics.kernels.arrays import FloatArray
 from optics.layout import ROUNDING_DEG, Layout
 from rigs import Camera
@@ -98,12 +98,7 @@ class GazeRange:
             ]
             reached = within[0] & within[1]
             return np.where(reached, first, np.nan), np.where(reached, second, np.nan)
-        found = np.full((len(first), 2), np.nan)
-        for position, (azimuth, elevation) in enumerate(zip(first, second, strict=True)):
-            solutions = inverse_gaze(layout, float(azimuth), float(elevation))
-            if len(solutions):
-                found[position] = solutions[np.abs(solutions).max(axis=1).argmin()]
-        return found[:, 0], found[:, 1]
+        return gaze_nearest_to_rest(layout, first, second)
 
 
 def pairs(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:

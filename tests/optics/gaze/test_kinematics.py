@@ -9,7 +9,14 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from optics.gaze.kinematics import faces_light, forward_gaze, gaze_mirror_normal, inverse_gaze, virtual_camera
+from optics.gaze.kinematics import (
+    faces_light,
+    forward_gaze,
+    gaze_mirror_normal,
+    gaze_nearest_to_rest,
+    inverse_gaze,
+    virtual_camera,
+)
 from optics.layout import Layout
 from optics.mirror import PlaneMirror
 from rigs import Joint, Rig
@@ -158,6 +165,21 @@ def test_at_the_zenith_two_of_all_pan_angles_are_named():
     found = inverse_gaze(replace(LAYOUT, pan=free), 0.0, np.pi / 2)
     np.testing.assert_allclose(np.degrees(found[:, 1]), 45, rtol=0, atol=1e-12)
     assert set(np.round(np.degrees(found[:, 0]), 9)) >= {0.0, 180.0}
+
+
+@given(layout=layouts(), azimuth=st.floats(-np.pi, np.pi), elevation=st.floats(-np.pi / 2, np.pi / 2))
+def test_of_many_directions_each_gets_the_solution_nearest_to_rest(layout, azimuth, elevation):
+    """One after the other, and beside a direction that is looked at as well: straight ahead of the gimbal at rest."""
+    ahead = forward_gaze(layout, 0.0, 0.0)
+    directions = np.array([[azimuth, elevation], [ahead.azimuth, ahead.elevation]])
+    q1, q2 = gaze_nearest_to_rest(layout, *directions.T)
+    for q, direction in zip(np.stack([q1, q2], axis=-1), directions, strict=True):
+        found = inverse_gaze(layout, *map(float, direction))
+        if not len(found):
+            assert np.isnan(q).all()
+            continue
+        assert np.abs(found - q).max(axis=1).min() < ROUNDING
+        assert np.abs(q).max() < np.abs(found).max(axis=1).min() + ROUNDING
 
 
 def test_a_gaze_that_is_not_a_number_is_refused():
