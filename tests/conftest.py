@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import typer.testing
 from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadFileScheduling
 
@@ -57,6 +59,14 @@ def no_slicer():
     with pytest.MonkeyPatch.context() as patch:
         for room in rooms:
             patch.setattr(f"{room}.slicer_path", lambda: None)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_command_line():
+    """Makes the command line and its forty commands once, and not for each of the hundreds of calls: 0.04 s each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.testing, "_get_command", cache(typer.testing._get_command))
         yield
 
 
