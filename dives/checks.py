@@ -20,7 +20,7 @@ from optics.kernels.arrays import FloatArray
 from rigs import Rig
 from rigs.documents.problems import Problem
 from rigs.section import Section
-from scenes.sensor import ImageSensor
+from scenes.sensor import checked_sensor
 from scenes.stage.targets import Ball, TargetShape
 from scenes.worlds.catalogue import BUILT_IN
 from scenes.worlds.mesh_file import MESH_SUFFIXES
@@ -196,7 +196,7 @@ def _rig(dive: DiveSpecification, problems: list[Problem]) -> Rig | None:
         problems.append(Problem(place="rig", value=dive.rig, expected="a rig with mirrors"))
         return None
     with collecting(problems, "frame_rate_hz", dive.frame_rate_hz):
-        ImageSensor.from_rig(dive.load_rig())
+        checked_sensor(dive.load_rig())
     return rig
 
 

@@ -25,7 +25,8 @@ from optics.train import OpticalTrain
 from rigs import Rig
 from scenes.stage.frame import Label
 from scenes.stage.targets import Ball, TargetShape
-from tracking.perception import Crop, DetectorSettings, ExactCorners
+from tracking.perception import Crop, DetectorSettings
+from tracking.perception.exact_corners import corners_of
 from tracking.records import Mode, Step
 
 MOUNT_LABELS = (Label.MOUNT, Label.SERVO, Label.MIRROR_BACK)
@@ -71,7 +72,7 @@ class GroundTruthColumns:
         centre = self._layout.body_from_camera.translation
         # The camera's centre, and the point a metre in front of it, as M1 shows them.
         self._axis_in_m1 = self._m1.apply([centre, self._layout.body_from_camera.apply([0.0, 0.0, 1.0])])
-        self._corners = ExactCorners(rig)
+        self._corners = corners_of(rig)
         self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
         servos = rig.require_gaze().servos
         self._speed_rad_per_s = np.radians([servos.pan.speed_deg_per_s, servos.tilt.speed_deg_per_s])

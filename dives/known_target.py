@@ -23,8 +23,9 @@ from tracking.control.crop_scale import crop_scale, level_pose
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
-from tracking.perception import RED_IN_WATER, Crop, ExactCorners
+from tracking.perception import RED_IN_WATER, Crop
 from tracking.perception.detectors import weighs_contrast
+from tracking.perception.exact_corners import corners_of
 from tracking.perception.target_colours import TARGET_COLOURS
 
 LEAST_SHARE = 0.6
@@ -48,7 +49,7 @@ def least_area_px(rig: Rig, ball: Ball, share: float) -> float:
     ValueError
         For a rig without mirrors, or one whose camera does not see the gaze mirror at a level gaze.
     """
-    corners = ExactCorners(rig)
+    corners = corners_of(rig)
     lines_of_sight = LinesOfSight(rig, VARIANTS["default"].target_distance_m)
     scale = crop_scale(lines_of_sight, lambda q: Crop.of(corners.corners(q)), level_pose(Gimbal(Layout.from_rig(rig))))
     if not np.isfinite(scale).all():

@@ -22,7 +22,8 @@ from scenes.baking.lit_scene import prepare
 from scenes.image import display_colours
 from scenes.renderer import FastRenderer
 from scenes.stage.state import State
-from tracking.perception import Crop, ExactCorners
+from tracking.perception import Crop
+from tracking.perception.exact_corners import corners_of
 
 
 class MirrorCamera:
@@ -39,7 +40,7 @@ class MirrorCamera:
 
     def __init__(self, task: GazeTask, parts: Sequence[PartMesh], quality: LightQuality | None = None):
         self._task = task
-        self._corners = ExactCorners(task.rig)
+        self._corners = corners_of(task.rig)
         self._outline = mirror_outline(task.rig.require_gaze().gaze_mirror)
         camera = task.rig.camera
         share = min(1.0, task.frame_px / self._mirror_px())

@@ -15,7 +15,8 @@ from optics.kernels.arrays import FloatArray
 from optics.mesh import PartMesh
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import Variant
-from tracking.perception import Crop, ExactCorners
+from tracking.perception import Crop
+from tracking.perception.exact_corners import corners_of
 from tracking.protocols import CameraFrame, MirrorReport
 
 Observation = dict[str, NDArray[Any]]
@@ -45,7 +46,7 @@ class LoopPolicy:
     def __init__(self, task: GazeTask, variant: Variant, parts: Sequence[PartMesh]):
         self._task, self._variant = task, variant.without_check()
         self._view = robot_view(task.rig, parts) if variant.ignores_robot else None
-        self._corners = ExactCorners(task.rig)
+        self._corners = corners_of(task.rig)
 
     def begin(self, seed: int) -> None:
         """Forget everything; the loop draws no numbers."""

@@ -20,7 +20,8 @@ from optics.layout import Layout
 from optics.train import compiled_project
 from rigs import ImageSensorSpec, Rig
 from tracking.estimation.gimbal import Gimbal
-from tracking.perception import ColourWindow, DetectorSettings, ExactCorners
+from tracking.perception import ColourWindow, DetectorSettings
+from tracking.perception.exact_corners import corners_of
 
 WATER, MIRROR, BALL = (20, 60, 110), (90, 120, 130), (190, 30, 25)
 """sRGB of the image, of the gaze mirror in it, and of the ball."""
@@ -54,7 +55,7 @@ class SyntheticCamera:
         self._gimbal = Gimbal(layout)
         self._centre_m: FloatArray = layout.body_from_gimbal.translation
         self._camera_from_body = layout.body_from_camera.inv()
-        self._corners = ExactCorners(rig)
+        self._corners = corners_of(rig)
         # Camera, port and M1 do not move: their numbers are handed to the kernel once. M2 is reflected at here.
         q1, q2 = self._gimbal.middle.tolist()
         train = OpticalTrain.from_rig(rig, q1=q1, q2=q2)

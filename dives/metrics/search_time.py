@@ -21,7 +21,8 @@ from tracking.control.search import Search
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import Variant
-from tracking.perception import Crop, ExactCorners
+from tracking.perception import Crop
+from tracking.perception.exact_corners import corners_of
 from tracking.perception.robot_view import RobotView
 
 SEARCH_DEFINITIONS = {
@@ -81,7 +82,7 @@ def expected_first_look_s(rig: Rig, variant: Variant, robot_view: RobotView | No
 
 def gaze_view(rig: Rig, variant: Variant, robot_view: RobotView | None) -> GazeView:
     """What each pose of a rig shows."""
-    corners = ExactCorners(rig)
+    corners = corners_of(rig)
     return GazeView(
         Gimbal(Layout.from_rig(rig)),
         LinesOfSight(rig, variant.target_distance_m),
@@ -92,7 +93,7 @@ def gaze_view(rig: Rig, variant: Variant, robot_view: RobotView | None) -> GazeV
 
 def level_view(rig: Rig, variant: Variant) -> FloatArray:
     """Field of view of the crop at a level gaze, across and upwards, radians, shape (2,)."""
-    corners, level = ExactCorners(rig), level_pose(Gimbal(Layout.from_rig(rig)))
+    corners, level = corners_of(rig), level_pose(Gimbal(Layout.from_rig(rig)))
     crop = Crop.of(corners.corners(level))
     lines_of_sight = LinesOfSight(rig, variant.target_distance_m)
     return np.asarray(

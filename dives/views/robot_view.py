@@ -17,7 +17,8 @@ from optics.mesh import Group, PartMesh
 from optics.occlusion import Occluder
 from optics.train import OpticalTrain
 from rigs import Rig
-from tracking.perception import Crop, ExactCorners
+from tracking.perception import Crop
+from tracking.perception.exact_corners import corners_of
 from tracking.perception.robot_view import RobotView
 
 VIEW_VERSION = 2
@@ -74,7 +75,7 @@ def traced_view(rig: Rig, parts: Sequence[PartMesh], *, step_deg: float = STEP_D
         rows=round(IMAGE_COLUMNS * rig.camera.height_px / rig.camera.width_px),
     )
     cells_per_px = np.array(seen.shape[:0:-1]) / [rig.camera.width_px, rig.camera.height_px]
-    corners = (ExactCorners(rig).corners(q) + 0.5) * cells_per_px - 0.5
+    corners = (corners_of(rig).corners(q) + 0.5) * cells_per_px - 0.5
     depth = np.array([_depth(image, outline) for image, outline in zip(seen, corners, strict=True)])
     return RobotView(q1=q1, q2=q2, depth=depth.reshape(len(q1), len(q2), *CROP_CELLS[::-1]))
 

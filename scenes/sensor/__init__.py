@@ -3,7 +3,7 @@
 from scenes.sensor.automatic import next_settings, settled_settings, start_settings
 from scenes.sensor.capture import Capture, capture
 from scenes.sensor.colour import develop, grey_card_gains
-from scenes.sensor.model import ImageSensor
+from scenes.sensor.model import ImageSensor, checked_sensor
 from scenes.sensor.noise import frame_key
 from scenes.sensor.readout import CameraSettings, RawImage, expose, read_out
 from scenes.sensor.shutter import sweep_count, sweep_times
@@ -14,6 +14,7 @@ __all__ = [
     "ImageSensor",
     "RawImage",
     "capture",
+    "checked_sensor",
     "develop",
     "expose",
     "frame_key",

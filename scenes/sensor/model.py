@@ -75,18 +75,10 @@ class ImageSensor:
         ValueError
             When the rows take longer to read than a frame lasts, or the camera's response file is no good.
         """
-        spec = rig.image_sensor or ImageSensorSpec()
+        spec, response = checked_sensor(rig)
         width, height = width_px or rig.camera.width_px, height_px or rig.camera.height_px
-        read_out_s, frame_s = spec.row_time_us * 1e-6 * rig.camera.height_px, 1 / spec.frame_rate_hz
-        if read_out_s > frame_s:
-            raise ValueError(
-                f"image_sensor.row_time_us = {spec.row_time_us:g}: expected {rig.camera.height_px} rows within a frame "
-                f"({1e3 * frame_s:.1f} ms at {spec.frame_rate_hz:g} Hz), which allows "
-                f"{1e6 * frame_s / rig.camera.height_px:.1f} us; they take {1e3 * read_out_s:.1f} ms"
-            )
         illumination = relative_illumination(rig.camera, width, height, spec.vignetting)
-        file = rig.camera.response_file
-        by_channel = electron_rate(spec, None if file is None else read_camera_response(file))
+        by_channel = electron_rate(spec, response)
         ideal = mosaic((illumination[..., None] * by_channel).astype(np.float32), spec.bayer)
         gain_pattern, offset_pattern = fixed_pattern(spec.pattern_seed, ideal.shape)
         return cls(
@@ -96,7 +88,7 @@ class ImageSensor:
             electron_rate=by_channel,
             responsivity=ideal * np.maximum(1 + np.float32(spec.prnu) * gain_pattern, 0),
             dark_offset_e=np.float32(spec.dsnu_e) * offset_pattern,
-            row_time_s=read_out_s / height,
+            row_time_s=_read_out_s(rig, spec) / height,
         )
 
     @cached_property
@@ -132,6 +124,31 @@ class ImageSensor:
     def electrons_per_dn(self, gain_db: float) -> float:
         """1 / K at an analogue gain."""
         return float(self.spec.gain_e_per_dn / 10 ** (gain_db / 20))
+
+
+def checked_sensor(rig: Rig) -> tuple[ImageSensorSpec, CameraResponse | None]:
+    """Numbers of a rig's sensor, and what its camera's response file says where it names one.
+
+    Raises
+    ------
+    ValueError
+        When the rows take longer to read than a frame lasts, or the camera's response file is no good.
+    """
+    spec = rig.image_sensor or ImageSensorSpec()
+    read_out_s, frame_s = _read_out_s(rig, spec), 1 / spec.frame_rate_hz
+    if read_out_s > frame_s:
+        raise ValueError(
+            f"image_sensor.row_time_us = {spec.row_time_us:g}: expected {rig.camera.height_px} rows within a frame "
+            f"({1e3 * frame_s:.1f} ms at {spec.frame_rate_hz:g} Hz), which allows "
+            f"{1e6 * frame_s / rig.camera.height_px:.1f} us; they take {1e3 * read_out_s:.1f} ms"
+        )
+    file = rig.camera.response_file
+    return spec, None if file is None else read_camera_response(file)
+
+
+def _read_out_s(rig: Rig, spec: ImageSensorSpec) -> float:
+    """How long the whole image takes to read."""
+    return spec.row_time_us * 1e-6 * rig.camera.height_px
 
 
 def electron_rate(spec: ImageSensorSpec, response: CameraResponse | None) -> FloatArray:

@@ -34,13 +34,13 @@ from tracking.perception import (
     CornerSamples,
     Crop,
     DetectorSettings,
-    ExactCorners,
     InverseDistanceCorners,
     detector_of,
     taken,
 )
 from tracking.perception.detectors import Detector, looks_plain
 from tracking.perception.direct_view import DirectView
+from tracking.perception.exact_corners import corners_of
 from tracking.perception.robot_view import RobotView
 from tracking.protocols import AttitudeReport, CameraFrame, MirrorReport
 from tracking.records import Mode, Step
@@ -339,7 +339,7 @@ class TrackingLoop:
 
 
 def _corner_model(rig: Rig, variant: Variant, samples: CornerSamples | None, gimbal: Gimbal) -> CornerModel:
-    exact = ExactCorners(rig)
+    exact = corners_of(rig)
     if variant.corners == "exact":
         return exact
     if samples is None:

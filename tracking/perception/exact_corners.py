@@ -12,6 +12,7 @@ microseconds.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -124,6 +125,12 @@ class ExactCorners:
                 # What is left out is as small as what was found small.
                 return np.ascontiguousarray(table[:last, :last])
         return None
+
+
+@lru_cache(maxsize=8)
+def corners_of(rig: Rig) -> ExactCorners:
+    """`ExactCorners` of a rig, which in one process many ask for: a dive alone six times."""
+    return ExactCorners(rig)
 
 
 def crop_outline_m(rig: Rig) -> FloatArray:
