@@ -99,6 +99,8 @@ def _sums(  # noqa: PLR0917
         sampler.seed(int(np.random.SeedSequence([*seed, launch]).generate_state(1)[0]), pixels * count)
         pixel = dr.arange(UInt32, pixels * count) // count
         radiance = tracer.sample(scene, sampler, rays(pixel, sampler), medium)[0]
+        # Of three wavelengths at once: sums of blocks have what they add up computed, each on its own.
+        dr.eval(radiance)
         channels = [sum(float(w) * radiance[node] for node, w in enumerate(row)) for row in weight]
         sums = [dr.block_sum(channel, count) for channel in channels]
         squares = [dr.block_sum(dr.square(channel), count) for channel in channels]
