@@ -12,8 +12,9 @@ from build123d import Box, Cylinder, Pos, Sphere, export_step
 from cad.assembly.assembly import build_assembly
 from cad.assembly.meshes import mesh_key
 from cad.checks.assembly_checks import assembly_problems
-from cad.hulls.hull import closed_surface, file_hull_solid, file_hull_surface
+from cad.hulls.hull import closed_surface, file_hull_solid, file_hull_surface, hull_shape
 from cad.hulls.wrapping import solid_field
+from optics.layout import Layout
 from rigs import BoxHull, FileHull
 
 
@@ -100,9 +101,10 @@ def test_boxes_of_other_kinds_are_one_solid(aqua2, flippers, radius):
     hull = BoxHull(
         shape="box", length_mm=650, width_mm=450, height_mm=130, edge_radius_mm=radius, flippers_per_side=flippers
     )
-    part = build_assembly(aqua2.rig.with_gaze(hull=hull)).part("hull")
-    assert pytest.approx(450, abs=1e-5) == part.solid.bounding_box().size.Y
-    assert part.solid.is_valid
+    rig = aqua2.rig.with_gaze(hull=hull)
+    solid = hull_shape(hull, rig.gaze.mount, rig.port, Layout.from_rig(rig))
+    assert pytest.approx(450, abs=1e-5) == solid.bounding_box().size.Y
+    assert solid.is_valid
 
 
 def test_a_camera_apart_from_its_hull_is_refused(aqua2):

@@ -15,7 +15,7 @@ from reports.studies import mount_export
 def test_export_names_what_it_wrote(here, monkeypatch):
     # The checks, a slicer on the PATH, drawings, steps and the robot's files take a minute; they have their own
     # tests, and tests/cad/export makes the whole.
-    monkeypatch.setattr(mount_export, "mount_checks", lambda *_, **__: MountChecks(findings=()))
+    monkeypatch.setattr(mount_export, "mount_checks", lambda *_, **__: MountChecks(findings=(), steps=()))
     for slow in ("write_drawings", "write_steps", "write_robot"):
         monkeypatch.setattr(mount, slow, lambda *_: None)
     result = CliRunner().invoke(app, ["export", "aqua2", "-o", "mount", "--json"])

@@ -30,6 +30,7 @@ from reports.studies import design as study
 from reports.studies import mount_export
 from reports.studies.design import STAGES, MapGrid, design
 from rigs import Rig, RigError
+from scenes import exterior
 from scenes.baking.light_quality import LightQuality
 from scenes.exterior import VIEWPOINTS
 
@@ -62,12 +63,17 @@ OPENING = Opening(
 """What to change takes seconds on any grid; tests/optics/coverage and the coverage report's tests look at it."""
 
 
+OUTSIDE_SAMPLES = 4
+"""Of the pictures from outside: with a user's 64 they take seconds, and nothing here looks at their noise."""
+
+
 report = partial(design, RIG, dive=DIVE, grid=GRID, quality=LightQuality.coarse())
 
 
 def made_design(folder, log):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "blind_openings", lambda *_, **__: [OPENING])
+        patch.setattr(exterior, "SAMPLES", OUTSIDE_SAMPLES)
         patch.setenv("SOURCE_DATE_EPOCH", str(DAY))
         return report(folder, log=log)
 
