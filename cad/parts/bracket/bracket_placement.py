@@ -311,6 +311,9 @@ def _bolted(placement: BracketPlacement) -> BracketPlacement:
         return replace(placement, seat=replace(seat, standing_mm=standing))
     beyond = BOLT_HEAD_DIAMETER_MM * np.tan(np.arccos(upright)) + 1
     room = float((placement.roof_mm - heads[:, 2].min()) / upright + beyond)
+    if placement.hinged:
+        # The deck's rails stand on the roof, over the heads as well.
+        room = max(room, seat.head_room_mm)
     holed = replace(placement, seat=replace(seat, head_room_mm=room), keys_through_roof=True)
     # On a steep nose they would be in M1's cell: there keys come in under the roof, if at all.
     return placement if _refusal(holed) else holed

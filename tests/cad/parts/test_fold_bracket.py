@@ -17,7 +17,7 @@ from cad.assembly.tessellation import LINEAR_TOLERANCE_MM, tessellated
 from cad.overlaps import manifold_mm
 from cad.parts.bracket.bracket_placement import bracket_placement
 from cad.parts.bracket.fold_bracket import fold_bracket_solid
-from cad.parts.flange import bolt_places, hull_side
+from cad.parts.flange import bolt_places, flange_hardware, hull_side
 from cad.parts.mirrors import mirror_plate
 from cad.parts.stow_bracket import arm_solid, deck_solid
 from cad.parts.stow_hinge import stow_hinge
@@ -252,6 +252,18 @@ def test_a_bar_stops_the_arm_in_use(hinged):
     pose = assembly.stow.body_from_stowing(np.radians(-1.0)).as_matrix()[:3]
     pose[:, 3] *= 1000
     assert (arm.transform(pose) ^ deck).volume() > 20
+
+
+def test_thick_rails_of_a_deck_leave_its_bolts_heads_room():
+    """Walls of 11.5 mm bring the rails over the bolts, whose heads are at the roof's level."""
+    rig = changed(stowable("aqua2"), mount={"wall_mm": 11.5}, fold_mirror={"width_mm": 77.4})
+    hinge = stow_hinge(rig, Layout.from_rig(rig))
+    deck = deck_solid(hinge)
+    bolts = flange_hardware(hinge.placement.seat, "fold")
+    assert len(bolts) == 4
+    for bolt in bolts:
+        shared = deck & (location_mm(hinge.placement.body_from_fold) * (bolt.pose * bolt.piece.shape))
+        assert shared is None or shared.volume < TOUCHING_MM3
 
 
 def test_stowing_turns_about_the_axis_that_it_names(hinged):
