@@ -8,6 +8,7 @@ from build123d import Solid
 from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.BRepTools import BRepTools
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
@@ -27,6 +28,8 @@ WELD_MM = 1e-6
 
 def tessellated(solid: Solid, tolerance_mm: float = LINEAR_TOLERANCE_MM) -> trimesh.Trimesh:
     """Mesh of a solid, millimetres; build123d's own takes tolerances relative to the length of each edge."""
+    # Screws are made once for all rigs, and would keep the triangles that the first of them got.
+    BRepTools.Clean_s(solid.wrapped)
     BRepMesh_IncrementalMesh(solid.wrapped, tolerance_mm, False, ANGULAR_TOLERANCE_RAD, True)
     pieces = []
     for face in solid.faces():

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import pytest
 import trimesh
+from build123d import Pos, Rot
 
-from cad.assembly.tessellation import without_pinches
+from cad.assembly.tessellation import tessellated, without_pinches
+from cad.parts.hardware import cap_screw
 
 
 def pinched(along_mm: float) -> trimesh.Trimesh:
@@ -18,6 +22,16 @@ def pinched(along_mm: float) -> trimesh.Trimesh:
     # The first two corners of both are one.
     second = np.where(faces < 2, faces, faces + 4)
     return trimesh.Trimesh(np.vstack([corners, other[2:]]), np.vstack([faces, second]), process=False)
+
+
+def test_triangles_do_not_tell_where_a_solid_was_before():
+    """All rigs have the same screws: the first one's pose must not show in the files of the next."""
+    screw = cap_screw("M3", 10.0).shape
+    here, there = Rot(10, 20, 30) * screw, Pos(100, 20, 3) * Rot(90, 0, 0) * screw
+    alone = tessellated(copy.deepcopy(there))
+    tessellated(here)
+    after = tessellated(there)
+    assert np.array_equal(after.faces, alone.faces) and np.array_equal(after.vertices, alone.vertices)
 
 
 @pytest.mark.parametrize("along_mm", [0.013, 0.0226])
