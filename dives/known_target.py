@@ -108,9 +108,10 @@ def without_colour(dive: Dive) -> str | None:
     if not math.isfinite(colour.plain_from) or settings.over_water >= colour.plain_from:
         return None
     return (
-        f"depth_m {dive.depth_m:g} in type {dive.jerlov_type}: in {settings.colour} light as well the target is darker"
-        f" than the water ({math.exp(settings.over_water):.2f} of its light), so the loop cannot tell it from black and"
-        " grey things and may follow one. Lamps on the rig bring that light back (docs/explanation/perception.md)"
+        f"depth_m {dive.depth_m:g} in type {dive.jerlov_type}: even in {settings.colour} light the target is darker"
+        f" than the water behind it ({math.exp(settings.over_water):.2f} times as bright), so the loop cannot tell it"
+        " from black and grey things and may follow one. Lamps on the rig bring that light"
+        " (docs/explanation/perception.md)"
     )
 
 

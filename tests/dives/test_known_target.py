@@ -145,4 +145,4 @@ def test_a_depth_without_the_targets_colour_is_told(depth_m, target, told):
     assert without_colour(varied(dive, variant="paper")) is None
     if sentence is not None:
         assert sentence.startswith("depth_m 20 in type")
-        assert f"({math.exp(dive.detector.over_water):.2f} of its light)" in sentence
+        assert f"({math.exp(dive.detector.over_water):.2f} times as bright)" in sentence

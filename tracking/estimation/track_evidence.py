@@ -57,9 +57,9 @@ tracks of targets in water that leaves them their colour (arena and point to poi
 other two, 3.2 and 3.9, moved."""
 
 OVERHEAD_RAD = math.radians(20.0)
-"""Elevation from which a target need not look plainly like one: before the bright surface it shows its dark side, a
-ball 31 to 37 degrees up had 2. Nor are there corals: of 386 s in which dives followed something of a world 2 were so
-high."""
+"""Elevation from which a target need not look plainly like one; it is taken among the steady axes, as of a robot that
+swims level. Before the bright surface a ball shows its dark side: one 31 to 37 degrees up had 2. Nor are there corals:
+of 386 s in which dives followed something of a world 2 were so high."""
 
 PROMISING_LOG_ODDS, PROMISING_S = 2.5, 0.2
 """Of the mean by all marks, and for how long a candidate must have been seen that is sought when it gets away before it
