@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import trimesh
 from build123d import Solid
@@ -24,11 +26,24 @@ PINCH_MM = LINEAR_TOLERANCE_MM
 """A solid that touches itself along less, where an edge ends in a face, touches itself in a point."""
 WELD_MM = 1e-6
 """Neighbouring faces of a solid are tessellated one by one; their shared vertices agree to rounding only."""
+MOST_KEPT = 64
+"""Solids whose triangles are kept, of those that stand in several places."""
 
 
 def tessellated(solid: Solid, tolerance_mm: float = LINEAR_TOLERANCE_MM) -> trimesh.Trimesh:
-    """Mesh of a solid, millimetres; build123d's own takes tolerances relative to the length of each edge."""
-    # Screws are made once for all rigs, and would keep the triangles that the first of them got.
+    """Mesh of a solid, millimetres; build123d's own takes tolerances relative to the length of each edge.
+
+    It is made in the frame in which the solid was: the screws of a rig, of all rigs, are one solid in many places.
+    """
+    place = solid.wrapped.Location()
+    if place.IsIdentity():
+        return _tessellated(solid, tolerance_mm)
+    own = _kept_tessellated(Solid(solid.wrapped.Located(TopLoc_Location())), tolerance_mm)
+    return trimesh.Trimesh(vertices=_placed(own.vertices, place), faces=own.faces, process=False)
+
+
+def _tessellated(solid: Solid, tolerance_mm: float) -> trimesh.Trimesh:
+    # It may have triangles of another tolerance.
     BRepTools.Clean_s(solid.wrapped)
     BRepMesh_IncrementalMesh(solid.wrapped, tolerance_mm, False, ANGULAR_TOLERANCE_RAD, True)
     pieces = []
@@ -42,6 +57,9 @@ def tessellated(solid: Solid, tolerance_mm: float = LINEAR_TOLERANCE_MM) -> trim
         points = _placed(np.array(nodes), place)
         pieces.append((points, np.array(corners, dtype=np.int32)[:, :: 1 if outside else -1] - 1))
     return without_pinches(welded(*joined_triangles(pieces)))
+
+
+_kept_tessellated = lru_cache(maxsize=MOST_KEPT)(_tessellated)
 
 
 def _placed(points: NDArray[np.float64], place: TopLoc_Location) -> NDArray[np.float64]:
