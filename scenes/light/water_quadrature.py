@@ -44,13 +44,12 @@ def water_rule(
     count : int
         Number of wavelengths of the rule. All sets of `count` candidates are tried.
     """
-    share = weights / weights.sum()
-    spectra = (colours[:, np.newaxis] * transmissions(points)).reshape(-1, len(points))
-    truth = spectra @ share
-    seen = truth > DIMMEST * truth.max()
-    spectra, truth = spectra[seen], truth[seen]
     wavelength = _candidates(points, weights)
-    relative = np.stack([np.interp(wavelength, points, row) for row in spectra]) / truth[:, np.newaxis]
+    truth = np.ravel((colours * (weights / weights.sum())) @ transmissions(points).T)
+    seen = truth > DIMMEST * truth.max()
+    reflected = np.stack([np.interp(wavelength, points, colour) for colour in colours])
+    spectra = (reflected[:, np.newaxis] * transmissions(wavelength)).reshape(-1, len(wavelength))
+    relative = spectra[seen] / truth[seen, np.newaxis]
     chosen = np.array(list(combinations(range(len(wavelength)), count)))
     found, error = _fit(relative, chosen)
     best = int(np.argmin(np.where((found > 0).all(axis=1), error, np.inf)))
@@ -69,7 +68,8 @@ def transmissions(wavelength_nm: FloatArray) -> FloatArray:
 
 def _candidates(points: FloatArray, weights: FloatArray) -> FloatArray:
     within = points[weights >= SMALLEST_RESPONSE * weights.max()]
-    return np.arange(within[0], within[-1] + CANDIDATE_STEP_NM / 2, CANDIDATE_STEP_NM)
+    steps = np.floor((within[-1] - within[0]) / CANDIDATE_STEP_NM)
+    return np.asarray(within[0] + CANDIDATE_STEP_NM * np.arange(steps + 1))
 
 
 def _fit(relative: FloatArray, chosen: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
