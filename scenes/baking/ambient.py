@@ -27,7 +27,7 @@ from optics.kernels.freezing import Flat
 from optics.kernels.packing import Packing, on_device, on_host, opaque_numbers, vectors
 from optics.kernels.trees import leaves_of
 from optics.workers.threads import woken_threads
-from scenes.baking.gather_places import places_on
+from scenes.baking.gather_places import double_areas_around, places_on
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.sample_directions import SampleDirections, scattered_density, scattered_directions
 from scenes.kernels.geometry import Geometry, geometry_of, relit
@@ -147,14 +147,15 @@ def ambient_light(mesh: GroupMesh, around: Surroundings, quality: LightQuality, 
 
     They settle on few places that look in few directions; the last one is gathered on all of them in many.
     """
-    coarse = Reflection(mesh, around, apart_m.iterated, quality.iteration_directions)
-    before = coarse.open_water
+    vertices = LitVertices.of(mesh, around.light)
+    coarse = Reflection(vertices, around, apart_m.iterated, quality.iteration_directions)
+    before = vertices.open_water
     for _ in range(quality.reflections):
         ambient = coarse.once(before)
         change, before = change_of_light(before, ambient), ambient
         if change < quality.settled:
             break
-    return Reflection(mesh, around, apart_m.kept, quality.directions).once(before)
+    return Reflection(vertices, around, apart_m.kept, quality.directions).once(before)
 
 
 @dataclass(frozen=True)
@@ -165,38 +166,65 @@ class PlaceSizes:
     kept: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class LitVertices:
+    """Vertices of a mesh as light reaches them.
+
+    Attributes
+    ----------
+    places_m, normals : arrays, shape (n, 3)
+    origins_m : array, shape (n, 3)
+        From where they look out, a little off the surface.
+    double_areas_m2 : array, shape (n,)
+        Twice the area of the faces around each.
+    open_water : array, shape (n, 3)
+        Irradiance by all but the direct sun if the mesh hid nothing and sent nothing.
+    """
+
+    places_m: FloatArray
+    normals: FloatArray
+    origins_m: FloatArray
+    double_areas_m2: FloatArray
+    open_water: FloatArray
+
+    @classmethod
+    def of(cls, mesh: GroupMesh, light: Light) -> LitVertices:
+        """Those of a mesh under a light."""
+        normals, areas = vertex_normals(mesh.vertices_m, mesh.faces), double_areas_around(mesh)
+        origins = _inset(mesh) + normals * OFFSET_M
+        return cls(
+            places_m=mesh.vertices_m,
+            normals=normals,
+            origins_m=origins,
+            double_areas_m2=areas,
+            open_water=light.open_water_irradiance(-origins[:, 2], normals),
+        )
+
+
 class Reflection:
     """What the vertices of a mesh receive from each other.
 
     Parameters
     ----------
-    mesh : GroupMesh
+    vertices : LitVertices
     around : Surroundings
         The mesh as it is looked at.
     apart_m : float
         Vertices nearer to each other, that face about the same way, share what they receive.
     directions : callable
         From the number of places to that of the directions in which each looks out.
-
-    Attributes
-    ----------
-    open_water : array, shape (n, 3)
-        Irradiance at the vertices by all but the direct sun if the mesh hid nothing and sent nothing.
     """
 
-    def __init__(self, mesh: GroupMesh, around: Surroundings, apart_m: float, directions: Callable[[int], int]):
-        normals = vertex_normals(mesh.vertices_m, mesh.faces)
-        origins = _inset(mesh) + normals * OFFSET_M
-        self.open_water = around.light.open_water_irradiance(-origins[:, 2], normals)
-        places = places_on(mesh, normals, apart_m)
-        self._around, self._owner = around, places.owner
-        self._origins, self._normals = origins[places.vertices], normals[places.vertices]
+    def __init__(self, vertices: LitVertices, around: Surroundings, apart_m: float, directions: Callable[[int], int]):
+        places = places_on(vertices.places_m, vertices.normals, vertices.double_areas_m2, apart_m)
+        self._around, self._owner, self._lit_by_water = around, places.owner, vertices.open_water
+        self._origins, self._normals = vertices.origins_m[places.vertices], vertices.normals[places.vertices]
         self._count = directions(len(self._origins))
         # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
         self._depth_m = float(np.median(-self._origins[:, 2]))
         nothing = Surroundings.of(None, around.light, depth_m=self._depth_m)
         of_water = sum(nothing.irradiance(self._origins, self._normals, self._count))
-        self._open_water = self.open_water[places.vertices]
+        self._open_water = vertices.open_water[places.vertices]
         self._share_found = self._open_water / np.maximum(of_water, LEAST)
 
     def once(self, ambient: FloatArray, source: GridTable | None = None) -> FloatArray:
@@ -208,7 +236,7 @@ class Reflection:
         of_mesh, past_it = lit.irradiance(self._origins, self._normals, self._count)
         # Where nothing is in the way it is open water's exactly, and where all is, its share does not matter.
         received = of_mesh + past_it * self._share_found
-        return self.open_water * (received / np.maximum(self._open_water, LEAST))[self._owner]
+        return self._lit_by_water * (received / np.maximum(self._open_water, LEAST))[self._owner]
 
 
 def change_of_light(before: FloatArray, ambient: FloatArray) -> float:
@@ -339,7 +367,7 @@ def _outward(
 
 def _inset(mesh: GroupMesh) -> FloatArray:
     """Vertices, moved a little towards the middles of the faces around them."""
-    middles = mesh.vertices_m[mesh.faces].mean(axis=1)
+    middles = np.take(mesh.vertices_m, mesh.faces, axis=0).mean(axis=1)
     corners = mesh.faces.ravel()
     count = np.bincount(corners, minlength=len(mesh.vertices_m))
     around = np.stack(

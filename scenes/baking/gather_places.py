@@ -34,27 +34,26 @@ class Places:
     owner: NDArray[np.int64]
 
 
-def places_on(mesh: GroupMesh, normals: FloatArray, apart_m: float) -> Places:
-    """Places on a mesh with the normals of its vertices: one in each cell of a grid for those that face about one way.
+def places_on(vertices_m: FloatArray, normals: FloatArray, areas: FloatArray, apart_m: float) -> Places:
+    """Places among vertices with normals, and the area around each: one in a cell of a grid, for those that face alike.
 
     It is the vertex with the largest faces: what is seen of a cell, not what lies in a hole of it.
     """
-    cells = np.floor(mesh.vertices_m / apart_m).astype(np.int64)
+    cells = np.floor(vertices_m / apart_m).astype(np.int64)
     numbers = np.column_stack([cells, np.round(normals * FACINGS).astype(np.int64)])
     lowest = numbers.min(axis=0)
     key = np.ravel_multi_index((numbers - lowest).T, tuple(np.ptp(numbers, axis=0) + 1))
-    order = np.lexsort([-_areas(mesh), key])
-    _, first, group = np.unique(key[order], return_index=True, return_inverse=True)
+    order = np.lexsort([-areas, key])
+    is_first = np.diff(key[order], prepend=-1) > 0
     owner = np.empty(len(key), dtype=np.int64)
-    owner[order] = group
+    owner[order] = np.cumsum(is_first) - 1
     # In the order of the vertices: neighbours look at about the same.
-    vertices = order[first]
+    vertices = order[is_first]
     rank = np.argsort(np.argsort(vertices))
     return Places(np.sort(vertices), rank[owner])
 
 
-def _areas(mesh: GroupMesh) -> FloatArray:
-    """Area of the faces around each vertex, shape (n,)."""
-    corners = mesh.vertices_m[mesh.faces]
-    double = np.linalg.norm(double_area_vectors(corners), axis=1)
+def double_areas_around(mesh: GroupMesh) -> FloatArray:
+    """Twice the area of the faces around each vertex, shape (n,)."""
+    double = np.linalg.norm(double_area_vectors(np.take(mesh.vertices_m, mesh.faces, axis=0)), axis=1)
     return np.asarray(np.bincount(mesh.faces.ravel(), np.repeat(double, 3), minlength=len(mesh.vertices_m)))

@@ -29,6 +29,7 @@ from optics.kernels.packing import padded_rows, rows_of, vectors
 from scenes.baking.ambient import (
     LOG,
     RAYS_AT_ONCE,
+    LitVertices,
     PlaceSizes,
     Reflection,
     Surroundings,
@@ -125,12 +126,12 @@ def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[Floa
 
     What a coarse grid cannot tell a finer one is local: it needs no more than two iterations.
     """
-    around = Surroundings.of(mesh, light)
-    ambient, volume = _settled(mesh, around, quality, _coarser(axes, 3))
+    around, vertices = Surroundings.of(mesh, light), LitVertices.of(mesh, light)
+    ambient, volume = _settled(vertices, around, quality, _coarser(axes, 3))
     finer = _coarser(axes, 2)
     source, _ = _Water(light, grid_points(finer)).source(around, ambient, volume)
     volume = source_volume(finer, source)
-    ambient = Reflection(mesh, around, PLACES_M.kept, quality.directions).once(ambient, volume)
+    ambient = Reflection(vertices, around, PLACES_M.kept, quality.directions).once(ambient, volume)
     water = _Water(light, grid_points(axes))
     give_memory_back()  # before what takes most
     source, _ = water.source(around, ambient, volume)
@@ -149,12 +150,12 @@ def _coarser(axes: list[FloatArray], times: int) -> list[FloatArray]:
 
 
 def _settled(
-    mesh: GroupMesh, around: Surroundings, quality: LightQuality, axes: list[FloatArray]
+    vertices: LitVertices, around: Surroundings, quality: LightQuality, axes: list[FloatArray]
 ) -> tuple[FloatArray, GridTable]:
     """Irradiance at the vertices and source volume on a grid: each iteration adds one reflection and one scattering."""
-    reflection = Reflection(mesh, around, PLACES_M.iterated, quality.iteration_directions)
+    reflection = Reflection(vertices, around, PLACES_M.iterated, quality.iteration_directions)
     water = _Water(around.light, grid_points(axes))
-    lit, scattered = reflection.open_water, _dark(axes)
+    lit, scattered = vertices.open_water, _dark(axes)
     secant = Secant()
     for iteration in range(1, quality.iterations + 1):
         volume = source_volume(axes, scattered)

@@ -194,14 +194,14 @@ def used_vertices(mesh: GroupMesh) -> NDArray[np.float64]:
 
 def face_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Unit normals, counter-clockwise; zero for a face without area."""
-    normals = double_area_vectors(vertices_m[faces])
+    normals = double_area_vectors(np.take(vertices_m, faces, axis=0))
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.where(length > 0, length, 1))
 
 
 def vertex_normals(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Normals at vertices, faces weighted by their area; zero for a vertex without faces."""
-    area = double_area_vectors(vertices_m[faces])
+    area = double_area_vectors(np.take(vertices_m, faces, axis=0))
     total = np.stack(
         [np.bincount(faces.ravel(), np.repeat(column, 3), minlength=len(vertices_m)) for column in area.T], axis=1
     )

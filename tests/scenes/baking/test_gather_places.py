@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenes.baking.gather_places import places_on
+from scenes.baking.gather_places import Places, double_areas_around, places_on
 from scenes.light.materials import Material
 from scenes.stage.frame import Label
 from scenes.stage.group_mesh import GroupMesh, vertex_normals
@@ -25,20 +25,25 @@ def ball():
     )
 
 
+def places(mesh: GroupMesh, apart_m: float) -> Places:
+    normals = vertex_normals(mesh.vertices_m, mesh.faces)
+    return places_on(mesh.vertices_m, normals, double_areas_around(mesh), apart_m)
+
+
 def test_vertices_share_with_one_that_is_near_and_faces_about_the_same_way(ball):
     """Within the diagonal of a cell; components of normals within a step of 2/3."""
     normals = vertex_normals(ball.vertices_m, ball.faces)
-    places = places_on(ball, normals, APART_M)
-    stand_for = places.vertices[places.owner]
-    assert len(places.vertices) < 0.6 * len(normals)
+    found = places(ball, APART_M)
+    stand_for = found.vertices[found.owner]
+    assert len(found.vertices) < 0.6 * len(normals)
     assert np.linalg.norm(ball.vertices_m[stand_for] - ball.vertices_m, axis=1).max() <= APART_M * 3**0.5
     assert np.abs(normals[stand_for] - normals).max() <= 2 / 3
-    np.testing.assert_array_equal(stand_for[places.vertices], places.vertices)
+    np.testing.assert_array_equal(stand_for[found.vertices], found.vertices)
 
 
 def test_far_enough_apart_each_vertex_stands_for_itself(ball):
-    places = places_on(ball, vertex_normals(ball.vertices_m, ball.faces), 1e-3)
-    np.testing.assert_array_equal(places.vertices[places.owner], np.arange(len(ball.vertices_m)))
+    found = places(ball, 1e-3)
+    np.testing.assert_array_equal(found.vertices[found.owner], np.arange(len(ball.vertices_m)))
 
 
 def test_of_a_cell_the_vertex_with_the_largest_faces_is_looked_from(ball):
@@ -54,6 +59,6 @@ def test_of_a_cell_the_vertex_with_the_largest_faces_is_looked_from(ball):
         instance=np.zeros(4, dtype=np.int32),
         colour=None,
     )
-    places = places_on(mesh, vertex_normals(mesh.vertices_m, mesh.faces), 0.1)
-    np.testing.assert_array_equal(places.vertices, [4, 5, 6, 7])
-    np.testing.assert_array_equal(places.owner, [0, 0, 0, 0, 0, 1, 2, 3])
+    found = places(mesh, 0.1)
+    np.testing.assert_array_equal(found.vertices, [4, 5, 6, 7])
+    np.testing.assert_array_equal(found.owner, [0, 0, 0, 0, 0, 1, 2, 3])
