@@ -24,7 +24,7 @@ from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
 from tracking.perception import RED_IN_WATER, Crop
-from tracking.perception.detectors import weighs_contrast
+from tracking.perception.detectors import keeps_colour, weighs_contrast
 from tracking.perception.exact_corners import corners_of
 from tracking.perception.target_colours import TARGET_COLOURS
 
@@ -104,8 +104,7 @@ def without_colour(dive: Dive) -> str | None:
     settings = dive.detector_settings()
     if not weighs_contrast(settings, contrast=dive.loop_variant().contrast):
         return None
-    colour = TARGET_COLOURS[settings.colour]
-    if not math.isfinite(colour.plain_from) or settings.over_water >= colour.plain_from:
+    if not math.isfinite(TARGET_COLOURS[settings.colour].plain_from) or keeps_colour(settings, contrast=True):
         return None
     return (
         f"depth_m {dive.depth_m:g} in type {dive.jerlov_type}: even in {settings.colour} light the target is darker"

@@ -53,6 +53,9 @@ class GazeFollower:
         From row to row of an image, at whose time its middle row is open; zero for a global shutter.
     plain : bool
         Whether the water leaves the target so much of its colour that it looks plainly like one sooner or later.
+    overhead : bool
+        Whether what is seen overhead is likelier to be the target than what is seen level: where the water leaves it
+        more of its colour still.
     """
 
     def __init__(
@@ -66,9 +69,10 @@ class GazeFollower:
         latency_s: float,
         row_time_s: float,
         plain: bool,
+        overhead: bool,
     ):
         self._lines_of_sight, self._pointing, self._latency_s = lines_of_sight, pointing, latency_s
-        self._row_time_s, self._view = row_time_s, view
+        self._row_time_s, self._view, self._overhead = row_time_s, view, overhead
         self._rates: FloatArray = np.zeros(2)
         self._before: tuple[float, FloatArray] | None = None
         self._rad_per_px = math.sqrt(scale.prod())
@@ -169,7 +173,7 @@ class GazeFollower:
     def _weighed(self, observation: Observation, directions: Directions) -> Iterator[Blob]:
         """Blobs with what is known of them beforehand."""
         for blob in observation.blobs:
-            known = with_overhead(blob, directions[blob.centroid_px]) if self._evidence.plain else blob
+            known = with_overhead(blob, directions[blob.centroid_px]) if self._overhead else blob
             yield self._look.remembered(known, observation.time_s, followed=self.known)
 
     def follow(self, observation: Observation) -> FloatArray:

@@ -38,7 +38,7 @@ from tracking.perception import (
     detector_of,
     taken,
 )
-from tracking.perception.detectors import Detector, looks_plain
+from tracking.perception.detectors import Detector, keeps_colour, looks_plain
 from tracking.perception.direct_view import DirectView
 from tracking.perception.exact_corners import corners_of
 from tracking.perception.robot_view import RobotView
@@ -109,6 +109,7 @@ class TrackingLoop:
             # What pan cannot follow is beside the axis, since tilt follows at any pan angle: across the view.
             pointing = Pointing(self._gimbal, speeds, float(view[0]) / 2)
             latency_s = variant.control_latency_s + _servo_latency_s(rig)
+            settings = None if callable(detector) else detector or RED_BALL
             self._follower = GazeFollower(
                 lines_of_sight,
                 pointing,
@@ -117,7 +118,8 @@ class TrackingLoop:
                 variant.direction_noise,
                 latency_s=latency_s,
                 row_time_s=(rig.image_sensor or ImageSensorSpec()).row_time_us * 1e-6,
-                plain=not callable(detector) and looks_plain(detector or RED_BALL, contrast=variant.contrast),
+                plain=settings is not None and looks_plain(settings, contrast=variant.contrast),
+                overhead=settings is not None and keeps_colour(settings, contrast=variant.contrast),
             )
         else:
             literal = variant.law == "paper-literal"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -44,6 +45,12 @@ def looks_plain(settings: DetectorSettings, *, contrast: bool) -> bool:
     """Whether a target that is found by its contrast looks plainly like one: what never does is another thing."""
     colour = TARGET_COLOURS[settings.colour]
     return weighs_contrast(settings, contrast=contrast) and settings.over_water >= colour.plain_from
+
+
+def keeps_colour(settings: DetectorSettings, *, contrast: bool) -> bool:
+    """Whether the water leaves a target, found by its contrast, so much of its colour that it shines by it."""
+    known = math.isfinite(TARGET_COLOURS[settings.colour].plain_from)
+    return weighs_contrast(settings, contrast=contrast) and known and settings.over_water >= 0
 
 
 def weighs_contrast(settings: DetectorSettings, *, contrast: bool) -> bool:

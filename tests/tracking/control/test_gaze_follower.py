@@ -38,11 +38,11 @@ PAN_RATE = math.radians(60)
 SHOWN = GazeView(GIMBAL, SIGHT_LINES, lambda q: Crop.of(CORNERS.corners(q)))
 
 
-def follower(row_time_s, view=SHOWN, *, plain=True):
+def follower(row_time_s, view=SHOWN, *, overhead=True):
     pointing = Pointing(GIMBAL, JointSpeeds.from_rig(RIG), half_view=math.radians(10))
     noise = VARIANTS["default"].direction_noise
     timing = {"latency_s": 0.05, "row_time_s": row_time_s}
-    return GazeFollower(SIGHT_LINES, pointing, view, np.full(2, 1e-3), noise, **timing, plain=plain)
+    return GazeFollower(SIGHT_LINES, pointing, view, np.full(2, 1e-3), noise, **timing, plain=True, overhead=overhead)
 
 
 def observation(image, target, row_time_s):
@@ -127,17 +127,17 @@ def test_what_is_pale_and_has_the_outline_of_a_ball_is_a_candidate(log_odds, ell
 
 
 @pytest.mark.parametrize(
-    ("elevation_deg", "silhouette", "plain", "taken"),
+    ("elevation_deg", "silhouette", "overhead", "taken"),
     [(25.0, False, True, True), (15.0, False, True, False), (25.0, True, True, False), (25.0, False, False, False)],
 )
-def test_what_is_overhead_has_better_odds(elevation_deg, silhouette, plain, taken):
+def test_what_is_overhead_has_better_odds(elevation_deg, silhouette, overhead, taken):
     """Where the water leaves no colour it has not: black things stand out there as much."""
     up = math.radians(elevation_deg)
     seen, _ = observation(IMAGES // 2, np.array([math.cos(up), 0.0, math.sin(up)]), 0.0)
     blob = replace(
         seen.blobs[0], log_odds=ACQUIRED_LOG_ODDS - 0.9 * OVERHEAD_LOG_ODDS, silhouette=silhouette, ellipse_share=0.8
     )
-    assert bool(follower(0.0, plain=plain).update(replace(seen, blobs=(blob,)))) is taken
+    assert bool(follower(0.0, overhead=overhead).update(replace(seen, blobs=(blob,)))) is taken
 
 
 def test_what_was_doubted_is_not_acquired_again():

@@ -24,6 +24,8 @@ from tracking.estimation.track_evidence import (
     PLAIN_S,
     PROBATION_S,
     SHARE_MEMORY_S,
+    SOON_LOG_ODDS,
+    SOON_S,
     SWALLOWED_S,
     TRUSTED_S,
     UNDECIDED_S,
@@ -128,6 +130,16 @@ def test_what_stands_still_and_is_never_plain_is_doubted_in_the_end(contrast, mo
     evidence.drop(AHEAD, 5.0)
     # It is not looked at again in the same search of everything within reach.
     assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * CLUTTER_S) is doubted
+
+
+@pytest.mark.parametrize("below, doubted", [(0.1, True), (-0.1, False)])
+def test_what_looks_little_like_the_target_is_doubted_soon(below, doubted):
+    """A ball is plain within a second; what is paler than most corals need not be looked at for three."""
+    evidence = followed(SOON_LOG_ODDS - below, 1.0, images(0.9 * SOON_S))
+    assert evidence.trusted and not evidence.doubted
+    for _ in range(images(0.2 * SOON_S)):
+        evidence.update(SOON_LOG_ODDS - below, 1.0, AHEAD, INTERVAL_S)
+    assert evidence.doubted is doubted
 
 
 @pytest.mark.parametrize("above_rad, doubted", [(-0.01, True), (0.01, False)])
