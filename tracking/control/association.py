@@ -11,7 +11,7 @@ from optics.kernels.arrays import FloatArray
 from tracking.control.follower import Observation
 from tracking.estimation.direction_filter import Bearing
 from tracking.estimation.target_look import TargetLook
-from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, OVERHEAD_RAD, TrackEvidence
+from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence, is_overhead
 from tracking.perception import ACQUIRED_LOG_ODDS
 from tracking.perception.cut_blobs import cut_sides
 from tracking.perception.outline import outline_log_odds
@@ -130,7 +130,7 @@ class Association:
 
 def with_overhead(blob: Blob, direction: FloatArray | None) -> Blob:
     """A blob with what its direction tells of it; a silhouette is told by nothing else than its place."""
-    if blob.silhouette or direction is None or direction[2] < math.sin(OVERHEAD_RAD):
+    if blob.silhouette or direction is None or not is_overhead(direction):
         return blob
     return replace(blob, log_odds=blob.log_odds + OVERHEAD_LOG_ODDS)
 

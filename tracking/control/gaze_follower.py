@@ -22,7 +22,7 @@ from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.target_look import TargetLook, likeliest
-from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, TrackEvidence
+from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, TrackEvidence, is_overhead
 from tracking.perception import weighted_centroid
 from tracking.perception.cut_blobs import middle_of_cut
 from tracking.perception.outline import outline_log_odds
@@ -209,7 +209,9 @@ class GazeFollower:
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
         self._evidence.note_area(blobs[0].area_px if len(blobs) == 1 and sides == (0, 0) else None)
-        self._evidence.note_silhouette(observation.interval_s, dark=blobs[0].silhouette)
+        # Nothing but a ball is round and dark overhead, for as long as it stays there.
+        round_above = outline is not None and outline > 0 and is_overhead(direction)
+        self._evidence.note_silhouette(observation.interval_s, dark=blobs[0].silhouette and not round_above)
         if any(
             other.log_odds >= AT_ONCE_LOG_ODDS
             and other.is_apart(blobs[0])

@@ -87,7 +87,8 @@ SWALLOWED_S = 2.0
 it was the target for `KNOWN_S` before."""
 
 SILHOUETTE_S = 10.0
-"""For which it may be told by its darkness alone, as before the sun, however long it was the target before."""
+"""For which it may be told by its darkness alone, as before the sun, however long it was the target before; what is
+round and overhead (`is_overhead`) for as long as it is, since nothing but a ball is."""
 
 JUMP, LEAST_JUMPS, FEWEST_COMPARED = 1.35, 0.5, 30
 """Times as large or as small from an image to the next, share of the images in which that makes it a thing of pieces,
@@ -277,7 +278,7 @@ class TrackEvidence:
         self.together = _averaged(self.together, counted + marks, interval_s / memory_s)
         self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
         self.age_s += interval_s
-        self.level_s += interval_s * (direction[2] < math.sin(OVERHEAD_RAD))
+        self.level_s += interval_s * (not is_overhead(direction))
         self.plainness = _averaged(self.plainness, _bounded(contrast, MOST_PLAIN), interval_s / memory_s)
         if self.age_s > JUDGED_S:
             self.clearest = self.plainness if self.clearest is None else max(self.clearest, self.plainness)
@@ -342,6 +343,11 @@ class TrackEvidence:
             ClutterPlace(direction=np.array(direction), within_rad=within_rad, until_s=until_s)
             for direction, within_rad, until_s in snapshot["clutter"]
         ]
+
+
+def is_overhead(direction: FloatArray) -> bool:
+    """Whether a direction, a unit vector in steady axes, is so high that things stand before the bright surface."""
+    return bool(direction[2] >= math.sin(OVERHEAD_RAD))
 
 
 def _bounded(value: float, most: float) -> float:

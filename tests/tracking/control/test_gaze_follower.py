@@ -17,6 +17,7 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
+from tracking.estimation.track_evidence import SILHOUETTE_S
 from tracking.loop.variants import VARIANTS
 from tracking.perception import ACQUIRED_LOG_ODDS, Crop, ExactCorners
 from tracking.records import Blob
@@ -250,6 +251,25 @@ def test_a_silhouette_is_the_target_where_it_was_as_large(seconds, times, taken,
     again = follower(0.0)
     again.restore(json.loads(json.dumps(following.snapshot())))
     assert following.doubted is again.doubted is doubted
+
+
+@pytest.mark.parametrize(
+    "elevation_deg, ellipse_share, doubted", [(25.0, 1.0, False), (25.0, 0.8, True), (15.0, 1.0, True)]
+)
+def test_what_is_dark_and_round_overhead_is_the_target_for_as_long_as_it_is_there(
+    elevation_deg, ellipse_share, doubted
+):
+    """A ball that hovers before the surface was dropped in full view after ten seconds."""
+    up = math.radians(elevation_deg)
+    seen, _ = observation(IMAGES // 2, np.array([math.cos(up), 0.0, math.sin(up)]), 0.0)
+    ball = replace(seen.blobs[0], log_odds=5.0, box_px=(140, 100, 25, 25), ellipse_share=1.0)
+    dark = replace(ball, log_odds=0.0, silhouette=True, ellipse_share=ellipse_share)
+    following, images = follower(0.0), round(1.5 / INTERVAL_S)
+    for image in range(images + round(1.1 * SILHOUETTE_S / INTERVAL_S)):
+        now = replace(seen, time_s=image * INTERVAL_S, blobs=(ball if image < images else dark,))
+        following.expect(now)
+        assert following.update(now)
+    assert following.doubted is doubted
 
 
 @pytest.mark.parametrize("times, taken", [(1.0, "silhouette"), (2.1, "rim")])
