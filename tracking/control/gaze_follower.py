@@ -82,6 +82,7 @@ class GazeFollower:
         self._evidence = TrackEvidence(plain=plain)
         self._look = TargetLook()
         self._seen = False
+        self._radius_rad = 0.0
         self._last_seen: Sight = None
         self._last_alone: Sight = None
 
@@ -197,6 +198,7 @@ class GazeFollower:
         direction = directions[middle_px] if middle_px in directions else self._direction(middle_px, observation)
         if direction is None:
             return
+        self._radius_rad = math.sqrt(sum(blob.area_px for blob in blobs) / math.pi) * self._rad_per_px
         turned = not known.is_expected(blobs[0], directions[blobs[0].centroid_px])
         if turned or known.may_be_another(blobs[0]):
             self._evidence.begin_again()
@@ -256,7 +258,7 @@ class GazeFollower:
             self._look.lose(None if self.doubted or brief else self._evidence.contrast, self._before[0])
         alone = self._evidence.swallowed_s == 0
         if (self.doubted or brief) and alone and bearing is not None and self._before is not None:
-            self._evidence.drop(bearing.direction, self._before[0])
+            self._evidence.drop(bearing.direction, self._before[0], self._radius_rad)
         self._evidence.begin_again()
         self._filter.forget()
         self._steady.forget()
@@ -271,6 +273,7 @@ class GazeFollower:
             "filter": self._filter.snapshot(),
             "steady": self._steady.snapshot(),
             "seen": self._seen,
+            "radius_rad": self._radius_rad,
             "last_seen": _plain(self._last_seen),
             "last_alone": _plain(self._last_alone),
             "before": before,
@@ -283,7 +286,7 @@ class GazeFollower:
         self._axes.restore(snapshot["axes"])
         self._filter.restore(snapshot["filter"])
         self._steady.restore(snapshot["steady"])
-        self._seen = snapshot["seen"]
+        self._seen, self._radius_rad = snapshot["seen"], snapshot["radius_rad"]
         self._last_seen, self._last_alone = _sight(snapshot["last_seen"]), _sight(snapshot["last_alone"])
         self._evidence.restore(snapshot["evidence"])
         self._look.restore(snapshot["look"])

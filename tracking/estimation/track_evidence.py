@@ -107,7 +107,7 @@ the search again at once, but may be the target."""
 
 CLUTTER_RAD = math.radians(3.0)
 """Within which what was dropped is recognised: twice what a hovering robot sways by; of a robot that sways by more, as
-far as it was seen to swing."""
+far as it was seen to swing, and of a large thing, of which now this part is seen and now that, as far as it reaches."""
 
 PLAIN_STATE = (
     "contrast",
@@ -314,10 +314,10 @@ class TrackEvidence:
         self.trusted = self.whole = self.moved = False
         self.outshone_s = self.swallowed_s = self.silhouette_s = 0.0
 
-    def drop(self, direction: FloatArray, time_s: float) -> None:
-        """What is followed is not the target, or was not found again: remember where it is."""
+    def drop(self, direction: FloatArray, time_s: float, radius_rad: float = 0.0) -> None:
+        """What is followed is not the target, or was not found again: remember where it is, and how far it reaches."""
         lasting_s = CLUTTER_S if self._below_even or self._stays_pale else UNDECIDED_S
-        within_rad = max(CLUTTER_RAD, min(self.swing_rad, MOVED_RAD))
+        within_rad = max(CLUTTER_RAD, min(self.swing_rad, MOVED_RAD), radius_rad)
         self.clutter.append(ClutterPlace(direction=direction, within_rad=within_rad, until_s=time_s + lasting_s))
         self.begin_again()
 

@@ -330,6 +330,14 @@ def test_what_swings_with_the_robot_is_clutter_as_far_as_it_swung():
     assert not evidence.is_clutter(turned(1.0 + 1.1 * CLUTTER_RAD), 6.0)
 
 
+def test_a_large_thing_is_passed_as_far_as_it_reaches():
+    """Of a ball that fills half the view now this part is seen and now that: it broke a search off eight times."""
+    evidence = followed(2.0, 0.0, 5)
+    evidence.drop(AHEAD, 5.0, 2 * CLUTTER_RAD)
+    assert evidence.is_clutter(turned(1.9 * CLUTTER_RAD), 6.0)
+    assert not evidence.is_clutter(turned(2.1 * CLUTTER_RAD), 6.0)
+
+
 def test_what_was_above_even_is_passed_for_a_while_only():
     """A ball in murky water is not trusted within its probation; a speck was not seen again before it was judged."""
     for evidence in (followed(0.5, 0.0, 60), followed(1.5, 0.0, 1)):
