@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import copy
-
 import numpy as np
 import pytest
 import trimesh
 from build123d import Pos, Rot
 
-from cad.assembly.tessellation import tessellated, without_pinches
+from cad.assembly.tessellation import LINEAR_TOLERANCE_MM, tessellated, without_pinches
 from cad.parts.hardware import cap_screw
+from cad.shapes import location_matrix
 
 
 def pinched(along_mm: float) -> trimesh.Trimesh:
@@ -26,12 +25,20 @@ def pinched(along_mm: float) -> trimesh.Trimesh:
 
 def test_triangles_do_not_tell_where_a_solid_was_before():
     """All rigs have the same screws: the first one's pose must not show in the files of the next."""
-    screw = cap_screw("M3", 10.0).shape
-    here, there = Rot(10, 20, 30) * screw, Pos(100, 20, 3) * Rot(90, 0, 0) * screw
-    alone = tessellated(copy.deepcopy(there))
-    tessellated(here)
-    after = tessellated(there)
+    screw, place = cap_screw("M3", 10).shape, Pos(100, 20, 3) * Rot(90, 0, 0)
+    tessellated(screw, tolerance_mm=1.0)
+    tessellated(Rot(10, 20, 30) * screw)
+    after = tessellated(place * screw)
+    alone = tessellated(place * cap_screw.__wrapped__("M3", 10).shape)
     assert np.array_equal(after.faces, alone.faces) and np.array_equal(after.vertices, alone.vertices)
+
+
+def test_a_solid_that_stands_somewhere_has_its_triangles_there():
+    screw, place = cap_screw("M3", 10).shape, Pos(100, 20, 3) * Rot(10, 20, 30)
+    here, there, matrix = tessellated(screw), tessellated(place * screw), location_matrix(place)
+    np.testing.assert_allclose(there.vertices, here.vertices @ matrix[:, :3].T + matrix[:, 3], atol=1e-9)
+    box = (place * screw).bounding_box()
+    np.testing.assert_allclose(there.bounds, [tuple(box.min), tuple(box.max)], atol=LINEAR_TOLERANCE_MM)
 
 
 @pytest.mark.parametrize("along_mm", [0.013, 0.0226])
