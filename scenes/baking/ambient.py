@@ -27,8 +27,9 @@ from optics.kernels.freezing import Flat
 from optics.kernels.packing import Packing, on_device, on_host, opaque_numbers, vectors
 from optics.kernels.trees import leaves_of
 from optics.workers.threads import woken_threads
-from scenes.baking.gather_places import double_areas_around, places_on
+from scenes.baking.gather_places import places_on
 from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_vertices import LitVertices
 from scenes.baking.sample_directions import SampleDirections, scattered_density, scattered_directions
 from scenes.kernels.geometry import Geometry, geometry_of, relit
 from scenes.kernels.grid import GridTable
@@ -37,7 +38,7 @@ from scenes.kernels.tracing import FAR_M, FixedHit, Rays
 from scenes.light.light import Light
 from scenes.light.uniforms import LightTables, LightUniforms
 from scenes.stage.frame import FrameArrays, Label
-from scenes.stage.group_mesh import GroupMesh, vertex_normals
+from scenes.stage.group_mesh import GroupMesh
 from scenes.stage.records import NO_BALL, WORLD, MirrorPlate, Pose, StateRecord
 
 LOG = logging.getLogger(__name__)
@@ -45,10 +46,6 @@ LOG = logging.getLogger(__name__)
 RAYS_AT_ONCE = 1 << 18
 """Number of rays gathered for at a time, which bounds memory."""
 
-INSET = 0.05
-"""How far towards the middles of its faces a vertex looks out from: at an edge it lies in the next face's plane."""
-
-OFFSET_M = 1e-3
 ABOUT_SUN = 4
 """One direction in this number is drawn about the sun."""
 
@@ -166,41 +163,6 @@ class PlaceSizes:
     kept: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class LitVertices:
-    """Vertices of a mesh as light reaches them.
-
-    Attributes
-    ----------
-    places_m, normals : arrays, shape (n, 3)
-    origins_m : array, shape (n, 3)
-        From where they look out, a little off the surface.
-    double_areas_m2 : array, shape (n,)
-        Twice the area of the faces around each.
-    open_water : array, shape (n, 3)
-        Irradiance by all but the direct sun if the mesh hid nothing and sent nothing.
-    """
-
-    places_m: FloatArray
-    normals: FloatArray
-    origins_m: FloatArray
-    double_areas_m2: FloatArray
-    open_water: FloatArray
-
-    @classmethod
-    def of(cls, mesh: GroupMesh, light: Light) -> LitVertices:
-        """Those of a mesh under a light."""
-        normals, areas = vertex_normals(mesh.vertices_m, mesh.faces), double_areas_around(mesh)
-        origins = _inset(mesh) + normals * OFFSET_M
-        return cls(
-            places_m=mesh.vertices_m,
-            normals=normals,
-            origins_m=origins,
-            double_areas_m2=areas,
-            open_water=light.open_water_irradiance(-origins[:, 2], normals),
-        )
-
-
 class Reflection:
     """What the vertices of a mesh receive from each other.
 
@@ -216,7 +178,7 @@ class Reflection:
     """
 
     def __init__(self, vertices: LitVertices, around: Surroundings, apart_m: float, directions: Callable[[int], int]):
-        places = places_on(vertices.places_m, vertices.normals, vertices.double_areas_m2, apart_m)
+        places = places_on(vertices.vertices_m, vertices.normals, vertices.double_areas_m2, apart_m)
         self._around, self._owner, self._lit_by_water = around, places.owner, vertices.open_water
         self._origins, self._normals = vertices.origins_m[places.vertices], vertices.normals[places.vertices]
         self._count = directions(len(self._origins))
@@ -363,18 +325,3 @@ def _outward(
     spread_count, beside_count = opaque_numbers([about_normal, about_sun])
     density = spread_count * facing * dr.inv_pi + beside_count * scattered_density(dr.dot(direction, sun))
     return origin, direction, facing / dr.maximum(density, LEAST_DENSITY)
-
-
-def _inset(mesh: GroupMesh) -> FloatArray:
-    """Vertices, moved a little towards the middles of the faces around them."""
-    middles = np.take(mesh.vertices_m, mesh.faces, axis=0).mean(axis=1)
-    corners = mesh.faces.ravel()
-    count = np.bincount(corners, minlength=len(mesh.vertices_m))
-    around = np.stack(
-        [
-            np.bincount(corners, np.repeat(column, 3), minlength=len(mesh.vertices_m)) / np.maximum(count, 1)
-            for column in middles.T
-        ],
-        axis=1,
-    )
-    return np.where(count[:, np.newaxis] > 0, mesh.vertices_m + INSET * (around - mesh.vertices_m), mesh.vertices_m)

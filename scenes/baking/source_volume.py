@@ -29,7 +29,6 @@ from optics.kernels.packing import padded_rows, rows_of, vectors
 from scenes.baking.ambient import (
     LOG,
     RAYS_AT_ONCE,
-    LitVertices,
     PlaceSizes,
     Reflection,
     Surroundings,
@@ -38,6 +37,7 @@ from scenes.baking.ambient import (
     is_kept,
 )
 from scenes.baking.light_quality import LightQuality
+from scenes.baking.lit_vertices import LitVertices
 from scenes.baking.memory import give_memory_back
 from scenes.baking.secant import Secant
 from scenes.kernels.ambient_cube import ROW as SIDE_ROW
