@@ -24,11 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
-from tracking.perception.clusters import circularity, weighted_centroid
+from tracking.perception.clusters import weighted_centroid
 from tracking.perception.colour import OVER_WATER
 from tracking.perception.contrast_pyramid import (
     FEWEST,
-    FINEST_PX,
     FLOOR,
     LEVELS,
     STANDS_OUT,
@@ -40,9 +39,9 @@ from tracking.perception.contrast_pyramid import (
     median_and_spread,
 )
 from tracking.perception.crop import check_image
-from tracking.perception.outline import ellipse_share
+from tracking.perception.patches import Patch, blob_of, filled
 from tracking.perception.target_colours import DARKER, RED, TargetColour, contrast_matrix
-from tracking.records import Blob, Detection
+from tracking.records import Detection
 
 JUDGED = 2
 """Pieces of an image that are cut out and judged, those that stand out most, and beside them as many where a target is
@@ -123,39 +122,10 @@ class Contrast:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Piece:
-    """Something cut out of its surroundings.
-
-    Attributes
-    ----------
-    contrast : Contrast
-    blob : Blob
-    cells : array, shape (rows, columns)
-        uint8: 1 in its cells, of a part of a level of the pyramid.
-    level : int
-    first : tuple of int
-        Column and row at which that part begins.
-    """
+class Piece(Patch):
+    """Something that stands out, cut out of its surroundings; `contrast` is how it differs from them."""
 
     contrast: Contrast
-    blob: Blob
-    cells: Mask
-    level: int
-    first: tuple[int, int]
-
-    def covers(self, place: Place) -> bool:
-        """Whether a place lies within it."""
-        scale = 2.0 ** (place.level - self.level)
-        x, y = (int((at + 0.5) * scale) - first for at, first in zip((place.x, place.y), self.first, strict=True))
-        rows, columns = self.cells.shape
-        return 0 <= x < columns and 0 <= y < rows and bool(self.cells[y, x])
-
-    def mark(self, mask: Mask) -> None:
-        """Set its pixels in a mask of the crop to 255."""
-        cell_px = FINEST_PX << self.level
-        (x, y), (rows, columns) = (first * cell_px for first in self.first), self.cells.shape
-        part = mask[y : y + rows * cell_px, x : x + columns * cell_px]
-        np.maximum(part, cv2.resize(255 * self.cells, part.shape[::-1], interpolation=cv2.INTER_NEAREST), out=part)
 
 
 def detect_by_contrast(
@@ -251,22 +221,11 @@ def cut_out(pyramid: ContrastPyramid, place: Place, colour: TargetColour, over_w
     box = cv2.boundingRect(cells)
     if place.level + 1 < LEVELS and _goes_on(box, (x0, y0), cells.shape, (rows, columns)):
         return cut_out(pyramid, place.coarser(), colour, over_water)
-    contours, _ = cv2.findContours(cells, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    cv2.drawContours(cells, contours, -1, 1, cv2.FILLED)
+    contour = filled(cells)
     contrast = _compared(part, smooth[0], cells, box, standing_out=place.standing_out, over_water=over_water)
     if contrast is None:
         return None
-    cell_px = FINEST_PX << level
-    moments = cv2.moments(cells, binaryImage=True)
-    u, v = (moments[name] / moments["m00"] + first for name, first in (("m10", x0), ("m01", y0)))
-    blob = Blob(
-        area_px=moments["m00"] * cell_px**2,
-        centroid_px=((u + 0.5) * cell_px - 0.5, (v + 0.5) * cell_px - 0.5),
-        box_px=((box[0] + x0) * cell_px, (box[1] + y0) * cell_px, box[2] * cell_px, box[3] * cell_px),
-        circularity=circularity(contours[0]),
-        log_odds=colour.log_odds(contrast.features()),
-        ellipse_share=ellipse_share(moments),
-    )
+    blob = blob_of(cells, contour, level, (x0, y0), colour.log_odds(contrast.features()))
     return Piece(contrast=contrast, blob=blob, cells=cells, level=level, first=(x0, y0))
 
 
