@@ -29,12 +29,15 @@ class Blob:
     circularity : float
         4 pi area / perimeter^2; 1 for a disc.
     log_odds : float
-        Natural logarithm of the odds that it is the target; infinite from a detector that does not weigh.
+        Natural logarithm of the odds that it is the target; infinite from a detector that does not weigh, and minus
+        infinite of what is recalled and not found otherwise.
     ellipse_share : float
         Its area over that of the ellipse that has its second moments: 1 for a ball seen from anywhere, less for any
         other outline.
     silhouette : bool
         Whether it is told by its darkness alone, where a target is expected.
+    recalled : bool
+        Whether it is told by the colours that the followed target had in the images before.
     """
 
     area_px: float
@@ -44,6 +47,11 @@ class Blob:
     log_odds: float = math.inf
     ellipse_share: float = 1.0
     silhouette: bool = False
+    recalled: bool = False
+
+    def is_near(self, point_px: tuple[float, float]) -> bool:
+        """Whether a point of the crop is no farther from its middle than its disc is wide."""
+        return math.dist(self.centroid_px, point_px) < 2 * math.sqrt(self.area_px / math.pi)
 
     def is_apart(self, other: Blob) -> bool:
         """Whether two discs of their areas are so far apart that they are no pieces of one thing."""

@@ -77,7 +77,7 @@ class Association:
         likely = blob.log_odds >= ACQUIRED_LOG_ODDS
         if self.bearing is None:
             return (likely or self._is_pale(blob)) and not self.is_clutter(direction)
-        if not likely and self.spread > PLACE_TELLS_RAD:
+        if not (likely or blob.recalled) and self.spread > PLACE_TELLS_RAD:
             return False
         if blob.silhouette and not self._is_silhouette(blob):
             return False
@@ -87,7 +87,7 @@ class Association:
 
     def may_be_another(self, blob: Blob) -> bool:
         """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
-        if self.last_seen is None:
+        if self.last_seen is None or blob.recalled:
             return False
         gap_s = self.observation.time_s - self.last_seen[1]
         faded = not blob.silhouette and self.evidence.is_another(blob.log_odds, gap_s)
@@ -129,8 +129,8 @@ class Association:
 
 
 def with_overhead(blob: Blob, direction: FloatArray | None) -> Blob:
-    """A blob with what its direction tells of it; a silhouette is told by nothing else than its place."""
-    if blob.silhouette or direction is None or not is_overhead(direction):
+    """A blob with what its direction tells of it; what looks like no target is told by its place alone."""
+    if blob.silhouette or blob.recalled or direction is None or not is_overhead(direction):
         return blob
     return replace(blob, log_odds=blob.log_odds + OVERHEAD_LOG_ODDS)
 

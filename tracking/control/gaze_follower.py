@@ -22,7 +22,7 @@ from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.target_look import TargetLook, likeliest
-from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, TrackEvidence, is_overhead
+from tracking.estimation.track_evidence import TrackEvidence, is_overhead
 from tracking.perception import weighted_centroid
 from tracking.perception.cut_blobs import middle_of_cut
 from tracking.perception.outline import outline_log_odds
@@ -208,19 +208,16 @@ class GazeFollower:
             self._steady.forget()
         self._filter.update(direction, doubt)
         self._steady.update(direction, doubt)
-        outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
-        self._evidence.update(blobs[0].log_odds, outline, direction, observation.interval_s)
-        self._evidence.note_area(blobs[0].area_px if len(blobs) == 1 and sides == (0, 0) else None)
-        # Nothing but a ball is round and dark overhead, for as long as it stays there.
-        round_above = outline is not None and outline > 0 and is_overhead(direction)
-        self._evidence.note_silhouette(observation.interval_s, dark=blobs[0].silhouette and not round_above)
-        if any(
-            other.log_odds >= AT_ONCE_LOG_ODDS
-            and other.is_apart(blobs[0])
-            and not known.is_clutter(directions[other.centroid_px])
+        if math.isinf(blobs[0].log_odds) and blobs[0].recalled:
+            self._evidence.recall(observation.interval_s)
+        else:
+            self._weigh(blobs, sides, direction, known)
+        others = [
+            other.log_odds
             for other in observation.blobs
-        ):
-            self._evidence.outshone_s += observation.interval_s
+            if other.is_apart(blobs[0]) and not known.is_clutter(directions[other.centroid_px])
+        ]
+        self._evidence.note_other(max(others, default=-math.inf), observation.interval_s)
         self._evidence.swallowed_s = self._look.note(
             blobs[0],
             whole=sides == (0, 0),
@@ -229,6 +226,18 @@ class GazeFollower:
         )
         if self._evidence.swallowed_s == 0 and self._evidence.trusted and self._steady.bearing is not None:
             self._last_alone = (self._steady.bearing, observation.time_s)
+
+    def _weigh(
+        self, blobs: tuple[Blob, ...], sides: tuple[int, int], direction: FloatArray, known: Association
+    ) -> None:
+        """Correct the evidence by the looks of what was taken for the target, cut on some sides."""
+        interval_s = known.observation.interval_s
+        outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
+        self._evidence.update(blobs[0].log_odds, outline, direction, interval_s)
+        self._evidence.note_area(blobs[0].area_px if len(blobs) == 1 and sides == (0, 0) else None)
+        # Nothing but a ball is round and dark overhead, for as long as it stays there.
+        round_above = outline is not None and outline > 0 and is_overhead(direction)
+        self._evidence.note_silhouette(interval_s, dark=blobs[0].silhouette and not round_above)
 
     def _note_missing(self, observation: Observation) -> None:
         """Go on at the steady rate from the first image without the target on; count those that should show it."""

@@ -38,12 +38,16 @@ MOST_REMEMBERED = 3.0
 def likeliest(blobs: Iterable[Blob]) -> tuple[Blob, ...]:
     """Which blobs look most like the target: one, or all of a detector that does not weigh and may find it in pieces.
 
-    Of a target before the light the silhouette: what has any colour there is a rim or a spot of it.
+    Of one that looks like no target what has its own colours, or before the light the silhouette: what else has any
+    colour there is a rim or a spot of it.
     """
     every = tuple(blobs)
     most = max((blob.log_odds for blob in every), default=math.inf)
-    dark = tuple(blob for blob in every if blob.silhouette)
-    return dark if dark and most < ACQUIRED_LOG_ODDS else tuple(blob for blob in every if blob.log_odds == most)
+    if most < ACQUIRED_LOG_ODDS:
+        for told in ("recalled", "silhouette"):
+            if told_by := tuple(blob for blob in every if getattr(blob, told)):
+                return told_by
+    return tuple(blob for blob in every if blob.log_odds == most)
 
 
 class TargetLook:
@@ -88,6 +92,8 @@ class TargetLook:
         if blob.log_odds >= ACQUIRED_LOG_ODDS:
             self._own_px2 = blob.area_px if whole else self._own_px2
             return 0.0
+        if blob.recalled:
+            return 0.0
         if swallowed_s > 0 or self._has_outgrown(blob):
             return swallowed_s + interval_s
         if self._own_px2 is not None and whole:
@@ -111,7 +117,7 @@ class TargetLook:
         What looked no more like the target than even for as long as it was followed would never be acquired again: a
         thing that is as large as it, so soon after, has the odds beforehand that its looks lack.
         """
-        if self._lost is None or blob.silhouette:
+        if self._lost is None or blob.silhouette or blob.recalled:
             return blob
         prior, area_px2, lost_s = self._lost
         if not followed and time_s - lost_s > REMEMBERED_S:

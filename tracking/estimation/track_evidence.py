@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
+from tracking.perception import ACQUIRED_LOG_ODDS
 
 MEMORY_S, LONGEST_MEMORY_S, AGED = 0.5, 4.0, 5.0
 """Over which odds are averaged, exponentially: from the first to the second, a fifth of the time for which a thing has
@@ -34,9 +35,9 @@ been seen. What was followed for long without a gap is still the same thing when
 MOST_LOG_ODDS = 3.0
 """That one image's contrast counts for, more or less: a lucky one does not outweigh ten others."""
 
-MOVED_RAD = math.radians(12.0)
+MOVED_RAD = math.radians(20.0)
 """From where it was first seen, by which only a thing that moves by itself gets: a hovering robot turns by 5 degrees
-to each side."""
+to each side about two axes, which is 14 from end to end, and sways by 6 cm, which are 6 more at 1.5 m."""
 
 MOVED_LOG_ODDS = 2.0
 """That having moved counts for; decoys drift as well."""
@@ -51,14 +52,14 @@ AT_ONCE_LOG_ODDS, AT_LEISURE_S = 3.0, 1.0
 """That a candidate of one image needs to be tracked, and the age from which it needs to be above even alone."""
 
 PLAIN_LOG_ODDS, PLAIN_S, MOST_PLAIN = 4.0, 3.0, 5.0
-"""Of the mean by contrast, which what stands still must have had once to be followed for longer, where a target would
-have; and what one image counts for in it, more or less. Four corals that were followed to the end had 2.6 to 3.7. Of 67
-tracks of targets in water that leaves them their colour (arena and point to point) 65 had 4.2 or more within 4 s; the
-other two, 3.2 and 3.9, moved."""
+"""Of the mean by contrast and outline, which what stands still must have had once to be followed for longer, where a
+target would have; and what one image's contrast counts for in it, more or less. After 2.5 s, in water that leaves a
+target its colour (arena and point to point), 54 tracks of targets had 4.3 or more, 14 corals and rocks 1.9 to 3.5; by
+contrast alone 4.2 and 2.8, but a ball of 300 pixels had 3.6."""
 
 SOON_LOG_ODDS, SOON_S = 3.0, 1.5
-"""And what must have been had of it sooner by what is trusted: 74 of 77 tracks of targets had 4 within a second, corals
-and rocks of a reef 1.4 to 2.8 after this time. Of the other three one moved, one was overhead, one was seen briefly."""
+"""And what must have been had of it sooner by what is trusted: after this time 61 tracks of targets had 3.4 or more, 14
+of 15 corals and rocks 1.9 to 3.0."""
 
 OVERHEAD_RAD = math.radians(20.0)
 """Elevation from which a target need not look plainly like one; it is taken among the steady axes, as of a robot that
@@ -71,6 +72,11 @@ can be judged: of a reef's red things, seen past a hull's edge, some look like t
 
 OUTSHONE_S = 0.2
 """For which something else must have looked like the target beside what has not: a few images, as for a candidate."""
+
+PALER = 3.0
+"""Log odds by contrast by which something else must look more like the target than what has become paler than one that
+is acquired: a grey ball that hides a target is followed in its place with 1 to 1.8, and the target, come out beside it,
+has 4 to 7."""
 
 GAP_S, FADED = 0.2, 1.0
 """What comes into view after a gap, and has by so much less log odds by contrast, may be another thing."""
@@ -90,6 +96,9 @@ SILHOUETTE_S = 10.0
 """For which it may be told by its darkness alone, as before the sun, however long it was the target before; what is
 round and overhead (`is_overhead`) for as long as it is, since nothing but a ball is."""
 
+RECALLED_S = 10.0
+"""For which it may be told by its own colours alone, as it had them before."""
+
 JUMP, LEAST_JUMPS, FEWEST_COMPARED = 1.35, 0.5, 30
 """Times as large or as small from an image to the next, share of the images in which that makes it a thing of pieces,
 and how many must have been compared. Of 198 tracks of targets (presets, arena, point to point) 197 had less than 0.36,
@@ -105,9 +114,10 @@ UNDECIDED_S = 5.0
 """The same of what was above even when it was dropped, or not seen again before it could be judged: it must not hold
 the search again at once, but may be the target."""
 
-CLUTTER_RAD = math.radians(3.0)
+CLUTTER_RAD, SWAY_RAD = math.radians(3.0), math.radians(12.0)
 """Within which what was dropped is recognised: twice what a hovering robot sways by; of a robot that sways by more, as
-far as it was seen to swing, and of a large thing, of which now this part is seen and now that, as far as it reaches."""
+far as it was seen to swing, up to the second, and of a large thing, of which now this part is seen and now that, as far
+as it reaches."""
 
 PLAIN_STATE = (
     "contrast",
@@ -120,8 +130,10 @@ PLAIN_STATE = (
     "trusted",
     "whole",
     "outshone_s",
+    "paler_s",
     "swallowed_s",
     "silhouette_s",
+    "recalled_s",
     "moved",
     "swing_rad",
     "area_px",
@@ -162,10 +174,14 @@ class TrackEvidence:
         Whether an image has shown all of it.
     outshone_s : float
         For how long something else has looked like the target beside it.
+    paler_s : float
+        And for how long so much more so, since it has become pale.
     swallowed_s : float
         For how long it has not looked like the target since it was in one piece with something larger.
     silhouette_s : float
         For how long it has been told by its darkness alone.
+    recalled_s : float
+        For how long it has been told by its own colours alone.
     first : array, shape (3,), optional
         Unit vector to where it was first seen in all images since, steady axes.
     moved : bool
@@ -190,8 +206,10 @@ class TrackEvidence:
     trusted: bool = False
     whole: bool = False
     outshone_s: float = 0.0
+    paler_s: float = 0.0
     swallowed_s: float = 0.0
     silhouette_s: float = 0.0
+    recalled_s: float = 0.0
     first: FloatArray | None = None
     moved: bool = False
     swing_rad: float = 0.0
@@ -205,7 +223,7 @@ class TrackEvidence:
         """Whether what is followed is likelier not to be the target."""
         if self.contrast is None or self.together is None:
             return False
-        if self.swallowed_s > SWALLOWED_S or self.silhouette_s > SILHOUETTE_S or self._stays_pale or self._jumps:
+        if self._untold or self._stays_pale or self._jumps:
             return True
         if self.trusted and self.age_s >= KNOWN_S:
             return False
@@ -214,6 +232,12 @@ class TrackEvidence:
         if self.trusted:
             return self.contrast < 0
         return self.age_s > PROBATION_S or (self.age_s > JUDGED_S and self.together < 0)
+
+    @property
+    def _untold(self) -> bool:
+        """Whether its looks have not told it for too long, but its place, darkness or colours alone, and others' do."""
+        too_long = self.silhouette_s > SILHOUETTE_S or self.recalled_s > RECALLED_S or self.swallowed_s > SWALLOWED_S
+        return too_long or self.paler_s > OUTSHONE_S
 
     @property
     def _stays_pale(self) -> bool:
@@ -267,6 +291,7 @@ class TrackEvidence:
         interval_s : float
             Since the image before.
         """
+        self.recalled_s = 0.0
         self.first = direction if self.first is None else self.first
         swing_rad = math.acos(min(float(self.first @ direction), 1.0))
         moved = swing_rad > MOVED_RAD
@@ -279,7 +304,8 @@ class TrackEvidence:
         self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
         self.age_s += interval_s
         self.level_s += interval_s * (not is_overhead(direction))
-        self.plainness = _averaged(self.plainness, _bounded(contrast, MOST_PLAIN), interval_s / memory_s)
+        plainness = _bounded(contrast, MOST_PLAIN) + (outline or 0.0)
+        self.plainness = _averaged(self.plainness, plainness, interval_s / memory_s)
         if self.age_s > JUDGED_S:
             self.clearest = self.plainness if self.clearest is None else max(self.clearest, self.plainness)
         self.whole = self.whole or outline is not None
@@ -295,6 +321,20 @@ class TrackEvidence:
     def note_silhouette(self, interval_s: float, *, dark: bool) -> None:
         """Note whether its darkness alone told it in the last image."""
         self.silhouette_s = self.silhouette_s + interval_s if dark else 0.0
+
+    def recall(self, interval_s: float) -> None:
+        """Take in an image in which its own colours told it: what it is they do not tell."""
+        self.area_px = None
+        self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
+        self.recalled_s += interval_s
+
+    def note_other(self, log_odds: float, interval_s: float) -> None:
+        """Take in how much the likeliest other thing in the last image looks like the target, by contrast."""
+        if log_odds < AT_ONCE_LOG_ODDS or self.contrast is None:
+            return
+        self.outshone_s += interval_s
+        paler = self.contrast < min(ACQUIRED_LOG_ODDS, log_odds - PALER)
+        self.paler_s = self.paler_s + interval_s if paler else 0.0
 
     def miss(self, interval_s: float, *, shown: bool) -> None:
         """Take in an image without it, which should show it or not; what is seen next to it has not moved there."""
@@ -312,12 +352,14 @@ class TrackEvidence:
         self.compared, self.jumps, self.swing_rad = 0, 0, 0.0
         self.age_s, self.level_s, self.share = 0.0, 0.0, 1.0
         self.trusted = self.whole = self.moved = False
-        self.outshone_s = self.swallowed_s = self.silhouette_s = 0.0
+        self.outshone_s = self.paler_s = self.swallowed_s = self.silhouette_s = self.recalled_s = 0.0
 
     def drop(self, direction: FloatArray, time_s: float, radius_rad: float = 0.0) -> None:
         """What is followed is not the target, or was not found again: remember where it is, and how far it reaches."""
         lasting_s = CLUTTER_S if self._below_even or self._stays_pale else UNDECIDED_S
-        within_rad = max(CLUTTER_RAD, min(self.swing_rad, MOVED_RAD), radius_rad)
+        # What it is paler than is beside it, and no clutter.
+        swung_rad = 0.0 if self.paler_s > OUTSHONE_S else min(self.swing_rad, SWAY_RAD)
+        within_rad = max(CLUTTER_RAD, swung_rad, radius_rad)
         self.clutter.append(ClutterPlace(direction=direction, within_rad=within_rad, until_s=time_s + lasting_s))
         self.begin_again()
 

@@ -11,6 +11,7 @@ DEFAULT = VARIANTS["default"]
 
 TAKEN_AWAY: dict[str, dict[str, Any]] = {
     "contrast": {"contrast": False},
+    "appearance": {"appearance": False},
     "robot-mask": {"ignores_robot": False},
     "search-prior": {"likely_first": False},
     "direct-view": {"direct_view": False},

@@ -38,7 +38,8 @@ from tracking.perception import (
     detector_of,
     taken,
 )
-from tracking.perception.detectors import Detector, keeps_colour, looks_plain
+from tracking.perception.appearance import AppearanceModel
+from tracking.perception.detectors import Detector, keeps_colour, looks_plain, weighs_contrast
 from tracking.perception.direct_view import DirectView
 from tracking.perception.exact_corners import corners_of
 from tracking.perception.robot_view import RobotView
@@ -93,6 +94,10 @@ class TrackingLoop:
         speeds = JointSpeeds.from_rig(rig)
         self._variant = variant
         self._detect = detector if callable(detector) else detector_of(detector or RED_BALL, contrast=variant.contrast)
+        settings = None if callable(detector) else detector or RED_BALL
+        self._appearance: AppearanceModel | None = None
+        if settings is not None and variant.appearance and weighs_contrast(settings, contrast=variant.contrast):
+            self._appearance = AppearanceModel(settings.area_min_px)
         self._robot_view = robot_view
         self._gimbal = Gimbal(Layout.from_rig(rig))
         self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
@@ -109,7 +114,6 @@ class TrackingLoop:
             # What pan cannot follow is beside the axis, since tilt follows at any pan angle: across the view.
             pointing = Pointing(self._gimbal, speeds, float(view[0]) / 2)
             latency_s = variant.control_latency_s + _servo_latency_s(rig)
-            settings = None if callable(detector) else detector or RED_BALL
             self._follower = GazeFollower(
                 lines_of_sight,
                 pointing,
@@ -187,6 +191,10 @@ class TrackingLoop:
         )
         expected = self._follower.expect(observation)
         detection = self._detect(image, robot, expected)
+        if self._appearance is not None:
+            detection = self._appearance.recalled(
+                detection, image, robot, expected, time_s=camera_frame.time_s, followed=self._follower.trusted
+            )
         looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
         observation = replace(observation, blobs=detection.blobs if looking else ())
         blobs = self._follower.update(observation)
@@ -204,6 +212,8 @@ class TrackingLoop:
             likely=self._follower.likely,
             doubted=self._follower.doubted,
         )
+        if self._appearance is not None and blobs and self._follower.trusted:
+            self._appearance.note(image, robot, detection, camera_frame.time_s)
         if not self._searches:
             self._search.pause(self._passed_s, found=self._state.mode is Mode.TRACK and self._follower.trusted)
         elif looks_past_mirrors:
@@ -245,6 +255,7 @@ class TrackingLoop:
             "intervals": list(self._intervals),
             "follower": self._follower.snapshot(),
             "search": self._search.snapshot(),
+            "appearance": None if self._appearance is None else self._appearance.snapshot(),
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -259,6 +270,8 @@ class TrackingLoop:
         self._intervals = list(snapshot["intervals"])
         self._follower.restore(snapshot["follower"])
         self._search.restore(snapshot["search"])
+        if self._appearance is not None:
+            self._appearance.restore(snapshot["appearance"])
 
     def _joints(self, report: MirrorReport) -> FloatArray:
         """Joint values of a report; those asked for last where it is not finite."""
@@ -296,7 +309,10 @@ class TrackingLoop:
             return self._follower.follow(observation)
         if before.mode is not Mode.SCAN or before.hits > 0:
             self._search_on(before, observation)
-        self._follower.forget(brief=not self._long_seen(before))
+        brief = not self._long_seen(before)
+        if self._appearance is not None and before.mode is not Mode.SCAN and (brief or self._follower.doubted):
+            self._appearance.forget()
+        self._follower.forget(brief=brief)
         return self._search.advance(self._passed_s, observation.q)
 
     def _note_unseen(self, before: BehaviourState, observation: Observation) -> None:

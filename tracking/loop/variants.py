@@ -34,6 +34,9 @@ class Variant:
     contrast : bool
         Whether the target is found by its contrast with what is around it (`tracking.perception.contrast`), unless the
         detector's colour window is another than `RED_IN_WATER`; else by that window.
+    appearance : bool
+        Whether what is followed is found by its own colours as well (`tracking.perception.appearance`), where it is
+        found by its contrast.
     behaviour : BehaviourSettings
     gains : tuple of float
         Of the paper's law, pan and tilt: the share of the error that one image takes away.
@@ -55,6 +58,7 @@ class Variant:
     ignores_robot: bool
     direct_view: bool
     contrast: bool
+    appearance: bool
     behaviour: BehaviourSettings
     gains: tuple[float, float] = (GAIN, GAIN)
     centroid_noise: CentroidNoise = field(default_factory=CentroidNoise)
@@ -92,6 +96,7 @@ VARIANTS = {
             ignores_robot=False,
             direct_view=False,
             contrast=False,
+            appearance=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
         Variant(
@@ -103,6 +108,7 @@ VARIANTS = {
             ignores_robot=False,
             direct_view=False,
             contrast=False,
+            appearance=False,
             behaviour=PAPER_BEHAVIOUR,
         ),
         Variant(
@@ -114,6 +120,7 @@ VARIANTS = {
             ignores_robot=True,
             direct_view=True,
             contrast=True,
+            appearance=True,
             # Wherever the paper's servos stand, they have met the check within 2 s: from then on the driver knows them.
             behaviour=BehaviourSettings(
                 check_s=3.0,

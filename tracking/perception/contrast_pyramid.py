@@ -158,7 +158,7 @@ class ContrastPyramid:
             cv2.resize(fine[y0 * n : y1 * n, x0 * n : x1 * n], (x1 - x0, y1 - y0), interpolation=cv2.INTER_AREA)
             for fine, n in ((self._crop, cell_px), (self._hidden, 1 << level))
         )
-        logs = cv2.LUT(cv2.cvtColor(crop, cv2.COLOR_RGB2RGBA), _log_light())
+        logs = cv2.LUT(cv2.cvtColor(crop, cv2.COLOR_RGB2RGBA), log_light())
         shown = (np.asarray(hidden) == 0).view(np.uint8)
         return np.asarray(cv2.copyTo(cv2.transform(logs, self._contrasts), shown), dtype=np.float32)
 
@@ -199,6 +199,6 @@ def _median(values: FloatImage) -> float:
 
 
 @cache
-def _log_light() -> FloatImage:
+def log_light() -> FloatImage:
     """Logarithm of the light of an sRGB value from 0 to 255, of full scale."""
     return np.log(np.maximum(srgb_decode(np.arange(256) / 255), DARKEST)).astype(np.float32)[np.newaxis]

@@ -35,6 +35,17 @@ def cut_sides(blob: Blob, hidden: NDArray[np.uint8]) -> tuple[int, int]:
     across, down : int
         -1 when it is cut on the left (at the top), 1 on the right (at the bottom), 0 on neither or both.
     """
+    left, right, top, bottom = _cut(blob, hidden)
+    return right - left, bottom - top
+
+
+def is_cut(blob: Blob, hidden: NDArray[np.uint8]) -> bool:
+    """Whether a blob is cut on any side of its box; `hidden` as in `cut_sides`."""
+    return any(_cut(blob, hidden))
+
+
+def _cut(blob: Blob, hidden: NDArray[np.uint8]) -> list[bool]:
+    """Whether it is cut on the left, on the right, at the top, at the bottom."""
     x, y, width, height = blob.box_px
     beside = np.ones((height + 2 * AT_EDGE_PX, width + 2 * AT_EDGE_PX), dtype=bool)
     top, left = y - AT_EDGE_PX, x - AT_EDGE_PX
@@ -42,7 +53,7 @@ def cut_sides(blob: Blob, hidden: NDArray[np.uint8]) -> tuple[int, int]:
     first_row, first_column = max(-top, 0), max(-left, 0)
     beside[first_row : first_row + inside.shape[0], first_column : first_column + inside.shape[1]] = inside
     middle_rows, middle_columns = beside[AT_EDGE_PX:-AT_EDGE_PX], beside[:, AT_EDGE_PX:-AT_EDGE_PX]
-    cut = [
+    return [
         float(strip.any(axis=axis).mean()) > CUT_SHARE
         for strip, axis in (
             (middle_rows[:, :AT_EDGE_PX], 1),
@@ -51,7 +62,6 @@ def cut_sides(blob: Blob, hidden: NDArray[np.uint8]) -> tuple[int, int]:
             (middle_columns[-AT_EDGE_PX:], 0),
         )
     ]
-    return cut[1] - cut[0], cut[3] - cut[2]
 
 
 def middle_of_cut(

@@ -17,9 +17,10 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.estimation.track_evidence import SILHOUETTE_S
+from tracking.estimation.track_evidence import RECALLED_S, SILHOUETTE_S
 from tracking.loop.variants import VARIANTS
 from tracking.perception import ACQUIRED_LOG_ODDS, Crop, ExactCorners
+from tracking.perception.outline import EVEN_MISSING
 from tracking.records import Blob
 
 RIG = Rig.load("aqua2")
@@ -272,6 +273,41 @@ def test_what_is_dark_and_round_overhead_is_the_target_for_as_long_as_it_is_ther
     assert following.doubted is doubted
 
 
+@pytest.mark.parametrize(("recalled_s", "doubted"), [(0.9 * RECALLED_S, False), (1.1 * RECALLED_S, True)])
+def test_its_own_colours_tell_where_a_target_is_but_not_that_it_is_one(recalled_s, doubted):
+    seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+    ball = replace(seen.blobs[0], log_odds=5.0, area_px=500.0, box_px=(140, 100, 25, 25))
+    recalled = replace(ball, log_odds=-math.inf, recalled=True)
+    following, images = follower(0.0), round(1.5 / INTERVAL_S)
+    for image in range(images + round(recalled_s / INTERVAL_S)):
+        now = replace(seen, time_s=image * INTERVAL_S, blobs=(ball if image < images else recalled,))
+        following.expect(now)
+        last = following.update(now)
+        if image == images - 1:
+            before = following.snapshot()["evidence"]
+        elif image == images:
+            assert last == (recalled,)
+    after = following.snapshot()["evidence"]
+    assert [after[name] for name in ("contrast", "together", "age_s")] == [
+        before[name] for name in ("contrast", "together", "age_s")
+    ]
+    assert following.doubted is doubted
+
+
+def test_beside_a_rim_that_has_some_colour_what_has_its_own_counts():
+    seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+    ball = replace(seen.blobs[0], log_odds=5.0, area_px=500.0, box_px=(140, 100, 25, 25))
+    rim, dark = replace(ball, log_odds=1.9, area_px=60.0), replace(ball, log_odds=0.0, silhouette=True)
+    recalled = replace(ball, log_odds=-math.inf, recalled=True)
+    following = follower(0.0)
+    for image in range(46):
+        blobs = (ball,) if image < 45 else (rim, dark, recalled)
+        now = replace(seen, time_s=image * INTERVAL_S, blobs=blobs)
+        following.expect(now)
+        last = following.update(now)
+    assert last == (recalled,)
+
+
 @pytest.mark.parametrize("times, taken", [(1.0, "silhouette"), (2.1, "rim")])
 def test_beside_a_rim_that_has_some_colour_the_silhouette_counts(times, taken):
     """Where it may not be the target, what is left is the rim."""
@@ -320,7 +356,7 @@ def test_what_has_its_own_odds_gets_none_of_a_lost_targets():
     """A coral as large as a pale target that was lost does not look plainly like it for that."""
     following = follower(0.0)
     seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
-    blob = replace(seen.blobs[0], area_px=500.0, ellipse_share=1.0, box_px=(140, 100, 25, 25))
+    blob = replace(seen.blobs[0], area_px=500.0, ellipse_share=1 - EVEN_MISSING, box_px=(140, 100, 25, 25))
     for image in range(360):
         log_odds = 5.0 if image < 30 else 0.2 if image < 330 else 2.1
         seen = replace(seen, time_s=image * INTERVAL_S, blobs=(replace(blob, log_odds=log_odds),))

@@ -1,0 +1,151 @@
+"""A target by its own colours: where contrast sees nothing of it, and what is not taken for it."""
+
+import json
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from tracking.perception import ACQUIRED_LOG_ODDS, detect_by_contrast
+from tracking.perception.appearance import (
+    AS_LARGE,
+    EVERY_S,
+    REMEMBERED_S,
+    SPREAD,
+    AppearanceModel,
+    Colours,
+)
+from tracking.records import Detection
+
+WATER, BALL, STONE = (np.array(light) for light in ([0.02, 0.10, 0.16], [0.015, 0.02, 0.03], [0.03, 0.06, 0.06]))
+"""Linear light, red to blue."""
+AT, RADIUS = (150, 110), 30
+NOTHING = Detection(mask=np.zeros((240, 320), dtype=np.uint8), blobs=(), centroid_px=None)
+
+
+def scene(thing=BALL, *, at=AT, radius=RADIUS, around=WATER, seed=0):
+    """Disc in water with noise of 3 %."""
+    light = around * np.ones((240, 320, 1))
+    light[disc(at, radius) > 0] = thing
+    light *= 1 + 0.03 * np.random.default_rng(seed).standard_normal(light.shape)
+    curve = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.round(255 * curve).astype(np.uint8)
+
+
+def disc(at, radius):
+    return cv2.circle(np.zeros((240, 320), dtype=np.uint8), at, radius, 255, cv2.FILLED)
+
+
+def window(at, radius):
+    """Everything hidden but a disc."""
+    return 255 - disc(at, radius)
+
+
+def learned(images=5, **scenes):
+    """Model of a ball in full view."""
+    model = AppearanceModel(area_min_px=100.0)
+    for image in range(images):
+        crop = scene(seed=image, **scenes)
+        model.note(crop, None, detect_by_contrast(crop), image * EVERY_S)
+    return model
+
+
+def recalled(model, crop, hidden=None, *, detection=NOTHING, expected_px=AT, time_s=1.0, followed=True):
+    return model.recalled(detection, crop, hidden, expected_px, time_s=time_s, followed=followed)
+
+
+def test_likelihood_is_that_of_a_normal_distribution():
+    logs = np.random.default_rng(1).multivariate_normal(
+        [-3, -2, -2], [[0.1, 0.02, 0], [0.02, 0.2, 0.1], [0, 0.1, 0.3]], 500
+    )
+    colours = Colours(first=logs.mean(axis=0), second=logs.T @ logs / len(logs))
+    covariance = np.cov(logs.T, bias=True) + SPREAD**2 * np.eye(3)
+    squared, log_likelihood = colours.log_likelihood(logs)
+    expected = multivariate_normal(logs.mean(axis=0), covariance).logpdf(logs)
+    np.testing.assert_allclose(log_likelihood - expected, 1.5 * np.log(2 * np.pi), atol=1e-9)
+    assert squared.mean() == pytest.approx(3, rel=0.1)
+
+
+def test_a_ball_that_fills_its_window_is_found_by_its_colours_alone():
+    """Nothing is left around it to stand out from; what is seen of it is cut on all sides."""
+    crop, hidden = scene(seed=9), window(AT, 20)
+    assert not any(blob.log_odds >= ACQUIRED_LOG_ODDS for blob in detect_by_contrast(crop, ignored=hidden).blobs)
+    found = recalled(learned(), crop, hidden)
+    (blob,) = found.blobs
+    assert blob.recalled and blob.log_odds == -np.inf
+    np.testing.assert_allclose(blob.centroid_px, AT, atol=2)
+    np.testing.assert_allclose(found.centroid_px, blob.centroid_px)
+    seen = (disc(AT, 20) > 0).sum()
+    assert blob.area_px == pytest.approx(seen, rel=0.3)
+    assert ((found.mask > 0) & (hidden == 0)).sum() == pytest.approx(blob.area_px, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "thing, radius",
+    [
+        pytest.param(STONE, RADIUS, id="another colour"),
+        pytest.param(BALL, round(1.1 * RADIUS * AS_LARGE**0.5), id="too large"),
+        pytest.param(BALL, round(0.9 * RADIUS / AS_LARGE**0.5), id="too small, and whole"),
+        pytest.param(WATER, RADIUS, id="water"),
+    ],
+)
+def test_other_things_are_not_taken_for_it(thing, radius):
+    assert recalled(learned(), scene(thing, radius=radius)) is NOTHING
+
+
+def test_what_contrast_finds_where_it_is_expected_is_left_as_it_is():
+    crop = scene(seed=3)
+    seen = detect_by_contrast(crop)
+    assert recalled(learned(), crop, detection=seen) is seen
+    (elsewhere,) = recalled(learned(), crop, detection=seen, expected_px=(30, 30)).blobs
+    assert elsewhere.recalled and elsewhere.log_odds == seen.blobs[0].log_odds
+
+
+def test_what_contrast_says_of_a_piece_of_it_is_evidence():
+    """It finds a part of the ball, as brown; the ball's own colours tell how far it goes."""
+    crop, model = scene(seed=3), learned()
+    (ball,) = recalled(model, crop).blobs
+    piece = replace(ball, log_odds=0.7, area_px=500.0, centroid_px=(160.0, 105.0))
+    elsewhere = replace(piece, centroid_px=(30.0, 40.0))
+    seen = replace(NOTHING, blobs=(piece, elsewhere))
+    assert recalled(model, crop, detection=seen).blobs == (elsewhere, replace(ball, log_odds=0.7))
+
+
+def test_of_two_the_expected_one_is_taken_or_else_the_larger():
+    """Two balls, 30 and 25 pixels in radius."""
+    crop = np.where(disc((60, 60), 25)[..., np.newaxis] > 0, scene(at=(60, 60), radius=25), scene())
+    for expected_px, at in (((60, 60), (60, 60)), (AT, AT), (None, AT)):
+        (blob,) = recalled(learned(), crop, expected_px=expected_px).blobs
+        np.testing.assert_allclose(blob.centroid_px, at, atol=2)
+
+
+def test_of_a_lost_target_its_colours_are_a_mark_for_a_while():
+    """Then what has them is a candidate, as what looks like a target is."""
+    model, crop = learned(), scene()
+    last_s = 4 * EVERY_S
+    (blob,) = recalled(model, crop, time_s=last_s + 0.9 * REMEMBERED_S, followed=False).blobs
+    assert blob.log_odds == ACQUIRED_LOG_ODDS and not blob.recalled
+    assert recalled(model, crop, time_s=last_s + 1.1 * REMEMBERED_S, followed=False) is NOTHING
+    model.forget()
+    assert recalled(model, crop) is NOTHING
+
+
+def test_nothing_is_learned_from_what_does_not_look_like_a_target():
+    model, crop = AppearanceModel(area_min_px=100.0), scene()
+    plain = detect_by_contrast(crop)
+    pale = replace(plain, blobs=(replace(plain.blobs[0], log_odds=ACQUIRED_LOG_ODDS - 0.1),))
+    model.note(crop, None, pale, 0.0)
+    assert recalled(model, crop) is NOTHING
+
+
+def test_it_goes_on_from_a_snapshot():
+    model, again = learned(), AppearanceModel(area_min_px=100.0)
+    again.restore(json.loads(json.dumps(model.snapshot())))
+    assert again.snapshot() == model.snapshot()
+    crop = scene(seed=5)
+    assert recalled(again, crop).blobs == recalled(model, crop).blobs != ()
+    empty = AppearanceModel(area_min_px=100.0)
+    again.restore(json.loads(json.dumps(empty.snapshot())))
+    assert recalled(again, crop) is NOTHING
