@@ -127,8 +127,6 @@ class AppearanceModel:
         around = logs[known & (cv2.dilate(covered, OPENING) == 0)]
         if len(inside) < FEWEST_INSIDE or len(around) < FEWEST_AROUND:
             return
-        if self._target is not None and self._is_remembered(time_s) and not self._target.are_of(inside):
-            return
         share = -math.expm1((self._noted_s - time_s) / MEMORY_S)
         self._target = _learned(self._target, inside, share)
         self._around = _learned(self._around, around, share)
@@ -163,7 +161,7 @@ class AppearanceModel:
             Whether the target is followed still: place and size tell it, whatever contrast says of it. Of one that was
             lost its colours are a mark, and what has them a candidate.
         """
-        if not self._is_remembered(time_s) or any(
+        if time_s - self._noted_s > REMEMBERED_S or any(
             blob.log_odds >= ACQUIRED_LOG_ODDS and (expected_px is None or blob.is_near(expected_px))
             for blob in detection.blobs
         ):
@@ -184,10 +182,6 @@ class AppearanceModel:
         mask, blobs = detection.mask.copy(), (*apart, blob)
         patch.mark(mask)
         return Detection(mask=mask, blobs=blobs, centroid_px=weighted_centroid(blobs))
-
-    def _is_remembered(self, time_s: float) -> bool:
-        """Whether it was learned from an image not too long ago."""
-        return time_s - self._noted_s <= REMEMBERED_S
 
     def forget(self) -> None:
         """What is followed next may have any colours."""
