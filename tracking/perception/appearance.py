@@ -170,10 +170,13 @@ class AppearanceModel:
         if cells is None:
             return detection
         patch = Patch(blob=blob_of(cells, filled(cells), LEVEL, (0, 0), 0.0), cells=cells, level=LEVEL, first=(0, 0))
-        # What contrast says of it is still evidence, though it finds a piece alone.
         within = [each for each in detection.blobs if patch.shows(each.centroid_px) and not each.silhouette]
         apart = [each for each in detection.blobs if each not in within]
-        log_odds = max((each.log_odds for each in within), default=-math.inf) if followed else ACQUIRED_LOG_ODDS
+        log_odds = ACQUIRED_LOG_ODDS
+        if followed:
+            # What contrast says for it is still evidence, though it finds a piece alone; but nothing that it says
+            # against it, as before a bright wall.
+            log_odds = max(0.0, *(each.log_odds for each in within)) if within else -math.inf
         blob = replace(patch.blob, log_odds=log_odds, recalled=followed)
         if blob.area_px > AS_LARGE * self._area_px2:
             return detection

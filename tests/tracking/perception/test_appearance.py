@@ -103,14 +103,15 @@ def test_what_contrast_finds_where_it_is_expected_is_left_as_it_is():
     assert elsewhere.recalled and elsewhere.log_odds == seen.blobs[0].log_odds
 
 
-def test_what_contrast_says_of_a_piece_of_it_is_evidence():
+@pytest.mark.parametrize("says, counts", [(0.7, 0.7), (-1.9, 0.0)])
+def test_what_contrast_says_for_a_piece_of_it_is_evidence(says, counts):
     """It finds a part of the ball, as brown; the ball's own colours tell how far it goes."""
     crop, model = scene(seed=3), learned()
     (ball,) = recalled(model, crop).blobs
-    piece = replace(ball, log_odds=0.7, area_px=500.0, centroid_px=(160.0, 105.0))
+    piece = replace(ball, log_odds=says, area_px=500.0, centroid_px=(160.0, 105.0))
     elsewhere = replace(piece, centroid_px=(30.0, 40.0))
     seen = replace(NOTHING, blobs=(piece, elsewhere))
-    assert recalled(model, crop, detection=seen).blobs == (elsewhere, replace(ball, log_odds=0.7))
+    assert recalled(model, crop, detection=seen).blobs == (elsewhere, replace(ball, log_odds=counts))
 
 
 def test_of_two_the_expected_one_is_taken_or_else_the_larger():
