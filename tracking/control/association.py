@@ -103,7 +103,7 @@ class Association:
 
     def is_clutter(self, direction: FloatArray | None) -> bool:
         """Whether a direction shows what was not the target, or nothing."""
-        return direction is None or self.evidence.is_clutter(direction, self.observation.time_s)
+        return direction is None or self.evidence.clutter.covers(direction, self.observation.time_s)
 
     def _is_pale(self, blob: Blob) -> bool:
         """Whether a blob has little contrast, and the outline of a target."""

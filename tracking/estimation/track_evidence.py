@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
+from tracking.estimation.clutter import Clutter
 from tracking.perception import ACQUIRED_LOG_ODDS
 
 MEMORY_S, LONGEST_MEMORY_S, AGED = 0.5, 4.0, 5.0
@@ -143,15 +144,6 @@ PLAIN_STATE = (
 """Attributes that are plain numbers."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ClutterPlace:
-    """Where something was that was not the target: unit vector, steady axes, shape (3,), how far about, until when."""
-
-    direction: FloatArray
-    within_rad: float
-    until_s: float
-
-
 @dataclass
 class TrackEvidence:
     """Odds of what is followed, and the clutter.
@@ -192,7 +184,7 @@ class TrackEvidence:
         In the last image, in which nothing cut it; None where something did, or it was not seen.
     compared, jumps : int
         Images in which its area was known as it was in the image before, and those in which it was another.
-    clutter : list of ClutterPlace
+    clutter : Clutter
     """
 
     plain: bool = True
@@ -216,7 +208,7 @@ class TrackEvidence:
     area_px: float | None = None
     compared: int = 0
     jumps: int = 0
-    clutter: list[ClutterPlace] = field(default_factory=list)
+    clutter: Clutter = field(default_factory=Clutter)
 
     @property
     def doubted(self) -> bool:
@@ -360,20 +352,15 @@ class TrackEvidence:
         # What it is paler than is beside it, and no clutter.
         swung_rad = 0.0 if self.paler_s > OUTSHONE_S else min(self.swing_rad, SWAY_RAD)
         within_rad = max(CLUTTER_RAD, swung_rad, radius_rad)
-        self.clutter.append(ClutterPlace(direction=direction, within_rad=within_rad, until_s=time_s + lasting_s))
+        self.clutter.add(direction, within_rad, time_s + lasting_s)
         self.begin_again()
-
-    def is_clutter(self, direction: FloatArray, time_s: float) -> bool:
-        """Whether something was dropped in a direction, a unit vector, not too long ago."""
-        self.clutter = [each for each in self.clutter if time_s < each.until_s]
-        return any(float(each.direction @ direction) > math.cos(each.within_rad) for each in self.clutter)
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         plain = {name: getattr(self, name) for name in PLAIN_STATE}
         return plain | {
             "first": None if self.first is None else self.first.tolist(),
-            "clutter": [[each.direction.tolist(), each.within_rad, each.until_s] for each in self.clutter],
+            "clutter": self.clutter.snapshot(),
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -381,10 +368,7 @@ class TrackEvidence:
         for name in PLAIN_STATE:
             setattr(self, name, snapshot[name])
         self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
-        self.clutter = [
-            ClutterPlace(direction=np.array(direction), within_rad=within_rad, until_s=until_s)
-            for direction, within_rad, until_s in snapshot["clutter"]
-        ]
+        self.clutter.restore(snapshot["clutter"])
 
 
 def is_overhead(direction: FloatArray) -> bool:

@@ -27,27 +27,22 @@ from tracking.control.search import Search
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.behaviour import BehaviourState, next_state
+from tracking.loop.corner_models import corner_model
 from tracking.loop.variants import Variant
 from tracking.perception import (
     RED_BALL,
-    CornerModel,
     CornerSamples,
     Crop,
     DetectorSettings,
-    InverseDistanceCorners,
     detector_of,
     taken,
 )
 from tracking.perception.appearance import AppearanceModel
 from tracking.perception.detectors import Detector, keeps_colour, looks_plain, weighs_contrast
 from tracking.perception.direct_view import DirectView
-from tracking.perception.exact_corners import corners_of
 from tracking.perception.robot_view import RobotView
 from tracking.protocols import AttitudeReport, CameraFrame, MirrorReport
 from tracking.records import Mode, Step
-
-SAMPLE_GRID = 7
-"""Poses a joint at which the exact corners are taken when eq. 6 has no samples of its own."""
 
 FIRST_INTERVAL_S = 1 / 30
 """From image to image, until two are known."""
@@ -101,7 +96,7 @@ class TrackingLoop:
         self._robot_view = robot_view
         self._gimbal = Gimbal(Layout.from_rig(rig))
         self._outline = mirror_outline(rig.require_gaze().gaze_mirror)
-        self._corners = _corner_model(rig, variant, samples, self._gimbal)
+        self._corners = corner_model(rig, variant, samples, self._gimbal)
         lines_of_sight = LinesOfSight(rig, variant.target_distance_m)
         scale = crop_scale(lines_of_sight, self._crop_at, level_pose(self._gimbal))
         if not np.isfinite(scale).all():
@@ -354,19 +349,6 @@ class TrackingLoop:
     def _passed_s(self) -> float:
         """Since the image before."""
         return self._intervals[-1] if self._intervals else 0.0
-
-
-def _corner_model(rig: Rig, variant: Variant, samples: CornerSamples | None, gimbal: Gimbal) -> CornerModel:
-    exact = corners_of(rig)
-    if variant.corners == "exact":
-        return exact
-    if samples is None:
-        axes = [np.linspace(low, high, SAMPLE_GRID) for low, high in zip(gimbal.lowest, gimbal.highest, strict=True)]
-        q = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        corners = exact.corners(q)
-        seen = np.isfinite(corners).all(axis=(1, 2))
-        samples = CornerSamples(q=q[seen], corners_px=corners[seen])
-    return InverseDistanceCorners(samples=samples)
 
 
 def _servo_latency_s(rig: Rig) -> float:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from optics.kernels.arrays import FloatArray
 from tracking.perception.clusters import weighted_centroid
 from tracking.perception.contrast import ACQUIRED_LOG_ODDS
-from tracking.perception.contrast_pyramid import FINEST_PX, Mask, log_light
+from tracking.perception.contrast_pyramid import FINEST_PX, FloatImage, Mask, log_light
 from tracking.perception.cut_blobs import is_cut
 from tracking.perception.patches import Patch, blob_of, filled
 from tracking.records import Blob, Detection
@@ -33,7 +33,7 @@ LEVEL = 1
 
 CELL_PX = FINEST_PX << LEVEL
 
-MEMORY_S, EVERY_S = 1.0, 0.1
+MEMORY_S, EVERY_S = 1.0, 0.2
 """Over which colours are averaged, exponentially, and how often they are looked at."""
 
 FEWEST_INSIDE, FEWEST_AROUND = 8, 50
@@ -74,17 +74,18 @@ class Colours:
         )
         return Colours(first=first, second=second)
 
-    def log_likelihood(self, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def log_likelihood(self, logs: FloatImage) -> tuple[FloatImage, FloatImage]:
         """Squared Mahalanobis distances of cells, shape (n, 3) to (n,), and logarithms of their likelihood.
 
         Of a normal distribution, up to a constant that is the same for all.
         """
         covariance = self.second - np.outer(self.first, self.first) + SPREAD**2 * np.eye(3)
         root = np.linalg.inv(np.linalg.cholesky(covariance))
-        squared = np.square((logs - self.first) @ root.T).sum(axis=1)
-        return squared, np.log(np.diag(root)).sum() - squared / 2
+        standardised = (logs - self.first.astype(np.float32)) @ root.T.astype(np.float32)
+        squared = np.einsum("ij,ij->i", standardised, standardised)
+        return squared, np.float32(np.log(np.diag(root)).sum()) - squared / 2
 
-    def are_of(self, logs: FloatArray) -> bool:
+    def are_of(self, logs: FloatImage) -> bool:
         """Whether cells, shape (n, 3), may be of what these colours are of."""
         return bool(np.median(self.log_likelihood(logs)[0]) < MOST_MEDIAN)
 
@@ -215,9 +216,11 @@ class AppearanceModel:
         if self._target is None or self._around is None:
             return None
         logs, known = log_cells(crop, hidden)
-        squared, log_likelihood = self._target.log_likelihood(logs[known])
-        likely = np.zeros(known.shape, dtype=np.uint8)
-        likely[known] = (squared < MOST_SQUARED) & (log_likelihood > self._around.log_likelihood(logs[known])[1])
+        squared, log_likelihood = self._target.log_likelihood(logs.reshape(-1, 3))
+        may_be = known.ravel() & (squared < MOST_SQUARED)
+        _, others = self._around.log_likelihood(logs.reshape(-1, 3)[may_be])
+        may_be[may_be] = log_likelihood[may_be] > others
+        likely = may_be.reshape(known.shape).astype(np.uint8)
         opened = np.asarray(cv2.morphologyEx(likely, cv2.MORPH_OPEN, OPENING), dtype=np.uint8)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
         areas = stats[:, cv2.CC_STAT_AREA]
@@ -232,13 +235,14 @@ class AppearanceModel:
         return found if self._target.are_of(logs[known & (found > 0)]) else None
 
 
-def log_cells(crop: NDArray[np.uint8], hidden: Mask | None) -> tuple[FloatArray, NDArray[np.bool_]]:
+def log_cells(crop: NDArray[np.uint8], hidden: Mask | None) -> tuple[FloatImage, NDArray[np.bool_]]:
     """Logarithms of the light of a crop's cells, shape (rows, columns, 3), and which of them show anything."""
     small = shrunk(crop)
-    known = small.max(axis=2) > 0
+    unknown = np.asarray(cv2.inRange(small, (0, 0, 0), (0, 0, 0)), dtype=np.uint8)
     if hidden is not None:
-        known &= shrunk(hidden) == 0
-    return np.asarray(cv2.LUT(small, log_light()), dtype=np.float64), known
+        unknown |= shrunk(hidden)
+    known = unknown == 0
+    return np.asarray(cv2.LUT(small, log_light()), dtype=np.float32), known
 
 
 def shrunk(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -249,8 +253,9 @@ def shrunk(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.resize(whole, (columns, rows), interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-def _learned(before: Colours | None, logs: FloatArray, share: float) -> Colours:
-    now = Colours(first=logs.mean(axis=0), second=logs.T @ logs / len(logs))
+def _learned(before: Colours | None, logs: FloatImage, share: float) -> Colours:
+    exact = logs.astype(np.float64)
+    now = Colours(first=exact.mean(axis=0), second=exact.T @ exact / len(exact))
     return now if before is None else before.averaged(now, share)
 
 

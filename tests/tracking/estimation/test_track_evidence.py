@@ -130,7 +130,7 @@ def test_what_stands_still_and_is_never_plain_is_doubted_in_the_end(contrast, mo
     assert evidence.doubted is doubted
     evidence.drop(AHEAD, 5.0)
     # It is not looked at again in the same search of everything within reach.
-    assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * CLUTTER_S) is doubted
+    assert evidence.clutter.covers(AHEAD, 5.0 + 0.99 * CLUTTER_S) is doubted
 
 
 @pytest.mark.parametrize("below, doubted", [(0.1, True), (-0.1, False)])
@@ -181,7 +181,7 @@ def test_what_has_become_pale_is_doubted_beside_what_looks_much_more_like_the_ta
     assert evidence.doubted is doubted
     # Where it was is clutter, as it was for nine degrees about when the robot swayed; the target beside it is none.
     evidence.drop(AHEAD, 5.0)
-    assert not evidence.is_clutter(turned(math.radians(5.0)), 5.1) or not doubted
+    assert not evidence.clutter.covers(turned(math.radians(5.0)), 5.1) or not doubted
 
 
 def test_where_the_water_leaves_no_colour_a_pale_thing_may_be_the_target():
@@ -233,7 +233,7 @@ def test_what_jumps_in_size_is_pieces_of_something(sizes, doubted):
         evidence.note_area(sizes[number % len(sizes)])
     assert evidence.doubted is doubted
     evidence.drop(AHEAD, 5.0)
-    assert evidence.is_clutter(AHEAD, 5.0 + 2 * UNDECIDED_S) is doubted
+    assert evidence.clutter.covers(AHEAD, 5.0 + 2 * UNDECIDED_S) is doubted
     assert not evidence.doubted
 
 
@@ -327,7 +327,7 @@ def test_nothing_followed_is_not_doubted():
     evidence = followed(-1.0, 0.0, 30)
     assert evidence.doubted
     evidence.begin_again()
-    assert not evidence.doubted and evidence.clutter == []
+    assert not evidence.doubted and evidence.clutter.places == []
     assert evidence == TrackEvidence()
 
 
@@ -335,10 +335,10 @@ def test_what_was_dropped_is_clutter_there_and_for_a_while():
     evidence = followed(-1.0, 0.0, 30)
     evidence.drop(AHEAD, 5.0)
     assert evidence.contrast is None and evidence.together is None
-    assert evidence.is_clutter(turned(0.9 * CLUTTER_RAD), 6.0)
-    assert not evidence.is_clutter(turned(1.1 * CLUTTER_RAD), 6.0)
-    assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * CLUTTER_S)
-    assert not evidence.is_clutter(AHEAD, 5.0 + CLUTTER_S)
+    assert evidence.clutter.covers(turned(0.9 * CLUTTER_RAD), 6.0)
+    assert not evidence.clutter.covers(turned(1.1 * CLUTTER_RAD), 6.0)
+    assert evidence.clutter.covers(AHEAD, 5.0 + 0.99 * CLUTTER_S)
+    assert not evidence.clutter.covers(AHEAD, 5.0 + CLUTTER_S)
 
 
 def test_what_swings_with_the_robot_is_clutter_as_far_as_it_swung():
@@ -347,27 +347,27 @@ def test_what_swings_with_the_robot_is_clutter_as_far_as_it_swung():
     for image in range(60):
         evidence.update(-1.0, 0.0, turned(math.radians(8.0) * math.sin(image / 20) ** 2), INTERVAL_S)
     evidence.drop(AHEAD, 5.0)
-    assert evidence.is_clutter(turned(math.radians(7.9)), 6.0)
-    assert not evidence.is_clutter(turned(math.radians(8.1)), 6.0)
+    assert evidence.clutter.covers(turned(math.radians(7.9)), 6.0)
+    assert not evidence.clutter.covers(turned(math.radians(8.1)), 6.0)
     evidence.update(-1.0, 0.0, turned(1.0), INTERVAL_S)
     evidence.drop(turned(1.0), 6.0)
-    assert not evidence.is_clutter(turned(1.0 + 1.1 * CLUTTER_RAD), 6.0)
+    assert not evidence.clutter.covers(turned(1.0 + 1.1 * CLUTTER_RAD), 6.0)
 
 
 def test_a_large_thing_is_passed_as_far_as_it_reaches():
     """Of a ball that fills half the view now this part is seen and now that: it broke a search off eight times."""
     evidence = followed(2.0, 0.0, 5)
     evidence.drop(AHEAD, 5.0, 2 * CLUTTER_RAD)
-    assert evidence.is_clutter(turned(1.9 * CLUTTER_RAD), 6.0)
-    assert not evidence.is_clutter(turned(2.1 * CLUTTER_RAD), 6.0)
+    assert evidence.clutter.covers(turned(1.9 * CLUTTER_RAD), 6.0)
+    assert not evidence.clutter.covers(turned(2.1 * CLUTTER_RAD), 6.0)
 
 
 def test_what_was_above_even_is_passed_for_a_while_only():
     """A ball in murky water is not trusted within its probation; a speck was not seen again before it was judged."""
     for evidence in (followed(0.5, 0.0, 60), followed(1.5, 0.0, 1)):
         evidence.drop(AHEAD, 5.0)
-        assert evidence.is_clutter(AHEAD, 5.0 + 0.99 * UNDECIDED_S)
-        assert not evidence.is_clutter(AHEAD, 5.0 + UNDECIDED_S)
+        assert evidence.clutter.covers(AHEAD, 5.0 + 0.99 * UNDECIDED_S)
+        assert not evidence.clutter.covers(AHEAD, 5.0 + UNDECIDED_S)
 
 
 def test_a_snapshot_holds_all_of_it():
@@ -382,5 +382,5 @@ def test_a_snapshot_holds_all_of_it():
     again = TrackEvidence()
     again.restore(json.loads(json.dumps(evidence.snapshot())))
     assert again.snapshot() == evidence.snapshot()
-    assert again.is_clutter(turned(0.1), 3.0)
+    assert again.clutter.covers(turned(0.1), 3.0)
     np.testing.assert_array_equal(again.first, evidence.first)
