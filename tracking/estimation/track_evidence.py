@@ -52,15 +52,15 @@ TRUSTED_S, PROBATION_S = 0.5, 1.5
 AT_ONCE_LOG_ODDS, AT_LEISURE_S = 3.0, 1.0
 """That a candidate of one image needs to be tracked, and the age from which it needs to be above even alone."""
 
-PLAIN_LOG_ODDS, PLAIN_S, MOST_PLAIN = 4.0, 3.0, 5.0
+PLAIN_LOG_ODDS, PLAIN_S, MOST_PLAIN, MOST_OUTLINE = 4.0, 3.0, 5.0, 0.5
 """Of the mean by contrast and outline, which what stands still must have had once to be followed for longer, where a
-target would have; and what one image's contrast counts for in it, more or less. After 2.5 s, in water that leaves a
-target its colour (arena and point to point), 54 tracks of targets had 4.3 or more, 14 corals and rocks 1.9 to 3.5; by
-contrast alone 4.2 and 2.8, but a ball of 300 pixels had 3.6."""
+target would have; and what one image's contrast and outline count for in it, more or less. After 2.5 s, in water that
+leaves a target its colour (arena and point to point), 54 tracks of targets had 4.2 or more, 14 corals and rocks 2.0 to
+2.7. By contrast alone a ball of 300 pixels had 3.6; a black one has 2.9, and is as round as the target."""
 
 SOON_LOG_ODDS, SOON_S = 3.0, 1.5
-"""And what must have been had of it sooner by what is trusted: after this time 61 tracks of targets had 3.4 or more, 14
-of 15 corals and rocks 1.9 to 3.0."""
+"""And what must have been had of it sooner by what is trusted: after this time 61 tracks of targets had 3.4 or more, 15
+corals and rocks 2.0 to 2.7."""
 
 OVERHEAD_RAD = math.radians(20.0)
 """Elevation from which a target need not look plainly like one; it is taken among the steady axes, as of a robot that
@@ -296,7 +296,7 @@ class TrackEvidence:
         self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
         self.age_s += interval_s
         self.level_s += interval_s * (not is_overhead(direction))
-        plainness = _bounded(contrast, MOST_PLAIN) + (outline or 0.0)
+        plainness = _bounded(contrast, MOST_PLAIN) + _bounded(outline or 0.0, MOST_OUTLINE)
         self.plainness = _averaged(self.plainness, plainness, interval_s / memory_s)
         if self.age_s > JUDGED_S:
             self.clearest = self.plainness if self.clearest is None else max(self.clearest, self.plainness)

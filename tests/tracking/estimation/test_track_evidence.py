@@ -153,10 +153,15 @@ def test_overhead_a_target_need_not_be_plain(above_rad, doubted):
     assert evidence.trusted and evidence.doubted is doubted
 
 
-@pytest.mark.parametrize("outline, doubted", [(0.0, True), (1.0, False), (None, True)])
-def test_a_round_outline_makes_it_plainer(outline, doubted):
-    """A ball of 300 pixels, which had 3.6 by contrast and misses 2 % of an ellipse, was dropped in full view."""
-    assert followed(3.6, outline, images(1.1 * PLAIN_S)).doubted is doubted
+@pytest.mark.parametrize(
+    "contrast, outline, doubted", [(3.6, 0.0, True), (3.6, 1.0, False), (3.6, None, True), (2.9, 2.0, True)]
+)
+def test_a_round_outline_makes_it_plainer(contrast, outline, doubted):
+    """A ball of 300 pixels, which had 3.6 by contrast and misses 2 % of an ellipse, was dropped in full view.
+
+    One of another colour is as round.
+    """
+    assert followed(contrast, outline, images(1.1 * PLAIN_S)).doubted is doubted
 
 
 def test_one_image_that_looks_very_plain_does_not_make_it_plain():
