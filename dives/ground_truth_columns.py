@@ -26,7 +26,7 @@ from rigs import Rig
 from scenes.stage.frame import Label
 from scenes.stage.targets import Ball, TargetShape
 from tracking.perception import Crop, DetectorSettings
-from tracking.perception.exact_corners import corners_of
+from tracking.perception.corners.exact import corners_of
 from tracking.records import Mode, Step
 
 MOUNT_LABELS = (Label.MOUNT, Label.SERVO, Label.MIRROR_BACK)

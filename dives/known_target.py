@@ -24,8 +24,8 @@ from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import VARIANTS
 from tracking.perception import RED_IN_WATER, Crop
+from tracking.perception.corners.exact import corners_of
 from tracking.perception.detectors import keeps_colour, weighs_contrast
-from tracking.perception.exact_corners import corners_of
 from tracking.perception.target_colours import TARGET_COLOURS
 
 LEAST_SHARE = 0.6

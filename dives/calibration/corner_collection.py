@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from optics.kernels.arrays import FloatArray
 from optics.status import Region
 from tracking.calibration.observations import corners_problem
-from tracking.perception.corner_samples import CornerSamples
+from tracking.perception.corners.exact import ExactCorners
+from tracking.perception.corners.samples import CornerSamples
 from tracking.perception.crop import CORNER_COUNT
-from tracking.perception.exact_corners import ExactCorners
 
 if TYPE_CHECKING:
     # The loop runs without rendering, and the renderer takes seconds to load.
@@ -59,7 +59,7 @@ def collect_samples(renderer: FastRenderer, q: ArrayLike) -> CornerSamples:
     renderer : FastRenderer
         Of a rig with mirrors, in any world. Images larger than the camera's make the corners finer.
     q : array_like, shape (n, 2)
-        Joint values to drive to, radians (`tracking.perception.corner_error.pose_grid`).
+        Joint values to drive to, radians (`tracking.perception.corners.errors.pose_grid`).
 
     Raises
     ------

@@ -23,9 +23,9 @@ from rigs import Rig
 from scenes.worlds.tank import tank_boards
 from tracking.calibration.calibrated_rig import CalibratedRig
 from tracking.calibration.observations import TargetObservations
-from tracking.perception.corner_samples import CornerSamples
+from tracking.perception.corners.exact import crop_outline_m
+from tracking.perception.corners.samples import CornerSamples
 from tracking.perception.crop import runs_clockwise
-from tracking.perception.exact_corners import crop_outline_m
 
 CANDIDATES = 41
 """Joint values a joint among which poses are chosen."""

@@ -23,7 +23,7 @@ from scenes.image import display_colours
 from scenes.renderer import FastRenderer
 from scenes.stage.state import State
 from tracking.perception import Crop
-from tracking.perception.exact_corners import corners_of
+from tracking.perception.corners.exact import corners_of
 
 
 class MirrorCamera:

@@ -16,7 +16,7 @@ from optics.mesh import PartMesh
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import Variant
 from tracking.perception import Crop
-from tracking.perception.exact_corners import corners_of
+from tracking.perception.corners.exact import corners_of
 from tracking.protocols import CameraFrame, MirrorReport
 
 Observation = dict[str, NDArray[Any]]

@@ -23,8 +23,8 @@ from scenes.stage.scene import on_gaze
 from tracking.perception.clusters import detect, taken
 from tracking.perception.colour import DEG_PER_STEP, DETECTORS, DetectorSettings
 from tracking.perception.contrast import ACQUIRED_LOG_ODDS, detect_by_contrast
+from tracking.perception.corners.exact import ExactCorners
 from tracking.perception.crop import Crop
-from tracking.perception.exact_corners import ExactCorners
 from tracking.perception.learned import LEARNED, LearnedModel, detect_by_model
 from tracking.perception.robot_view import RobotView
 from tracking.records import Detection

@@ -21,7 +21,7 @@ from optics.train import compiled_project
 from rigs import ImageSensorSpec, Rig
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import ColourWindow, DetectorSettings
-from tracking.perception.exact_corners import corners_of
+from tracking.perception.corners.exact import corners_of
 
 WATER, MIRROR, BALL = (20, 60, 110), (90, 120, 130), (190, 30, 25)
 """sRGB of the image, of the gaze mirror in it, and of the ball."""

@@ -22,7 +22,7 @@ from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.loop.variants import Variant
 from tracking.perception import Crop
-from tracking.perception.exact_corners import corners_of
+from tracking.perception.corners.exact import corners_of
 from tracking.perception.robot_view import RobotView
 
 SEARCH_DEFINITIONS = {

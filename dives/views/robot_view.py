@@ -18,7 +18,7 @@ from optics.occlusion import Occluder
 from optics.train import OpticalTrain
 from rigs import Rig
 from tracking.perception import Crop
-from tracking.perception.exact_corners import corners_of
+from tracking.perception.corners.exact import corners_of
 from tracking.perception.robot_view import RobotView
 
 VIEW_VERSION = 2

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reports.figures.plotting import COLOUR_MAP, INK, STYLE, save_figure
-from tracking.perception.corner_error import CornerError
+from tracking.perception.corners.errors import CornerError
 
 if TYPE_CHECKING:
     # It renders; what draws the maps of corners need not load the renderer.

@@ -20,7 +20,7 @@ names = [module.name for module in pkgutil.walk_packages(tracking.__path__, "tra
 for name in names:
     importlib.import_module(name)
 from rigs import Rig
-from tracking.perception.exact_corners import ExactCorners
+from tracking.perception.corners.exact import ExactCorners
 corners = ExactCorners(Rig.load("aqua2")).corners([[0.0, 0.0]])
 print(len(names), corners.shape)
 """

@@ -21,8 +21,8 @@ from rigs import Joint, Rig
 from rigs.atomic_files import write_text
 from rigs.documents.toml import TomlError, parsed
 from tracking.calibration.covariance import PerturbationCovariance
+from tracking.perception.corners.exact import crop_outline_m
 from tracking.perception.crop import runs_clockwise
-from tracking.perception.exact_corners import crop_outline_m
 
 GRID = 9
 """Joint values a joint at which the offsets of `with_joint_offsets` are fitted."""

@@ -17,7 +17,7 @@ from tracking.calibration.covariance import covariance_of, residual_width, unobs
 from tracking.calibration.fit import Evidence, Fit, Residuals, fit
 from tracking.calibration.observations import TargetObservations, edge_problems, observation_problems
 from tracking.calibration.prior import IN_PLANE, PRIOR_TOLERANCES, standard_deviations
-from tracking.perception.corner_samples import CornerSamples
+from tracking.perception.corners.samples import CornerSamples
 
 NOISE_PX = 0.3
 """Standard deviation of a corner found to a fraction of a pixel, unless said otherwise."""

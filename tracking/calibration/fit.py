@@ -23,8 +23,8 @@ from optics.perturbation.derivatives import face_jacobian, projection_jacobian
 from optics.perturbation.parameters import JOINT_OFFSETS, POINT
 from optics.perturbation.train import PerturbedTrain
 from tracking.calibration.observations import TargetObservations
-from tracking.perception.corner_samples import CornerSamples
-from tracking.perception.exact_corners import crop_outline_m
+from tracking.perception.corners.exact import crop_outline_m
+from tracking.perception.corners.samples import CornerSamples
 
 TURNING_POINT = 3.0
 """c: beyond this many standard deviations a pixel's pull no longer grows."""

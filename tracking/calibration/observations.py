@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from optics.kernels.arrays import FloatArray
 from optics.layout import ROUNDING_DEG
 from rigs import Rig
-from tracking.perception.corner_samples import CornerSamples
+from tracking.perception.corners.samples import CornerSamples
 
 FEWEST_POINTS = 12
 """Of a target: 24 numbers for the dozen or more that can be off."""

@@ -8,7 +8,7 @@ from rigs import Rig
 from tracking.estimation.gimbal import Gimbal
 from tracking.loop.variants import Variant
 from tracking.perception import CornerModel, CornerSamples, InverseDistanceCorners
-from tracking.perception.exact_corners import corners_of
+from tracking.perception.corners.exact import corners_of
 
 SAMPLE_GRID = 7
 """Poses a joint at which the exact corners are taken when eq. 6 has no samples of its own."""

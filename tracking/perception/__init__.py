@@ -15,12 +15,12 @@ from tracking.perception.colour import (
     colour_mask,
 )
 from tracking.perception.contrast import ACQUIRED_LOG_ODDS, detect_by_contrast
-from tracking.perception.corner_error import corner_error, exact_samples, pose_grid
-from tracking.perception.corner_samples import CornerSamples
-from tracking.perception.corners import CornerModel, InverseDistanceCorners
+from tracking.perception.corners.errors import corner_error, exact_samples, pose_grid
+from tracking.perception.corners.exact import ExactCorners
+from tracking.perception.corners.inverse_distance import CornerModel, InverseDistanceCorners
+from tracking.perception.corners.samples import CornerSamples
 from tracking.perception.crop import Crop
 from tracking.perception.detectors import detector_of
-from tracking.perception.exact_corners import ExactCorners
 from tracking.perception.learned import LearnedModel, detect_by_model
 
 __all__ = [

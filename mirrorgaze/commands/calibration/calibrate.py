@@ -91,7 +91,7 @@ def _read(rig: Rig, observations: Path | None, edges: Path | None) -> tuple[Any,
     """Both files, or every problem of both."""
     from tracking.calibration.observation_files import read_observations
     from tracking.calibration.observations import edge_problems
-    from tracking.perception.corner_samples import CornerSamples
+    from tracking.perception.corners.samples import CornerSamples
 
     if observations is None and edges is None:
         raise ValueError("expected OBSERVATIONS, --edges CORNERS, or --simulate, got none of them")

@@ -36,8 +36,8 @@ def corners(
       mirrorgaze corners aqua2 -o corner_error.png
     """
     from mirrorgaze.loading import load_usable_rig
-    from tracking.perception.corner_error import corner_error
-    from tracking.perception.corners import DEFAULT_POWER
+    from tracking.perception.corners.errors import corner_error
+    from tracking.perception.corners.inverse_distance import DEFAULT_POWER
 
     counts = _counts(samples)
     loaded = load_usable_rig(rig)

@@ -26,7 +26,7 @@ from tracking.calibration.estimate import calibrate
 from tracking.calibration.fit import TURNING_POINT, Evidence, Residuals, fit, softened
 from tracking.calibration.observations import TargetObservations
 from tracking.calibration.prior import PRINT_TOLERANCES, draw_perturbations, standard_deviations
-from tracking.perception.exact_corners import crop_outline_m
+from tracking.perception.corners.exact import crop_outline_m
 
 NOISE_PX = 0.3
 

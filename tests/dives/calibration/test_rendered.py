@@ -15,7 +15,7 @@ from tracking.calibration.board_corners import board_corners
 from tracking.calibration.calibrated_rig import with_joints
 from tracking.calibration.estimate import calibrate
 from tracking.calibration.observations import TargetObservations
-from tracking.perception.exact_corners import crop_outline_m
+from tracking.perception.corners.exact import crop_outline_m
 
 DEPTH_M = 3.0
 

@@ -16,7 +16,7 @@ from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import NoPortSpec, Rig
 from tracking.calibration.prior import PRINT_TOLERANCES, draw_perturbations, estimated_parameters
-from tracking.perception.exact_corners import ExactCorners, crop_outline_m
+from tracking.perception.corners.exact import ExactCorners, crop_outline_m
 
 ROUNDING = 1e-11
 """Relative, of some dozen float64 operations at lengths of a metre."""

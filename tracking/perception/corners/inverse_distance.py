@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
-from tracking.perception.corner_samples import CornerSamples
+from tracking.perception.corners.samples import CornerSamples
 
 DEFAULT_POWER = 3.0
 """Of eq. 6; the paper does not say which it used. Larger ones are no better by more than 5 %

@@ -9,9 +9,9 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout, joint_pairs
 from rigs import Rig
-from tracking.perception.corner_samples import CornerSamples
-from tracking.perception.corners import InverseDistanceCorners
-from tracking.perception.exact_corners import ExactCorners
+from tracking.perception.corners.exact import ExactCorners
+from tracking.perception.corners.inverse_distance import InverseDistanceCorners
+from tracking.perception.corners.samples import CornerSamples
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,7 @@ from optics.layout import Layout, pan_from_m2
 from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import Joint, Rig
-from tracking.perception.corners import check_joint_values
+from tracking.perception.corners.inverse_distance import check_joint_values
 from tracking.perception.crop import CORNER_COUNT, runs_clockwise
 
 CROP_CORNERS_IN_M2 = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]], dtype=np.float64)

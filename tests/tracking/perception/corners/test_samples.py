@@ -10,7 +10,7 @@ from dives.calibration.corner_collection import outline_corners
 from rigs import Rig
 from tracking.calibration.observations import corners_problem, edge_problems
 from tracking.perception import CornerSamples, exact_samples
-from tracking.perception.corner_samples import COLUMNS
+from tracking.perception.corners.samples import COLUMNS
 
 QUADRILATERAL = np.array([[100.0, 50.0], [400.0, 90.0], [390.0, 300.0], [130.0, 280.0]])
 HEADER = ",".join(COLUMNS)

@@ -13,7 +13,7 @@ from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import Rig
 from tracking.perception import Crop, ExactCorners
-from tracking.perception.exact_corners import CROP_CORNERS_IN_M2, MARGIN
+from tracking.perception.corners.exact import CROP_CORNERS_IN_M2, MARGIN
 
 CLOSE_PX = 1e-8
 """The polynomials end at 1e-9 px, the train's root at 1e-9 px; the issue asks for 1e-6."""
