@@ -30,7 +30,7 @@ class Blob:
         4 pi area / perimeter^2; 1 for a disc.
     log_odds : float
         Natural logarithm of the odds that it is the target; infinite from a detector that does not weigh, and minus
-        infinite of what is recalled and not found otherwise.
+        infinite of what is recalled and has less than even odds otherwise, or none.
     ellipse_share : float
         Its area over that of the ellipse that has its second moments: 1 for a ball seen from anywhere, less for any
         other outline.

@@ -177,7 +177,7 @@ class AppearanceModel:
         if followed:
             # What contrast says for it is still evidence, though it finds a piece alone; but nothing that it says
             # against it, as before a bright wall.
-            log_odds = max(0.0, *(each.log_odds for each in within)) if within else -math.inf
+            log_odds = max((each.log_odds for each in within if each.log_odds >= 0), default=-math.inf)
         blob = replace(patch.blob, log_odds=log_odds, recalled=followed)
         if blob.area_px > AS_LARGE * self._area_px2:
             return detection

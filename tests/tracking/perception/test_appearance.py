@@ -103,7 +103,7 @@ def test_what_contrast_finds_where_it_is_expected_is_left_as_it_is():
     assert elsewhere.recalled and elsewhere.log_odds == seen.blobs[0].log_odds
 
 
-@pytest.mark.parametrize("says, counts", [(0.7, 0.7), (-1.9, 0.0)])
+@pytest.mark.parametrize("says, counts", [(0.7, 0.7), (-1.9, -np.inf)])
 def test_what_contrast_says_for_a_piece_of_it_is_evidence(says, counts):
     """It finds a part of the ball, as brown; the ball's own colours tell how far it goes."""
     crop, model = scene(seed=3), learned()
