@@ -12,6 +12,7 @@ import numpy as np
 
 from tracking.estimation.track_evidence import FADED
 from tracking.perception import ACQUIRED_LOG_ODDS
+from tracking.perception.appearance import AS_LARGE, REMEMBERED_S
 from tracking.records import Blob
 
 OUTGROWN = 3.0
@@ -21,15 +22,8 @@ the target in one piece with something else: of that, nothing but the other thin
 NEARER_PER_S = 0.5
 """Share of its distance by which a target comes nearer in a second at most: its area goes with the inverse square."""
 
-AS_LARGE = 2.0
-"""Times the target's usual area, or part of it, that a thing has which may be it."""
-
 AREAS = 30
 """Last ones of which the median is usual: pieces of it, and of it with something else, are fewer."""
-
-REMEMBERED_S = 12.0
-"""For which a target that was lost is sought where it can have gone, and as it looked; then it may be anywhere, or
-look otherwise."""
 
 MOST_REMEMBERED = 3.0
 """Log odds at most that a thing as large as a lost target has beforehand: what is plainly another thing stays one."""

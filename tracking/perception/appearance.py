@@ -53,10 +53,11 @@ OPENING = np.ones((3, 3), dtype=np.uint8)
 """Cells: what is narrower is no thing."""
 
 AS_LARGE = 2.0
-"""Times the target's area, or part of it, that a thing of its colours has."""
+"""Times the target's area, or part of it, that a thing has which may be it."""
 
 REMEMBERED_S = 12.0
-"""For which a target that was lost is sought by its colours; then light and white balance may be others."""
+"""For which a target that was lost is sought where it can have gone, and as it looked; then it may be anywhere, or look
+otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True)

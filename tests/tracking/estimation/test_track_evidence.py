@@ -186,7 +186,7 @@ def test_what_has_become_pale_is_doubted_beside_what_looks_much_more_like_the_ta
     assert evidence.doubted is doubted
     # Where it was is clutter, as it was for nine degrees about when the robot swayed; the target beside it is none.
     evidence.drop(AHEAD, 5.0)
-    assert not evidence.clutter.covers(turned(math.radians(5.0)), 5.1) or not doubted
+    assert evidence.clutter.covers(turned(math.radians(5.0)), 5.1) is not doubted
 
 
 def test_where_the_water_leaves_no_colour_a_pale_thing_may_be_the_target():
