@@ -1,13 +1,13 @@
 """The followed target by its own colours, as they were a moment ago beside those of what is around it.
 
 Contrast asks how a thing differs from what is around it now, so that it finds nothing where little is around it: of a
-ball that fills the window of a frame, or that stands before things nearly as red. But how a target looks that has been
-followed is known. In the logarithm of light its cells and those around it are two clouds, each about normal, and
-exposure and white balance move both of them slowly. A cell is the target's if that is likelier by its colour than that
-it is not: quadratic discriminant analysis (Hastie, Tibshirani & Friedman 2009, The Elements of Statistical Learning,
-section 4.3), learned from the images before, as Collins, Liu & Leordeanu 2005 (IEEE Trans. Pattern Anal. Mach.
-Intell. 27, 1631-1643) do with histograms. It is learned only where contrast finds the target, never from what it has
-found itself: it does not drift to something else.
+ball that fills the window of a frame, or of which hull or mount hides the half. But how a target looks that has been
+followed is known. In the logarithm of light its cells and those around it are two clouds, each taken for normal, and
+exposure and white balance move both of them slowly: within two seconds by little, later by more. A cell is the target's
+if that is likelier by its colour than that it is not: quadratic discriminant analysis (Hastie, Tibshirani & Friedman
+2009, The Elements of Statistical Learning, section 4.3), learned from the images before, as Collins, Liu & Leordeanu
+2005 (IEEE Trans. Pattern Anal. Mach. Intell. 27, 1631-1643) do with histograms. It is learned only where contrast finds
+the target, never from what it has found itself, so that it does not drift.
 """
 
 from __future__ import annotations
