@@ -5,16 +5,16 @@ many times, but images of a thing that stands still are nearly the same, so that
 asked for. Contrast, outline and whether it has moved count together until the mean has been that of a target for a
 while: then it is *trusted*, and looks that fade, as before the sun, are believed for as long as its contrast alone is
 above even. What never gets there within its probation, what falls below even before, what is seen in less than a third
-of the images that should show it, and what has another size in every second one, is dropped, and its direction is
-remembered as clutter: the search does not end there again. So is what is trusted, but stands still and has not looked
-plainly like the target soon: a reef has round brown things, and one of them would be followed for good; sooner, if
-something is seen beside it that does look like the target. What was above even still, or was not seen again before it
-could be judged, is clutter for a shorter time. But a candidate that looked plainly like the target for a few images and
-then got away, as past a joint's end or behind the mount, is sought where it can have gone. A target may be in one piece
-with something larger that it passes, and hides it: what then does not look like the target soon is dropped as well. A
-thing that moves with the robot, as its mount, keeps its direction in the body's frame, and what stands around a
-hovering robot nearly does; where an attitude sensor tells how the robot turns, directions are steady ones, and what
-stands around it keeps its own. A robot that swims on leaves clutter behind, so it is forgotten.
+of the images that should show it, and what stands still and has another size in every second one, is dropped, and its
+direction is remembered as clutter: the search does not end there again. So is what is trusted, but stands still and has
+not looked plainly like the target soon: a reef has round brown things, and one of them would be followed for good;
+sooner, if something is seen beside it that does look like the target. What was above even still, or was not seen again
+before it could be judged, is clutter for a shorter time. But a candidate that looked plainly like the target for a few
+images and then got away, as past a joint's end or behind the mount, is sought where it can have gone. A target may be
+in one piece with something larger that it passes, and hides it: what then does not look like the target soon is dropped
+as well. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and what stands
+around a hovering robot nearly does; where an attitude sensor tells how the robot turns, directions are steady ones, and
+what stands around it keeps its own. A robot that swims on leaves clutter behind, so it is forgotten.
 """
 
 from __future__ import annotations
@@ -101,9 +101,9 @@ RECALLED_S = 10.0
 """For which it may be told by its own colours alone, as it had them before."""
 
 JUMP, LEAST_JUMPS, FEWEST_COMPARED = 1.35, 0.5, 30
-"""Times as large or as small from an image to the next, share of the images in which that makes it a thing of pieces,
-and how many must have been compared. Of 198 tracks of targets (presets, arena, point to point) 197 had less than 0.36,
-six of one coral, found as pieces of 552 to 17,088 pixels, 0.57 to 0.8."""
+"""Times as large or as small from an image to the next, share of the images in which that makes what stands still a
+thing of pieces, and how many must have been compared. Of 198 tracks of targets (presets, arena, point to point) 197 had
+less than 0.36, six of one coral, found as pieces of 552 to 17,088 pixels, 0.57 to 0.8."""
 
 SHARE_MEMORY_S, LEAST_SHARE = 1.0, 1 / 3
 """Over which the share of images is averaged that show what they should, and the least share of them."""
@@ -241,8 +241,12 @@ class TrackEvidence:
 
     @property
     def _jumps(self) -> bool:
-        """Whether its size is another in every second image: pieces of something, now this one and now that."""
-        return self.compared >= FEWEST_COMPARED and self.jumps > LEAST_JUMPS * self.compared
+        """Whether its size is another in every second image: pieces of something, now this one and now that.
+
+        Not of what has moved by itself, which no coral does: a ball that hardly stands out is found in pieces, too.
+        """
+        often = self.compared >= FEWEST_COMPARED and self.jumps > LEAST_JUMPS * self.compared
+        return often and not self.moved
 
     @property
     def _below_even(self) -> bool:

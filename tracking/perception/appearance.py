@@ -138,37 +138,42 @@ class AppearanceModel:
         self._area_px2 = max(self._area_px2, area_px2 / AS_LARGE)
         self._noted_s = time_s
 
+    def is_asked(self, detection: Detection, expected_px: tuple[float, float] | None, time_s: float) -> bool:
+        """Whether its colours are remembered, and nothing that may be the target looks like one.
+
+        Where a target, or a candidate, is expected, what may be it is there.
+        """
+        return time_s - self._noted_s <= REMEMBERED_S and not any(
+            blob.log_odds >= ACQUIRED_LOG_ODDS and (expected_px is None or blob.is_near(expected_px))
+            for blob in detection.blobs
+        )
+
     def recalled(
         self,
         detection: Detection,
         crop: NDArray[np.uint8],
         hidden: Mask | None,
+        bare: Mask | None,
         expected_px: tuple[float, float] | None,
         *,
-        time_s: float,
         followed: bool,
     ) -> Detection:
-        """A detection with what has the target's colours, where nothing that may be it looks like a target.
+        """A detection with what has the target's colours.
 
         Parameters
         ----------
         detection : Detection
         crop, hidden : array
-            As in `note`.
+            As in `note`: what meets a hidden pixel may go on behind it.
+        bare : array, shape (height, width), optional
+            The same without a margin: what is hidden there is not looked at.
         expected_px : tuple of float, optional
             Where the target, or a candidate, is expected: what is nearest is taken, and else the largest.
-        time_s : float
-            Of the image.
         followed : bool
             Whether the target is followed still: place and size tell it, whatever contrast says of it. Of one that was
             lost its colours are a mark, and what has them a candidate.
         """
-        if time_s - self._noted_s > REMEMBERED_S or any(
-            blob.log_odds >= ACQUIRED_LOG_ODDS and (expected_px is None or blob.is_near(expected_px))
-            for blob in detection.blobs
-        ):
-            return detection
-        cells = self._cells(crop, hidden, expected_px)
+        cells = self._cells(crop, bare, expected_px)
         if cells is None:
             return detection
         patch = Patch(blob=blob_of(cells, filled(cells), LEVEL, (0, 0), 0.0), cells=cells, level=LEVEL, first=(0, 0))

@@ -43,8 +43,10 @@ class RobotView:
     q2: FloatArray
     depth: NDArray[np.float16]
 
-    def mask(self, q: ArrayLike, width_px: int, height_px: int) -> NDArray[np.uint8]:
-        """255 in the pixels of the crop in which the robot may show, else 0; shape (height_px, width_px).
+    def mask(
+        self, q: ArrayLike, width_px: int, height_px: int, margin_cells: float = MARGIN_CELLS
+    ) -> NDArray[np.uint8]:
+        """255 in the pixels of the crop in which the robot, grown by a margin, may show; shape (height_px, width_px).
 
         Linear between the grid's joint values; beyond them, those at its edge hold.
         """
@@ -54,7 +56,7 @@ class RobotView:
         sides = corners[0] + np.float32(along_pan) * (corners[1] - corners[0])
         depth = sides[0] + np.float32(along_tilt) * (sides[1] - sides[0])
         fine = np.asarray(cv2.resize(depth, (width_px, height_px), interpolation=cv2.INTER_LINEAR))
-        return (fine > -MARGIN_CELLS).view(np.uint8) * np.uint8(255)
+        return (fine > -margin_cells).view(np.uint8) * np.uint8(255)
 
     def depth_in(self, q: FloatArray, across: FloatArray, down: FloatArray) -> FloatArray:
         """`depth` at joint values, shape (n, 2), in the cells that hold places of the crop from 0 to 1, shape (n,).

@@ -242,6 +242,16 @@ def test_what_jumps_in_size_is_pieces_of_something(sizes, doubted):
     assert not evidence.doubted
 
 
+def test_what_has_moved_by_itself_is_no_piece_of_a_coral():
+    """A ball in water that takes its colour is found in pieces, too."""
+    still, moving = followed(3.0, 2.0, 30), followed(3.0, 2.0, 30)
+    moving.update(3.0, 2.0, turned(1.1 * MOVED_RAD), INTERVAL_S)
+    for number in range(2 * FEWEST_COMPARED):
+        for evidence in (still, moving):
+            evidence.note_area(1000.0 * 2 ** (number % 2))
+    assert still.doubted and not moving.doubted
+
+
 def test_a_gap_is_no_jump():
     evidence = followed(3.0, 2.0, 30)
     for number in range(4 * FEWEST_COMPARED):

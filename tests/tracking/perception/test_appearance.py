@@ -52,8 +52,23 @@ def learned(images=5, **scenes):
     return model
 
 
-def recalled(model, crop, hidden=None, *, detection=NOTHING, expected_px=AT, time_s=1.0, followed=True):
-    return model.recalled(detection, crop, hidden, expected_px, time_s=time_s, followed=followed)
+def recalled(model, crop, hidden=None, bare=None, *, detection=NOTHING, expected_px=AT, time_s=1.0, followed=True):
+    """What a loop gets, which asks it only where nothing else is found; without `bare` nothing is grown by a margin."""
+    if not model.is_asked(detection, expected_px, time_s):
+        return detection
+    bare = hidden if bare is None else bare
+    return model.recalled(detection, crop, hidden, bare, expected_px, followed=followed)
+
+
+def test_in_a_gap_of_the_robot_it_is_seen_up_to_the_edge():
+    """20 px wide, of which a margin of 7 leaves one cell: the ball may go on behind it, though it reaches no edge."""
+    hidden, bare = (np.full((240, 320), 255, dtype=np.uint8) for _ in range(2))
+    bare[:, 140:160] = hidden[:, 147:153] = 0
+    crop = np.where(bare[..., np.newaxis] > 0, 90, scene(seed=4)).astype(np.uint8)
+    assert recalled(learned(), crop, hidden) is NOTHING
+    (blob,) = recalled(learned(), crop, hidden, bare).blobs
+    shown = int(np.count_nonzero(disc(AT, RADIUS)[:, 140:160]))
+    assert blob.area_px == pytest.approx(shown, rel=0.05)
 
 
 def test_likelihood_is_that_of_a_normal_distribution():
