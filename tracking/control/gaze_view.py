@@ -68,9 +68,9 @@ class GazeView:
         robot_view: RobotView | None = None,
     ):
         self._gimbal, self._robot_view = gimbal, robot_view
-        self._tilts = np.linspace(*gimbal.limits(1), TILTS)
+        tilts = np.linspace(*gimbal.limits(1), TILTS)
         pan = gimbal.angles(gimbal.middle)[0]
-        poses = [gimbal.joint_values(pan, tilt) for tilt in self._tilts.tolist()]
+        poses = [gimbal.joint_values(pan, tilt) for tilt in tilts.tolist()]
         self._cells_from_gaze = np.array([_homography(gimbal, lines_of_sight, crop_at(q), q) for q in poses])
 
     def shown(self, direction: FloatArray, pan: FloatArray, tilt: FloatArray) -> NDArray[np.float32]:
@@ -138,7 +138,8 @@ class GazeView:
 
     def _clearance_at(self, pan: FloatArray, tilt: float, rays: FloatArray) -> FloatArray:
         """The same at one tilt, of rays (right, down, ahead of the gaze), shape (pans, n, 3)."""
-        place = np.interp(tilt, self._tilts, np.arange(TILTS))
+        lowest, highest = self._gimbal.limits(1)
+        place = (TILTS - 1) * min(max((tilt - lowest) / (highest - lowest), 0.0), 1.0)
         first = min(int(place), TILTS - 2)
         low, high = self._cells_from_gaze[first : first + 2]
         column, row, scale = np.moveaxis(rays @ (low + (place - first) * (high - low)).T, -1, 0)

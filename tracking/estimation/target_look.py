@@ -6,9 +6,8 @@ import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
+from statistics import median
 from typing import Any
-
-import numpy as np
 
 from tracking.estimation.track_evidence import FADED
 from tracking.perception import ACQUIRED_LOG_ODDS
@@ -55,7 +54,7 @@ class TargetLook:
     @property
     def usual_px2(self) -> float:
         """Area that most images showed; of nothing, zero."""
-        return float(np.median(self._areas_px2)) if self._areas_px2 else 0.0
+        return median(self._areas_px2) if self._areas_px2 else 0.0
 
     @property
     def whole_px2(self) -> float:

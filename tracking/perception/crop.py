@@ -89,10 +89,27 @@ class Crop:
         if self.empty:
             return np.zeros((self.height_px, self.width_px, 3), dtype=np.uint8)
         size = (self.width_px, self.height_px)
-        crop = cv2.warpPerspective(image, self.image_from_crop, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+        columns, rows = self._within(image)
+        # OpenCV warps four channels in half of the time that it needs for three.
+        part = cv2.cvtColor(image[rows, columns], cv2.COLOR_RGB2RGBA)
+        part_from_image = np.array([[1, 0, -columns.start], [0, 1, -rows.start], [0, 0, 1]])
+        warped = cv2.warpPerspective(
+            part, part_from_image @ self.image_from_crop, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        )
+        crop = cv2.cvtColor(warped, cv2.COLOR_RGBA2RGB)
         if not isinstance(self.outline, Rectangle):
             crop[beside(self.outline, *size)] = 0
         return np.asarray(crop, dtype=np.uint8)
+
+    def _within(self, image: NDArray[np.uint8]) -> tuple[slice, slice]:
+        """Columns and rows of an image that the crop is made of; one of each where it lies beside the image."""
+        right, bottom = self.width_px - 0.5, self.height_px - 0.5
+        border = self.to_image([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
+        most = np.array(image.shape[1::-1])
+        first = np.clip(np.floor(border.min(axis=0)) - 1, 0, most - 1).astype(int)
+        last = np.clip(np.ceil(border.max(axis=0)) + 2, first + 1, most).astype(int)
+        columns, rows = (slice(*ends) for ends in zip(first.tolist(), last.tolist(), strict=True))
+        return columns, rows
 
     def rim_px(self) -> FloatArray:
         """The mirror's outline in the image, shape (k, 2), straight between its points; nan for an empty crop."""

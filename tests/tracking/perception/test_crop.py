@@ -76,6 +76,12 @@ def test_outside_the_image_is_black():
     assert (crop[:, :50] == 0).all() and (crop[:, 51:] == 200).all()
 
 
+@pytest.mark.parametrize("shift", [(-500.0, 0.0), (500.0, 0.0), (0.0, -500.0), (0.0, 500.0), (500.0, 500.0)])
+def test_a_crop_beside_the_image_is_black(shift):
+    corners = np.array([[9.5, 9.5], [89.5, 9.5], [89.5, 89.5], [9.5, 89.5]]) + shift
+    assert not Crop.of(corners, 32, 24).take(np.full((100, 100, 3), 200, dtype=np.uint8)).any()
+
+
 @pytest.mark.parametrize(
     "corners",
     [
