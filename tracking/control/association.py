@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,6 +39,10 @@ OVERHEAD_LOG_ODDS = 1.0
 """That a thing seen overhead has beforehand: a ball shows its dark side before the bright surface, and little else is
 there. Of the arena's stills in waters that leave the target its colour, from `OVERHEAD_RAD` up, 0.17 of 367 targets and
 0.04 of 201 other balls have 1 to 2 by contrast, and pieces of the world in 0.3 of 100 images."""
+
+WHOLE_SHARE = 0.5
+"""Of a dark thing overhead, from which what is red of it is taken for all of it: in 0.88 of 716 images of targets in
+four dives it is more; of a blue ball, whose bright lower side is not red, 0.3 to 0.45."""
 
 Sight = tuple[Bearing, float] | None
 """Where the target was seen, steady axes, and at which time, seconds."""
@@ -128,9 +133,16 @@ class Association:
         return near and self.observation.time_s - last_s >= GAP_S
 
 
-def with_overhead(blob: Blob, direction: FloatArray | None) -> Blob:
-    """A blob with what its direction tells of it; what looks like no target is told by its place alone."""
+def with_overhead(blob: Blob, direction: FloatArray | None, blobs: Iterable[Blob]) -> Blob:
+    """A blob, one of an image's, with what its direction tells of it.
+
+    What looks like no target is told by its place alone; and so is the part of a dark thing, whose rest has another
+    colour.
+    """
     if blob.silhouette or blob.recalled or direction is None or not is_overhead(direction):
+        return blob
+    dark = (other for other in blobs if other.silhouette and other.is_near(blob.centroid_px))
+    if any(blob.area_px < WHOLE_SHARE * other.area_px for other in dark):
         return blob
     return replace(blob, log_odds=blob.log_odds + OVERHEAD_LOG_ODDS)
 

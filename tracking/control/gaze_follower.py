@@ -174,7 +174,8 @@ class GazeFollower:
     def _weighed(self, observation: Observation, directions: Directions) -> Iterator[Blob]:
         """Blobs with what is known of them beforehand."""
         for blob in observation.blobs:
-            known = with_overhead(blob, directions[blob.centroid_px]) if self._overhead else blob
+            direction = directions[blob.centroid_px]
+            known = with_overhead(blob, direction, observation.blobs) if self._overhead else blob
             yield self._look.remembered(known, observation.time_s, followed=self.known)
 
     def follow(self, observation: Observation) -> FloatArray:

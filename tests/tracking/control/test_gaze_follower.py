@@ -142,6 +142,17 @@ def test_what_is_overhead_has_better_odds(elevation_deg, silhouette, overhead, t
     assert bool(follower(0.0, overhead=overhead).update(replace(seen, blobs=(blob,)))) is taken
 
 
+@pytest.mark.parametrize(("share", "aside_px", "taken"), [(0.9, 0, True), (0.3, 0, False), (0.3, 200, True)])
+def test_the_red_part_of_a_dark_thing_overhead_is_no_likelier(share, aside_px, taken):
+    """A blue ball's dark upper side, whose lower side is blue; not beside another dark thing."""
+    up = math.radians(25.0)
+    seen, _ = observation(IMAGES // 2, np.array([math.cos(up), 0.0, math.sin(up)]), 0.0)
+    blob = replace(seen.blobs[0], log_odds=ACQUIRED_LOG_ODDS - 0.9 * OVERHEAD_LOG_ODDS, ellipse_share=0.8)
+    x, y = blob.centroid_px
+    dark = replace(blob, area_px=blob.area_px / share, centroid_px=(x + aside_px, y), silhouette=True, log_odds=0.0)
+    assert bool(follower(0.0).update(replace(seen, blobs=(blob, dark)))) is taken
+
+
 def test_what_was_doubted_is_not_acquired_again():
     target = np.array([1.0, 0.0, 0.0])
     following = follower(0.0)
