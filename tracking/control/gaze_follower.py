@@ -32,6 +32,10 @@ Directions = dict[tuple[float, float], FloatArray | None]
 """Unit vectors, steady axes, that pixels of the crop show; None where they show none."""
 
 
+RECALLED_LOG_ODDS = 1.0
+"""Of a candidate of a search that has the colours of the target that was lost: so has, now and then, another thing."""
+
+
 class GazeFollower:
     """Measures the target's direction through the exact train, and points at where it will be.
 
@@ -234,7 +238,9 @@ class GazeFollower:
         """Correct the evidence by the looks of what was taken for the target, cut on some sides."""
         interval_s = known.observation.interval_s
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
-        self._evidence.update(blobs[0].log_odds, outline, direction, interval_s)
+        known_by_colours = blobs[0].recalled and not self._evidence.trusted
+        contrast = RECALLED_LOG_ODDS if known_by_colours else blobs[0].log_odds
+        self._evidence.update(contrast, outline, direction, interval_s)
         self._evidence.note_area(blobs[0].area_px if len(blobs) == 1 and sides == (0, 0) else None)
         # Nothing but a ball is round and dark overhead, for as long as it stays there.
         round_above = outline is not None and outline > 0 and is_overhead(direction)

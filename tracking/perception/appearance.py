@@ -55,6 +55,9 @@ OPENING = np.ones((3, 3), dtype=np.uint8)
 AS_LARGE = 2.0
 """Times the target's area, or part of it, that a thing has which may be it."""
 
+GROWING_S = 2.0
+"""In which a target grows to twice its area if it comes nearer by a sixth of its distance in a second."""
+
 REMEMBERED_S = 12.0
 """For which a target that was lost is sought where it can have gone, and as it looked; then it may be anywhere, or look
 otherwise."""
@@ -104,8 +107,8 @@ class AppearanceModel:
         self._area_min_px = area_min_px
         self._target: Colours | None = None
         self._around: Colours | None = None
-        self._area_px2 = 0.0
-        self._noted_s = -math.inf
+        self._area_px2 = self._whole_px2 = 0.0
+        self._noted_s = self._whole_s = -math.inf
 
     def note(self, crop: NDArray[np.uint8], hidden: Mask | None, target: Detection, time_s: float) -> None:
         """Learn from an image that shows the target, and shows that it is one.
@@ -121,7 +124,11 @@ class AppearanceModel:
         time_s : float
             Of the image.
         """
+        area_px2 = sum(blob.area_px for blob in target.blobs)
         if time_s - self._noted_s < EVERY_S or target.blobs[0].log_odds < ACQUIRED_LOG_ODDS:
+            return
+        if time_s - self._whole_s < GROWING_S and area_px2 > AS_LARGE * self._whole_px2:
+            # In one piece with something that passes before or behind it.
             return
         logs, known = log_cells(crop, hidden)
         covered = shrunk(target.mask)
@@ -132,9 +139,9 @@ class AppearanceModel:
         share = -math.expm1((self._noted_s - time_s) / MEMORY_S)
         self._target = _learned(self._target, inside, share)
         self._around = _learned(self._around, around, share)
-        area_px2 = sum(blob.area_px for blob in target.blobs)
         if not _is_cut(target.blobs[0], crop, hidden):
             self._area_px2 += share * (area_px2 - self._area_px2)
+            self._whole_px2, self._whole_s = area_px2, time_s
         self._area_px2 = max(self._area_px2, area_px2 / AS_LARGE)
         self._noted_s = time_s
 
@@ -184,7 +191,7 @@ class AppearanceModel:
             # What contrast says for it is still evidence, though it finds a piece alone; but nothing that it says
             # against it, as before a bright wall.
             log_odds = max((each.log_odds for each in within if each.log_odds >= 0), default=-math.inf)
-        blob = replace(patch.blob, log_odds=log_odds, recalled=followed)
+        blob = replace(patch.blob, log_odds=log_odds, recalled=True)
         if blob.area_px > AS_LARGE * self._area_px2:
             return detection
         if AS_LARGE * blob.area_px < self._area_px2 and not _is_cut(blob, crop, hidden):
@@ -196,8 +203,8 @@ class AppearanceModel:
     def forget(self) -> None:
         """What is followed next may have any colours."""
         self._target = self._around = None
-        self._area_px2 = 0.0
-        self._noted_s = -math.inf
+        self._area_px2 = self._whole_px2 = 0.0
+        self._noted_s = self._whole_s = -math.inf
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
@@ -205,8 +212,9 @@ class AppearanceModel:
             None if each is None else [each.first.tolist(), each.second.tolist()]
             for each in (self._target, self._around)
         ]
-        noted_s = None if math.isinf(self._noted_s) else self._noted_s
-        return {"colours": colours, "area_px2": self._area_px2, "noted_s": noted_s}
+        noted_s, whole_s = (None if math.isinf(each) else each for each in (self._noted_s, self._whole_s))
+        areas = {"area_px2": self._area_px2, "whole_px2": self._whole_px2}
+        return {"colours": colours, "noted_s": noted_s, "whole_s": whole_s, **areas}
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
@@ -214,8 +222,10 @@ class AppearanceModel:
             None if each is None else Colours(first=np.array(each[0]), second=np.array(each[1]))
             for each in snapshot["colours"]
         )
-        self._area_px2 = snapshot["area_px2"]
-        self._noted_s = -math.inf if snapshot["noted_s"] is None else snapshot["noted_s"]
+        self._area_px2, self._whole_px2 = snapshot["area_px2"], snapshot["whole_px2"]
+        self._noted_s, self._whole_s = (
+            -math.inf if snapshot[name] is None else snapshot[name] for name in ("noted_s", "whole_s")
+        )
 
     def _cells(self, crop: NDArray[np.uint8], hidden: Mask | None, point_px: tuple[float, float] | None) -> Mask | None:
         """Cells of the thing that has the target's colours nearest to a point of the crop, or of the largest."""

@@ -17,7 +17,7 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
-from tracking.estimation.track_evidence import RECALLED_S, SILHOUETTE_S
+from tracking.estimation.track_evidence import PROBATION_S, RECALLED_S, SILHOUETTE_S
 from tracking.loop.variants import VARIANTS
 from tracking.perception import ACQUIRED_LOG_ODDS, Crop, ExactCorners
 from tracking.perception.outline import EVEN_MISSING
@@ -282,6 +282,21 @@ def test_what_is_dark_and_round_overhead_is_the_target_for_as_long_as_it_is_ther
         following.expect(now)
         assert following.update(now)
     assert following.doubted is doubted
+
+
+def test_what_has_the_colours_of_a_lost_target_is_a_candidate_that_must_show_more():
+    """Its log odds of 2 hold the search; with the outline of no ball it is not trusted, and dropped soon."""
+    seen, _ = observation(0, np.array([1.0, 0.0, 0.0]), 0.0)
+    ragged = {"ellipse_share": 0.96, "box_px": (140, 100, 25, 25)}
+    for recalled, trusted in ((False, True), (True, False)):
+        blob = replace(seen.blobs[0], log_odds=ACQUIRED_LOG_ODDS, recalled=recalled, **ragged)
+        followed = follower(0.0)
+        for image in range(math.ceil((PROBATION_S + 0.1) / INTERVAL_S)):
+            now = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
+            followed.expect(now)
+            followed.update(now)
+        assert followed.trusted is trusted
+    assert followed.doubted
 
 
 @pytest.mark.parametrize(("recalled_s", "doubted"), [(0.9 * RECALLED_S, False), (1.1 * RECALLED_S, True)])

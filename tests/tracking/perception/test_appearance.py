@@ -12,6 +12,7 @@ from tracking.perception import ACQUIRED_LOG_ODDS, detect_by_contrast
 from tracking.perception.appearance import (
     AS_LARGE,
     EVERY_S,
+    GROWING_S,
     REMEMBERED_S,
     SPREAD,
     AppearanceModel,
@@ -137,12 +138,21 @@ def test_of_two_the_expected_one_is_taken_or_else_the_larger():
         np.testing.assert_allclose(blob.centroid_px, at, atol=2)
 
 
+@pytest.mark.parametrize(("later_s", "grown"), [(0.9 * GROWING_S, False), (1.1 * GROWING_S, True)])
+def test_nothing_is_learned_from_what_is_suddenly_twice_as_large(later_s, grown):
+    """In one piece with something that passes; but a ball that was not seen for long may have come nearer."""
+    model, before = learned(), learned()
+    larger = scene(radius=round(1.8 * RADIUS))
+    model.note(larger, None, detect_by_contrast(larger), before.snapshot()["whole_s"] + later_s)
+    assert (model.snapshot() != before.snapshot()) is grown
+
+
 def test_of_a_lost_target_its_colours_are_a_mark_for_a_while():
     """Then what has them is a candidate, as what looks like a target is."""
     model, crop = learned(), scene()
     last_s = 4 * EVERY_S
     (blob,) = recalled(model, crop, time_s=last_s + 0.9 * REMEMBERED_S, followed=False).blobs
-    assert blob.log_odds == ACQUIRED_LOG_ODDS and not blob.recalled
+    assert blob.log_odds == ACQUIRED_LOG_ODDS and blob.recalled
     assert recalled(model, crop, time_s=last_s + 1.1 * REMEMBERED_S, followed=False) is NOTHING
     model.forget()
     assert recalled(model, crop) is NOTHING
