@@ -254,6 +254,7 @@ class GazeFollower:
         expected = self._expected_px(observation)
         shown = expected is not None and observation.shows(expected)
         self._evidence.miss(observation.interval_s, shown=shown)
+        self._look.miss(observation.interval_s)
 
     def _middle_px(
         self, blobs: tuple[Blob, ...], sides: tuple[int, int], observation: Observation

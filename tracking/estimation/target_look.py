@@ -15,8 +15,8 @@ from tracking.perception.appearance import AS_LARGE, REMEMBERED_S
 from tracking.records import Blob
 
 OUTGROWN = 3.0
-"""Times the target's area, as it was and as it may have grown since, beyond which a blob that does not look like it is
-the target in one piece with something else: of that, nothing but the other thing may be left."""
+"""Times the target's area, as it was and may have grown since, beyond which a blob is the target in one piece with
+something else, even if it looks like it still: of that, nothing but the other thing may be left."""
 
 NEARER_PER_S = 0.5
 """Share of its distance by which a target comes nearer in a second at most: its area goes with the inverse square."""
@@ -80,19 +80,27 @@ class TargetLook:
         float
             The same after it.
         """
+        if self._has_outgrown(blob):
+            return swallowed_s + interval_s
         if whole:
             self._areas_px2.append(blob.area_px)
         if blob.log_odds >= ACQUIRED_LOG_ODDS:
             self._own_px2 = blob.area_px if whole else self._own_px2
             return 0.0
         if blob.recalled:
-            return 0.0
-        if swallowed_s > 0 or self._has_outgrown(blob):
+            # Its own colours tell where it may be, and not that the other thing is gone.
+            return swallowed_s
+        if swallowed_s > 0:
             return swallowed_s + interval_s
         if self._own_px2 is not None and whole:
             nearer_px2 = self._own_px2 * math.exp(2 * NEARER_PER_S * interval_s)
             self._own_px2 = max(self._own_px2, min(blob.area_px, nearer_px2))
         return 0.0
+
+    def miss(self, interval_s: float) -> None:
+        """Note an image without the target, which may come nearer meanwhile."""
+        if self._own_px2 is not None:
+            self._own_px2 *= math.exp(2 * NEARER_PER_S * interval_s)
 
     def may_be_silhouette(self, blob: Blob, *, cut: bool) -> bool:
         """Whether a dark thing is about as large as the target was, or an edge cuts what would be."""

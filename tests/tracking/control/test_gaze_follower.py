@@ -194,7 +194,8 @@ def test_what_is_met_where_the_target_was_hidden_must_be_trusted_anew(log_odds, 
         ((2.9, 0.0), (1.0, 1.0), False),  # pale, and no larger than a target that comes nearer
         ((3.1, 0.0), (1.0, 1.0), True),  # a grey ball's edge is left of the two
         ((3.1, 0.0), (1.0, ACQUIRED_LOG_ODDS), False),  # it comes out again
-        ((3.1, ACQUIRED_LOG_ODDS), (1.0, 1.0), False),  # and looks like itself before something
+        ((3.1, ACQUIRED_LOG_ODDS), (1.0, 1.0), True),  # both together still look like it
+        ((3.1, ACQUIRED_LOG_ODDS), (3.1, ACQUIRED_LOG_ODDS), True),  # for as long as they are together
     ],
 )
 def test_what_is_left_of_the_target_and_something_larger_must_look_like_it(larger, left, doubted):
