@@ -243,7 +243,8 @@ class TrackEvidence:
     def _jumps(self) -> bool:
         """Whether its size is another in every second image: pieces of something, now this one and now that.
 
-        Not of what has moved by itself, which no coral does: a ball that hardly stands out is found in pieces, too.
+        Not of what has moved, which no coral does before a hovering robot: a ball that hardly stands out is found in
+        pieces, too.
         """
         often = self.compared >= FEWEST_COMPARED and self.jumps > LEAST_JUMPS * self.compared
         return often and not self.moved
