@@ -98,6 +98,10 @@ class Association:
         faded = not blob.silhouette and self.evidence.is_another(blob.log_odds, gap_s)
         return faded or self.spread > PLACE_TELLS_RAD
 
+    def takes_over(self, blob: Blob) -> bool:
+        """Whether a blob in which what was followed has gone up looks so much more like the target that it is that."""
+        return self.look.has_outgrown(blob) and self.evidence.is_outdone_by(blob.log_odds)
+
     def is_expected(self, blob: Blob, direction: FloatArray | None) -> bool:
         """Whether a blob, as a disc of its area about a direction, is near enough to where the target is expected."""
         if self.bearing is None or direction is None:

@@ -203,8 +203,11 @@ class GazeFollower:
         direction = directions[middle_px] if middle_px in directions else self._direction(middle_px, observation)
         if direction is None:
             return
-        self._radius_rad = math.sqrt(sum(blob.area_px for blob in blobs) / math.pi) * self._rad_per_px
         turned = not known.is_expected(blobs[0], directions[blobs[0].centroid_px])
+        if known.bearing is not None and known.takes_over(blobs[0]):
+            self._evidence.outdone = turned = True
+            self._evidence.drop(known.bearing.direction, observation.time_s, self._radius_rad)
+        self._radius_rad = math.sqrt(sum(blob.area_px for blob in blobs) / math.pi) * self._rad_per_px
         if turned or known.may_be_another(blobs[0]):
             self._evidence.begin_again()
         if turned:

@@ -80,7 +80,7 @@ class TargetLook:
         float
             The same after it.
         """
-        if self._has_outgrown(blob):
+        if self.has_outgrown(blob):
             return swallowed_s + interval_s
         if whole:
             self._areas_px2.append(blob.area_px)
@@ -101,6 +101,10 @@ class TargetLook:
         """Note an image without the target, which may come nearer meanwhile."""
         if self._own_px2 is not None:
             self._own_px2 *= math.exp(2 * NEARER_PER_S * interval_s)
+
+    def has_outgrown(self, blob: Blob) -> bool:
+        """Whether a blob is much larger than the target, as it usually was and as it was when it looked like it."""
+        return self._own_px2 is not None and blob.area_px > OUTGROWN * max(self._own_px2, self.usual_px2)
 
     def may_be_silhouette(self, blob: Blob, *, cut: bool) -> bool:
         """Whether a dark thing is about as large as the target was, or an edge cuts what would be."""
@@ -141,10 +145,6 @@ class TargetLook:
         """Go on from a snapshot."""
         self._own_px2, self._areas_px2 = snapshot["own_px2"], deque(snapshot["areas_px2"], maxlen=AREAS)
         self._lost = None if snapshot["lost"] is None else tuple(snapshot["lost"])
-
-    def _has_outgrown(self, blob: Blob) -> bool:
-        """Whether a blob is much larger than the target, as it usually was and as it was when it looked like it."""
-        return self._own_px2 is not None and blob.area_px > OUTGROWN * max(self._own_px2, self.usual_px2)
 
     @staticmethod
     def _compared(area_px: float, usual_px2: float) -> tuple[bool, bool]:

@@ -79,6 +79,10 @@ PALER = 3.0
 is acquired: a grey ball that hides a target is followed in its place with 1 to 1.8, and the target, come out beside it,
 has 4 to 7."""
 
+OUTDONE = 6.0
+"""Log odds by contrast by which something must look more like the target than what stands still has ever done: a round
+coral has 4.5 at most, and a target that passes before it 27."""
+
 GAP_S, FADED = 0.2, 1.0
 """What comes into view after a gap, and has by so much less log odds by contrast, may be another thing."""
 
@@ -132,6 +136,7 @@ PLAIN_STATE = (
     "whole",
     "outshone_s",
     "paler_s",
+    "outdone",
     "swallowed_s",
     "silhouette_s",
     "recalled_s",
@@ -167,7 +172,9 @@ class TrackEvidence:
     outshone_s : float
         For how long something else has looked like the target beside it.
     paler_s : float
-        And for how long so much more so, since it has become pale.
+        And for how long so much more so, since it has become pale or was never plain.
+    outdone : bool
+        Whether something else has looked so much more like the target than it ever did that it is likelier to be that.
     swallowed_s : float
         For how long it has not looked like the target since it was in one piece with something larger.
     silhouette_s : float
@@ -199,6 +206,7 @@ class TrackEvidence:
     whole: bool = False
     outshone_s: float = 0.0
     paler_s: float = 0.0
+    outdone: bool = False
     swallowed_s: float = 0.0
     silhouette_s: float = 0.0
     recalled_s: float = 0.0
@@ -330,7 +338,9 @@ class TrackEvidence:
         if log_odds < AT_ONCE_LOG_ODDS or self.contrast is None:
             return
         self.outshone_s += interval_s
-        paler = self.contrast < min(ACQUIRED_LOG_ODDS, log_odds - PALER)
+        outdone = self.is_outdone_by(log_odds)
+        paler = outdone or self.contrast < min(ACQUIRED_LOG_ODDS, log_odds - PALER)
+        self.outdone = self.outdone or outdone
         self.paler_s = self.paler_s + interval_s if paler else 0.0
 
     def miss(self, interval_s: float, *, shown: bool) -> None:
@@ -343,17 +353,23 @@ class TrackEvidence:
         """Whether what is seen after a gap looks less like the target than what was followed before it."""
         return self.contrast is not None and gap_s >= GAP_S and contrast < self.contrast - FADED
 
+    def is_outdone_by(self, log_odds: float) -> bool:
+        """Whether something looks so much more like the target than what stands still and was never plain."""
+        if self.moved or self.clearest is None or self.clearest >= MOST_PLAIN:
+            return False
+        return log_odds >= self.clearest + OUTDONE
+
     def begin_again(self) -> None:
         """What is seen next may be another thing than what was followed: it has to be trusted first."""
         self.contrast = self.together = self.plainness = self.clearest = self.first = self.area_px = None
         self.compared, self.jumps, self.swing_rad = 0, 0, 0.0
         self.age_s, self.level_s, self.share = 0.0, 0.0, 1.0
-        self.trusted = self.whole = self.moved = False
+        self.trusted = self.whole = self.moved = self.outdone = False
         self.outshone_s = self.paler_s = self.swallowed_s = self.silhouette_s = self.recalled_s = 0.0
 
     def drop(self, direction: FloatArray, time_s: float, radius_rad: float = 0.0) -> None:
         """What is followed is not the target, or was not found again: remember where it is, and how far it reaches."""
-        lasting_s = CLUTTER_S if self._below_even or self._stays_pale else UNDECIDED_S
+        lasting_s = CLUTTER_S if self._below_even or self._stays_pale or self.outdone else UNDECIDED_S
         # What it is paler than is beside it, and no clutter.
         swung_rad = 0.0 if self.paler_s > OUTSHONE_S else min(self.swing_rad, SWAY_RAD)
         within_rad = max(CLUTTER_RAD, swung_rad, radius_rad)

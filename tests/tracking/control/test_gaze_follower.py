@@ -213,6 +213,25 @@ def test_what_is_left_of_the_target_and_something_larger_must_look_like_it(large
     assert following.known and following.doubted is again.doubted is doubted
 
 
+@pytest.mark.parametrize("log_odds, left", [(27.0, True), (6.0, False)])
+def test_what_passes_before_a_coral_is_the_target_if_it_looks_much_more_like_one(log_odds, left):
+    """A coral is followed for two seconds; something of ten times its area passes before it, and is gone."""
+    following = follower(0.0)
+    for image in range(60 + 5 + 20):
+        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        times, odds = (10.0, log_odds) if 60 <= image < 65 else (1.0, 4.3)
+        blob = replace(seen.blobs[0], log_odds=odds, area_px=500.0 * times, box_px=(140, 100, 25, 25))
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
+        following.expect(seen)
+        following.update(seen)
+        if image == 61:
+            assert following.trusted is not left
+    following.forget(brief=False)
+    again = replace(seen, time_s=10.0)
+    following.expect(again)
+    assert (not following.update(again)) is left
+
+
 @pytest.mark.parametrize("per_s, doubted", [(0.5, False), (40.0, True)])
 def test_a_pale_target_that_comes_nearer_is_not_taken_for_something_larger(per_s, doubted):
     """A ball is followed for a second, then has log odds of 1, and 12 times its area after 5 s, or after 0.1 s.

@@ -189,6 +189,24 @@ def test_what_has_become_pale_is_doubted_beside_what_looks_much_more_like_the_ta
     assert evidence.clutter.covers(turned(math.radians(5.0)), 5.1) is not doubted
 
 
+@pytest.mark.parametrize(
+    "contrast, other, moved, outdone",
+    [(4.4, 10.6, False, True), (4.4, 10.2, False, False), (6.0, 25.0, False, False), (4.4, 25.0, True, False)],
+    ids=["a coral beside the target", "hardly more", "it is as plain itself", "it moves"],
+)
+def test_what_stands_still_is_outdone_by_what_looks_much_more_like_the_target(contrast, other, moved, outdone):
+    """A round coral had 4.5 for 35 s, and a target that passed it 27."""
+    evidence = followed(contrast, 0.0, images(5.0))
+    evidence.update(contrast, 0.0, turned(1.1 * MOVED_RAD if moved else 0.0), INTERVAL_S)
+    assert not evidence.doubted and evidence.is_outdone_by(other) is outdone
+    for _ in range(images(1.5 * OUTSHONE_S)):
+        evidence.note_other(other, INTERVAL_S)
+    assert evidence.doubted is outdone
+    evidence.drop(AHEAD, 5.0)
+    assert evidence.clutter.covers(AHEAD, 5.0 + 2 * UNDECIDED_S) is outdone
+    assert not evidence.outdone
+
+
 def test_where_the_water_leaves_no_colour_a_pale_thing_may_be_the_target():
     """A ball at 9 m in coastal water has a mean of 1.5."""
     evidence = TrackEvidence(plain=False)
