@@ -88,7 +88,9 @@ class Association:
             return False
         if self.is_expected(blob, direction):
             return True
-        return blob.log_odds >= AT_ONCE_LOG_ODDS and self._may_have_turned_to(direction)
+        return blob.log_odds >= AT_ONCE_LOG_ODDS and (
+            self._may_have_turned_to(direction) or self._is_plainer(blob, direction)
+        )
 
     def may_be_another(self, blob: Blob) -> bool:
         """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
@@ -135,6 +137,16 @@ class Association:
         bearing, last_s = self.last_seen
         near = float(bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
         return near and self.observation.time_s - last_s >= GAP_S
+
+    def _is_plainer(self, blob: Blob, direction: FloatArray) -> bool:
+        """Whether a blob is as plainly the target as that ever was, and what is followed is not told by its looks.
+
+        But by its darkness or colours alone, as a thing is that hides the target: that comes out beside it.
+        """
+        told = self.evidence.silhouette_s + self.evidence.recalled_s < GAP_S
+        if told or self.bearing is None or blob.recalled or blob.log_odds < (self.evidence.clearest or 0.0):
+            return False
+        return float(self.bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
 
 
 def with_overhead(blob: Blob, direction: FloatArray | None, blobs: Iterable[Blob]) -> Blob:

@@ -185,14 +185,12 @@ class TrackingLoop:
             robot=robot,
             attitude=attitude,
         )
-        expected = self._follower.expect(observation)
+        expected, followed = self._follower.expect(observation), self._follower.trusted
         detection = self._detect(image, robot, expected)
         if self._appearance is not None and self._appearance.is_asked(detection, expected, camera_frame.time_s):
             # Between frame and mount a margin leaves little of the water; colours tell the robot without one.
             bare = self._robot_mask(q, crop, margin_cells=0.0)
-            detection = self._appearance.recalled(
-                detection, image, robot, bare, expected, followed=self._follower.trusted
-            )
+            detection = self._appearance.recalled(detection, image, robot, bare, expected, followed=followed)
         looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
         observation = replace(observation, blobs=detection.blobs if looking else ())
         blobs = self._follower.update(observation)
@@ -211,7 +209,7 @@ class TrackingLoop:
             doubted=self._follower.doubted,
         )
         if self._appearance is not None and blobs and self._follower.trusted:
-            self._appearance.note(image, robot, detection, camera_frame.time_s)
+            self._appearance.note(image, robot, detection, camera_frame.time_s, regained=not followed)
         if not self._searches:
             self._search.pause(self._passed_s, found=self._state.mode is Mode.TRACK and self._follower.trusted)
         elif looks_past_mirrors:

@@ -495,6 +495,36 @@ def test_a_pale_thing_is_left_for_what_looks_like_the_target_beside_it(pale, oth
         assert following.update(beside) == (aside,)
 
 
+@pytest.mark.parametrize(
+    ("told_by", "hidden", "odds", "aside_px", "taken"),
+    [
+        ("silhouette", 10, 9.0, 80.0, True),
+        ("recalled", 10, 9.0, 80.0, True),
+        ("silhouette", 3, 9.0, 80.0, False),  # for an image or two a rim may look like it
+        ("silhouette", 10, 4.5, 80.0, False),  # less plain than the target was
+        ("", 10, 9.0, 80.0, False),  # the target is seen where it is expected
+        ("silhouette", 10, 9.0, 300.0, False),  # too far from there
+    ],
+)
+def test_what_hides_the_target_is_left_when_that_comes_out(told_by, hidden, odds, aside_px, taken):
+    """A ball is followed for two seconds, then a grey one before it, which is as dark or has its colours."""
+    following = follower(0.0)
+    for image in range(60 + hidden):
+        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        plain = replace(seen.blobs[0], log_odds=6.0, box_px=(140, 100, 25, 25), area_px=500.0)
+        alone = {"silhouette": 0.0, "recalled": -np.inf, "": 5.0}[told_by]
+        dark = replace(plain, log_odds=alone, **({told_by: True} if told_by else {}))
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(plain if image < 60 else dark,))
+        following.expect(seen)
+        following.update(seen)
+    x, y = plain.centroid_px
+    aside = replace(plain, log_odds=odds, centroid_px=(x - aside_px, y), box_px=(40, 100, 25, 25))
+    seen = replace(seen, time_s=seen.time_s + INTERVAL_S, blobs=(dark, aside))
+    following.expect(seen)
+    assert following.update(seen) == ((aside,) if taken else (dark,))
+    assert following.trusted is not taken
+
+
 def test_what_is_far_from_where_the_target_was_is_not_taken_for_it():
     following, image = gone(0.5)
     elsewhere = at_the_end(image, 66)

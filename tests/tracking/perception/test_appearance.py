@@ -13,6 +13,7 @@ from tracking.perception.appearance import (
     AS_LARGE,
     EVERY_S,
     GROWING_S,
+    MOST_MEDIAN,
     REMEMBERED_S,
     SPREAD,
     AppearanceModel,
@@ -49,7 +50,7 @@ def learned(images=5, **scenes):
     model = AppearanceModel(area_min_px=100.0)
     for image in range(images):
         crop = scene(seed=image, **scenes)
-        model.note(crop, None, detect_by_contrast(crop), image * EVERY_S)
+        model.note(crop, None, detect_by_contrast(crop), image * EVERY_S, regained=False)
     return model
 
 
@@ -115,8 +116,40 @@ def test_what_contrast_finds_where_it_is_expected_is_left_as_it_is():
     crop = scene(seed=3)
     seen = detect_by_contrast(crop)
     assert recalled(learned(), crop, detection=seen) is seen
-    (elsewhere,) = recalled(learned(), crop, detection=seen, expected_px=(30, 30)).blobs
-    assert elsewhere.recalled and elsewhere.log_odds == seen.blobs[0].log_odds
+
+
+@pytest.mark.parametrize("share, by_both", [(0.6, True), (0.4, False)])
+def test_what_contrast_finds_most_of_elsewhere_is_found_by_both(share, by_both):
+    """And learned from: but of a small part, with something else, its colours tell alone."""
+    crop, model = scene(seed=3), learned()
+    (seen,) = detect_by_contrast(crop).blobs
+    piece = replace(seen, area_px=share * np.pi * RADIUS**2)
+    found = recalled(model, crop, detection=replace(NOTHING, blobs=(piece,)), expected_px=(30, 30))
+    (elsewhere,) = found.blobs
+    assert elsewhere.log_odds == seen.log_odds and elsewhere.recalled is not by_both
+    before = model.snapshot()
+    model.note(crop, None, found, 10.0, regained=False)
+    assert (model.snapshot() != before) is by_both
+    model.note(crop, None, found, 10.5, regained=True)
+    assert model.snapshot() != before
+
+
+@pytest.mark.parametrize("way, are_of", [(0.55, False), (0.8, True), (1.2, True)])
+def test_what_lies_between_target_and_water_is_neither(way, are_of):
+    """Redness, greenness and lightness of a target in clear water, and of a thing that is near to it cell by cell."""
+    to_logs = np.linalg.inv([[1, -0.5, -0.5], [0, 1, -1], [0, 1, 0]])
+    rng = np.random.default_rng(2)
+
+    def cells(mean, deviation):
+        logs = (mean + deviation * rng.standard_normal((3000, 3))) @ to_logs.T
+        return logs, Colours(first=logs.mean(axis=0), second=logs.T @ logs / len(logs))
+
+    red, water = np.array([0.79, 0.24, -1.83]), np.array([-0.42, -0.09, -1.66])
+    _, target = cells(red, [0.53, 0.2, 0.63])
+    _, around = cells(water, [0.25, 0.14, 0.37])
+    thing, _ = cells(water + way * (red - water), [0.17, 0.11, 0.45])
+    assert np.median(target.log_likelihood(thing)[0]) < MOST_MEDIAN
+    assert target.are_of(thing, around) is are_of
 
 
 @pytest.mark.parametrize("says, counts", [(0.7, 0.7), (-1.9, -np.inf)])
@@ -143,7 +176,7 @@ def test_nothing_is_learned_from_what_is_suddenly_twice_as_large(later_s, grown)
     """In one piece with something that passes; but a ball that was not seen for long may have come nearer."""
     model, before = learned(), learned()
     larger = scene(radius=round(1.8 * RADIUS))
-    model.note(larger, None, detect_by_contrast(larger), before.snapshot()["whole_s"] + later_s)
+    model.note(larger, None, detect_by_contrast(larger), before.snapshot()["whole_s"] + later_s, regained=False)
     assert (model.snapshot() != before.snapshot()) is grown
 
 
@@ -162,7 +195,7 @@ def test_nothing_is_learned_from_what_does_not_look_like_a_target():
     model, crop = AppearanceModel(area_min_px=100.0), scene()
     plain = detect_by_contrast(crop)
     pale = replace(plain, blobs=(replace(plain.blobs[0], log_odds=ACQUIRED_LOG_ODDS - 0.1),))
-    model.note(crop, None, pale, 0.0)
+    model.note(crop, None, pale, 0.0, regained=False)
     assert recalled(model, crop) is NOTHING
 
 
