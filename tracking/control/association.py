@@ -89,7 +89,7 @@ class Association:
         if self.is_expected(blob, direction):
             return True
         return blob.log_odds >= AT_ONCE_LOG_ODDS and (
-            self._may_have_turned_to(direction) or self._is_plainer(blob, direction)
+            self._may_have_turned_to(direction) or self._has_come_out(blob, direction)
         )
 
     def may_be_another(self, blob: Blob) -> bool:
@@ -101,7 +101,7 @@ class Association:
         return faded or self.spread > PLACE_TELLS_RAD
 
     def takes_over(self, blob: Blob) -> bool:
-        """Whether a blob in which what was followed has gone up looks so much more like the target that it is that."""
+        """Whether a blob that hides what was followed looks so much more like the target that it is likelier it."""
         return self.look.has_outgrown(blob) and self.evidence.is_outdone_by(blob.log_odds)
 
     def is_expected(self, blob: Blob, direction: FloatArray | None) -> bool:
@@ -138,10 +138,10 @@ class Association:
         near = float(bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
         return near and self.observation.time_s - last_s >= GAP_S
 
-    def _is_plainer(self, blob: Blob, direction: FloatArray) -> bool:
-        """Whether a blob is as plainly the target as that ever was, and what is followed is not told by its looks.
+    def _has_come_out(self, blob: Blob, direction: FloatArray) -> bool:
+        """Whether a blob looks as plainly like the target as that ever did, beside what is told by other marks.
 
-        But by its darkness or colours alone, as a thing is that hides the target: that comes out beside it.
+        By its darkness or its colours alone a thing is followed that hides the target, which then comes out beside it.
         """
         told = self.evidence.silhouette_s + self.evidence.recalled_s < GAP_S
         if told or self.bearing is None or blob.recalled or blob.log_odds < (self.evidence.clearest or 0.0):

@@ -20,7 +20,7 @@ what stands around it keeps its own. A robot that swims on leaves clutter behind
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -123,30 +123,6 @@ CLUTTER_RAD, SWAY_RAD = math.radians(3.0), math.radians(12.0)
 """Within which what was dropped is recognised: twice what a hovering robot sways by; of a robot that sways by more, as
 far as it was seen to swing, up to the second, and of a large thing, of which now this part is seen and now that, as far
 as it reaches."""
-
-PLAIN_STATE = (
-    "contrast",
-    "together",
-    "plainness",
-    "clearest",
-    "age_s",
-    "level_s",
-    "share",
-    "trusted",
-    "whole",
-    "outshone_s",
-    "paler_s",
-    "outdone",
-    "swallowed_s",
-    "silhouette_s",
-    "recalled_s",
-    "moved",
-    "swing_rad",
-    "area_px",
-    "compared",
-    "jumps",
-)
-"""Attributes that are plain numbers."""
 
 
 @dataclass
@@ -378,7 +354,7 @@ class TrackEvidence:
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
-        plain = {name: getattr(self, name) for name in PLAIN_STATE}
+        plain = {name: getattr(self, name) for name in self._plain_state()}
         return plain | {
             "first": None if self.first is None else self.first.tolist(),
             "clutter": self.clutter.snapshot(),
@@ -386,10 +362,14 @@ class TrackEvidence:
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        for name in PLAIN_STATE:
+        for name in self._plain_state():
             setattr(self, name, snapshot[name])
         self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
         self.clutter.restore(snapshot["clutter"])
+
+    def _plain_state(self) -> list[str]:
+        """Names of the attributes that change and are plain numbers."""
+        return [each.name for each in fields(self) if each.name not in ("plain", "first", "clutter")]
 
 
 def is_overhead(direction: FloatArray) -> bool:

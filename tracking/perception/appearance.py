@@ -101,10 +101,17 @@ class Colours:
         return squared, np.float32(np.log(np.diag(root)).sum()) - squared / 2
 
     def are_of(self, logs: FloatImage, around: Colours) -> bool:
-        """Whether cells, shape (n, 3), may be of what these colours are of, and no thing between that and others.
+        """Whether cells may be of what these colours are of, and not of a thing between that and what is around it.
 
         Cell by cell a grey ball is as near to a red one, lit from one side, as its own shaded cells are. But its mean
         lies between the red one's and the water's, along Fisher's discriminant (1936, Annals of Eugenics 7, 179).
+
+        Parameters
+        ----------
+        logs : array, shape (n, 3)
+            Logarithms of the light of the cells.
+        around : Colours
+            Of what is around the target.
         """
         if np.median(self.log_likelihood(logs)[0]) >= MOST_MEDIAN:
             return False
