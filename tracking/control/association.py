@@ -101,7 +101,7 @@ class Association:
         return faded or self.spread > PLACE_TELLS_RAD
 
     def takes_over(self, blob: Blob) -> bool:
-        """Whether a blob that hides what was followed looks so much more like the target that it is likelier it."""
+        """Whether a blob that hides what was followed is by far the likelier target of the two."""
         return self.look.has_outgrown(blob) and self.evidence.is_outdone_by(blob.log_odds)
 
     def is_expected(self, blob: Blob, direction: FloatArray | None) -> bool:

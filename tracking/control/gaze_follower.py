@@ -207,6 +207,7 @@ class GazeFollower:
         if known.bearing is not None and known.takes_over(blobs[0]):
             self._evidence.outdone = turned = True
             self._evidence.drop(known.bearing.direction, observation.time_s, self._radius_rad)
+            self._look.forget()
         self._radius_rad = math.sqrt(sum(blob.area_px for blob in blobs) / math.pi) * self._rad_per_px
         if turned or known.may_be_another(blobs[0]):
             self._evidence.begin_again()
