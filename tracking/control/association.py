@@ -10,7 +10,7 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from tracking.control.follower import Observation
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.estimation.target_look import TargetLook
 from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence, is_overhead
 from tracking.perception import ACQUIRED_LOG_ODDS

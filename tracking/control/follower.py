@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.perception import Crop
 from tracking.protocols import AttitudeReport
 from tracking.records import Blob

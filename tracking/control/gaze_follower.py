@@ -19,8 +19,11 @@ from tracking.control.follower import Observation
 from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
-from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
+from tracking.estimation.bearing import Bearing
+from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
+from tracking.estimation.steady_filter import SteadyFilter
+from tracking.estimation.sway import Sway
 from tracking.estimation.target_look import TargetLook, likeliest
 from tracking.estimation.track_evidence import TrackEvidence, is_overhead
 from tracking.perception import weighted_centroid
@@ -82,7 +85,7 @@ class GazeFollower:
         self._rad_per_px = math.sqrt(scale.prod())
         self._axes = SteadyAxes()
         self._filter = DirectionFilter(noise)
-        self._steady = DirectionFilter(replace(noise, acceleration_deg=noise.steady_acceleration_deg))
+        self._steady = SteadyFilter(noise, Sway())
         self._evidence = TrackEvidence(plain=plain)
         self._look = TargetLook()
         self._seen = False
@@ -152,6 +155,8 @@ class GazeFollower:
         self._axes.note(observation.attitude, observation.time_s)
         self._filter.predict(observation.time_s)
         self._steady.predict(observation.time_s)
+        if not self._seen:
+            self._coast()
         return self._expected_px(observation)
 
     def update(self, observation: Observation) -> tuple[Blob, ...]:
@@ -184,7 +189,7 @@ class GazeFollower:
 
     def follow(self, observation: Observation) -> FloatArray:
         """Joint values whose gaze is on the target at the first image that they can be seen in; after `update`."""
-        bearing = self._filter.bearing
+        bearing = self._filter.bearing if self._seen else self._steady.bearing
         if bearing is None:
             return observation.q_command
         images = math.floor(self._latency_s / observation.interval_s) + 1
@@ -233,8 +238,8 @@ class GazeFollower:
             interval_s=observation.interval_s,
             swallowed_s=self._evidence.swallowed_s,
         )
-        if self._evidence.swallowed_s == 0 and self._evidence.trusted and self._steady.bearing is not None:
-            self._last_alone = (self._steady.bearing, observation.time_s)
+        if self._evidence.swallowed_s == 0 and self._evidence.trusted and (alone := self._steady.lasting) is not None:
+            self._last_alone = (alone, observation.time_s)
 
     def _weigh(
         self, blobs: tuple[Blob, ...], sides: tuple[int, int], direction: FloatArray, known: Association
@@ -251,14 +256,21 @@ class GazeFollower:
         self._evidence.note_silhouette(interval_s, dark=blobs[0].silhouette and not round_above)
 
     def _note_missing(self, observation: Observation) -> None:
-        """Go on at the steady rate from the first image without the target on; count those that should show it."""
+        """Go on by path and sway from the first image without the target on; count those that should show it."""
         if self._seen:
-            self._filter.coast(self._steady)
-            self._last_seen = None if self._filter.bearing is None else (self._filter.bearing, observation.time_s)
+            self._coast()
+            lasting = self._steady.lasting
+            self._last_seen = None if lasting is None else (lasting, observation.time_s)
         expected = self._expected_px(observation)
         shown = expected is not None and observation.shows(expected)
         self._evidence.miss(observation.interval_s, shown=shown)
         self._look.miss(observation.interval_s)
+
+    def _coast(self) -> None:
+        """Take what is not seen to be where path and sway have it by now."""
+        bearing = self._steady.bearing
+        if bearing is not None:
+            self._filter.take_over(bearing, self._steady.covariance)
 
     def _middle_px(
         self, blobs: tuple[Blob, ...], sides: tuple[int, int], observation: Observation

@@ -19,7 +19,7 @@ from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from tracking.control.gaze_view import GazeView
 from tracking.control.poses import in_view, pose_grid, seen_from
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import Gimbal
 
 PLACES = 256

@@ -29,7 +29,7 @@ import numpy as np
 from optics.gaze.jacobian import NO_AZIMUTH
 from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import TURN, Gimbal
 
 PAN_NODES = 32

@@ -16,7 +16,7 @@ from tracking.control.direct_look import DirectLook
 from tracking.control.everywhere import Everywhere, LikelyFirst, Raster
 from tracking.control.gaze_view import GazeView
 from tracking.control.lost_target import LostTarget
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import Gimbal
 
 OVERLAP = 0.2

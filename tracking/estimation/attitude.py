@@ -20,7 +20,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from optics.kernels.arrays import FloatArray
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.protocols import AttitudeReport
 
 RATE_S = 0.08
@@ -44,6 +44,8 @@ class TurningBearing(Bearing):
     ----------
     direction, rate : array, shape (3,)
         In the body frame as it is now, the body's own turn left out of the rate.
+    still : Bearing
+        The same as if the body did not turn.
     body_rate : array, shape (3,)
         Of the body's turn about its own axes, rad/s.
     turning_s : float
@@ -51,20 +53,19 @@ class TurningBearing(Bearing):
         fed forward no longer than commands are late.
     """
 
+    still: Bearing
     body_rate: FloatArray
     turning_s: float
 
     def after(self, seconds: float) -> Bearing:
         """The same target later, in the axes that the body has by then."""
-        later = super().after(seconds)
-        back = _turned(-min(seconds, self.turning_s) * self.body_rate)
-        return Bearing(direction=back @ later.direction, rate=back @ later.rate)
+        return self.still.after(seconds).turned(_turned(-min(seconds, self.turning_s) * self.body_rate))
 
     def directions_after(self, seconds: Sequence[float]) -> FloatArray:
         """Its direction at later times, shape (n, 3), as `after` has it of one."""
         turned_s = [min(each, self.turning_s) for each in seconds]
         back = {each: _turned(-each * self.body_rate) for each in set(turned_s)}
-        later = super().directions_after(seconds)
+        later = self.still.directions_after(seconds)
         return np.array([back[each] @ direction for each, direction in zip(turned_s, later, strict=True)])
 
 
@@ -110,14 +111,16 @@ class SteadyAxes:
 
     def bearing_to_body(self, bearing: Bearing) -> Bearing:
         """A bearing of steady axes in the body frame as it is now, as if the body did not turn."""
-        return Bearing(direction=self.to_body(bearing.direction), rate=self.to_body(bearing.rate))
+        return bearing.turned(self._turn.T) if self._reports else bearing
 
     def bearing_ahead(self, bearing: Bearing, ahead_s: float) -> Bearing:
         """A bearing of steady axes in the frame of the body, which turns on for some seconds."""
-        seen = self.bearing_to_body(bearing)
+        still = self.bearing_to_body(bearing)
         if not self._reports:
-            return seen
-        return TurningBearing(direction=seen.direction, rate=seen.rate, body_rate=self._body_rate, turning_s=ahead_s)
+            return still
+        return TurningBearing(
+            direction=still.direction, rate=still.rate, still=still, body_rate=self._body_rate, turning_s=ahead_s
+        )
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""

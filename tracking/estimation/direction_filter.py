@@ -15,7 +15,6 @@ correction is brought back to it. There is no pole anywhere, at the zenith neith
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -23,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
+from tracking.estimation.bearing import Bearing, on_the_sphere
 from tracking.estimation.kalman import Correction, Estimate, predict, update
 
 OBSERVED = np.array([[1.0, 0.0]])
@@ -41,20 +41,15 @@ class DirectionNoise:
         Root of the spectral density of the target's angular acceleration, degrees/s^1.5: the rate changes by so much
         within a second. 20 is a diver at 2 m who turns round at half a knot.
     steady_acceleration_deg : float
-        The same of one that is not seen: which of its turns are meant to last is seen over seconds, not from image to
-        image. With 0.7 degrees of noise 9 of 10 targets of the arena are within half a view of 10 degrees after 1.5 s
-        at the rate that 1 to 5 leave; at the rate that 20 leave, 6 of 10.
-    unseen_acceleration_deg : float
-        The same from then on, at that rate: of the arena's targets (seeds 100 to 219) 95 % are within three standard
-        deviations after half a second to a second and a half, 4, 11, 17 to 24 degrees.
+        The same of the path that a target keeps to while it is not seen, the body's sway apart: which of its turns are
+        meant to last is seen over seconds, not from image to image (`tracking.estimation.steady_filter`).
     first_rate_deg_per_s : float
         Standard deviation of the rate of a target just found.
     """
 
     measurement_deg: float = 0.5
     acceleration_deg: float = 20.0
-    steady_acceleration_deg: float = 3.0
-    unseen_acceleration_deg: float = 6.0
+    steady_acceleration_deg: float = 2.5
     first_rate_deg_per_s: float = 20.0
 
     def __post_init__(self) -> None:
@@ -63,50 +58,12 @@ class DirectionNoise:
                 raise ValueError(f"expected {name} above 0, got {value}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bearing:
-    """Where the target is estimated to be, seen from the centre of M2, and how it moves.
-
-    Attributes
-    ----------
-    direction : array, shape (3,)
-        Unit vector, body frame or steady axes.
-    rate : array, shape (3,)
-        Of the direction, across it, rad/s.
-    """
-
-    direction: FloatArray
-    rate: FloatArray
-
-    def after(self, seconds: float) -> Bearing:
-        """The same target later, along its great circle."""
-        speed = math.sqrt(self.rate @ self.rate)
-        if speed == 0:
-            return self
-        turn, along = speed * seconds, self.rate / speed
-        cosine, sine = math.cos(turn), math.sin(turn)
-        return Bearing(
-            direction=cosine * self.direction + sine * along, rate=speed * (cosine * along - sine * self.direction)
-        )
-
-    def directions_after(self, seconds: Sequence[float]) -> FloatArray:
-        """Its direction at later times, shape (n, 3), as `after` has it of one."""
-        speed = math.sqrt(self.rate @ self.rate)
-        if speed == 0:
-            return np.tile(self.direction, (len(seconds), 1))
-        turns = [speed * each for each in seconds]
-        cosines, sines = np.array([[math.cos(turn), math.sin(turn)] for turn in turns]).T[..., np.newaxis]
-        return np.asarray(cosines * self.direction + sines * (self.rate / speed))
-
-
 class DirectionFilter:
     """Where the target is among directions; without a bearing before the first measurement."""
 
     def __init__(self, noise: DirectionNoise):
         self._measurement = np.array([[math.radians(noise.measurement_deg) ** 2]])
         self._acceleration = math.radians(noise.acceleration_deg) ** 2
-        self._unseen_acceleration = math.radians(noise.unseen_acceleration_deg) ** 2
-        self._coasts = False
         self._first = np.diag([math.radians(noise.measurement_deg), math.radians(noise.first_rate_deg_per_s)]) ** 2
         self._estimate: Estimate | None = None
         self._time_s = math.nan
@@ -130,8 +87,7 @@ class DirectionFilter:
         if self._estimate is not None:
             step = time_s - self._time_s
             bearing = Bearing(direction=self._estimate.mean[0], rate=self._estimate.mean[1]).after(step)
-            acceleration = self._unseen_acceleration if self._coasts else self._acceleration
-            process = acceleration * np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]])
+            process = self._acceleration * np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]])
             predicted = predict(self._estimate, [[1.0, step], [0.0, 1.0]], process)
             self._estimate = Estimate(mean=np.array([bearing.direction, bearing.rate]), covariance=predicted.covariance)
         self._time_s = time_s
@@ -151,27 +107,29 @@ class DirectionFilter:
         Correction, optional
             Its innovation squared has two degrees of freedom: nothing lies along the direction. None for the first.
         """
-        self._coasts = False
         measured = np.asarray(direction, dtype=np.float64)
         if self._estimate is None:
             self._estimate = Estimate(mean=np.array([measured, np.zeros(3)]), covariance=self._first)
             return None
         correction = update(self._estimate, measured[np.newaxis], OBSERVED, self._measurement + doubt**2)
-        self._estimate = Estimate(
-            mean=_on_the_sphere(correction.estimate.mean), covariance=correction.estimate.covariance
-        )
+        mean = np.array(on_the_sphere(*correction.estimate.mean))
+        self._estimate = Estimate(mean=mean, covariance=correction.estimate.covariance)
         return correction
 
-    def coast(self, steady: DirectionFilter) -> None:
-        """Go on, until the next measurement, at the rate of a filter that follows more steadily, as sure as it is."""
-        if self._estimate is not None and steady._estimate is not None:
-            mean = _on_the_sphere(np.array([self._estimate.mean[0], steady._estimate.mean[1]]))
-            self._estimate = Estimate(mean=mean, covariance=steady._estimate.covariance)
-            self._coasts = True
+    def take_over(self, bearing: Bearing, covariance: FloatArray) -> None:
+        """Go on from the estimate of another filter at the same time.
+
+        Parameters
+        ----------
+        bearing : Bearing
+        covariance : array, shape (2, 2)
+            Of direction and rate, on each axis.
+        """
+        self._estimate = Estimate(mean=np.array([bearing.direction, bearing.rate]), covariance=covariance)
 
     def forget(self) -> None:
         """Start again without a bearing."""
-        self._estimate, self._coasts = None, False
+        self._estimate = None
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
@@ -180,21 +138,13 @@ class DirectionFilter:
             "time_s": None if math.isnan(self._time_s) else self._time_s,
             "mean": None if known is None else known.mean.tolist(),
             "covariance": None if known is None else known.covariance.tolist(),
-            "coasts": self._coasts,
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
         self._time_s = math.nan if snapshot["time_s"] is None else snapshot["time_s"]
-        self._coasts = snapshot["coasts"]
         self._estimate = (
             None
             if snapshot["mean"] is None
             else Estimate(mean=np.array(snapshot["mean"]), covariance=np.array(snapshot["covariance"]))
         )
-
-
-def _on_the_sphere(mean: FloatArray) -> FloatArray:
-    """Unit direction, and the part of the rate across it."""
-    direction = mean[0] / math.sqrt(mean[0] @ mean[0])
-    return np.array([direction, mean[1] - (mean[1] @ direction) * direction])

@@ -12,7 +12,7 @@ from optics.layout import Layout
 from rigs import Rig
 from tracking.control.joint_paths import JointPath, check_path, raster_path
 from tracking.control.search import OVERLAP, Search
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import Gimbal
 
 RIG = Rig.load("aqua2")

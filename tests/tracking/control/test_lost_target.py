@@ -14,7 +14,7 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.lost_target import GIVEN_UP_S, LostTarget
 from tracking.control.poses import in_view
 from tracking.control.search import OVERLAP, Search
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.perception import Crop, ExactCorners

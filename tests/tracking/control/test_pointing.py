@@ -14,7 +14,7 @@ from optics.gaze.motion import JointSpeeds
 from optics.layout import Layout
 from rigs import Rig
 from tracking.control.pointing import Pointing
-from tracking.estimation.direction_filter import Bearing
+from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import Gimbal
 
 RIG = Rig.load("aqua2")

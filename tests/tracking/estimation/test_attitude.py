@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tracking.estimation.attitude import COAST_S, RATE_S, SteadyAxes
-from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
+from tracking.estimation.bearing import Bearing
+from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 from tracking.protocols import AttitudeReport
 
 STEP_S = 1 / 30

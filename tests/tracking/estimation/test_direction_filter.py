@@ -7,12 +7,11 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from tracking.estimation.direction_filter import Bearing, DirectionFilter, DirectionNoise
+from tracking.estimation.bearing import Bearing
+from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 
 STEP_S = 1 / 30
 
@@ -20,17 +19,6 @@ STEP_S = 1 / 30
 def great_circle(turn: Rotation, speed: float, time_s: float) -> np.ndarray:
     angle = speed * time_s
     return turn.apply([math.cos(angle), math.sin(angle), 0.0])
-
-
-@given(st.integers(0, 2**32 - 1), st.floats(0.0, 3.0), st.floats(0.0, 2.0))
-def test_a_bearing_runs_along_its_great_circle(seed, speed, seconds):
-    turn = Rotation.random(random_state=seed)
-    bearing = Bearing(direction=turn.apply([1.0, 0.0, 0.0]), rate=turn.apply([0.0, speed, 0.0]))
-    later = bearing.after(seconds)
-    np.testing.assert_allclose(later.direction, great_circle(turn, speed, seconds), atol=1e-14)
-    np.testing.assert_array_equal(bearing.directions_after([0.0, seconds]), [bearing.direction, later.direction])
-    assert later.rate @ later.direction == pytest.approx(0, abs=1e-14)
-    assert np.linalg.norm(later.rate) == pytest.approx(speed, abs=1e-14)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -139,36 +127,11 @@ def test_it_says_which_noise_it_cannot_use():
         DirectionNoise(measurement_deg=0.0)
 
 
-def coasting(quick, steady, times_s):
-    """Both filters at a target that goes 10 degrees/s along the equator, then the first without it."""
-    for time_s in times_s:
-        direction = great_circle(Rotation.identity(), math.radians(10), time_s)
-        for tracked in (quick, steady):
-            tracked.predict(time_s)
-            tracked.update(direction)
-    quick.coast(steady)
-
-
-def test_one_that_is_not_seen_spreads_as_its_steady_rate_does():
-    """A second at a rate that is known to s and may change by 6 degrees/s^1.5: s^2 and 6^2 / 3 beside where it was."""
-    noise = DirectionNoise()
-    quick = DirectionFilter(noise)
-    steady = DirectionFilter(DirectionNoise(acceleration_deg=noise.steady_acceleration_deg))
-    coasting(quick, steady, np.arange(0, 5, STEP_S))
-    last_s = 5 - STEP_S
-    before = np.array(steady.snapshot()["covariance"])
-    quick.predict(last_s + 1)
-    spread = before[0, 0] + 2 * before[0, 1] + before[1, 1] + math.radians(noise.unseen_acceleration_deg) ** 2 / 3
-    assert quick.expected_spread**2 == pytest.approx(spread + math.radians(noise.measurement_deg) ** 2)
-    # A third of what it would be by the turns that a target makes from image to image.
-    assert math.degrees(quick.expected_spread) == pytest.approx(4, abs=0.5)
-    # Seen again, it may turn as ever.
-    quick.update(great_circle(Rotation.identity(), math.radians(10), last_s + 1))
-    assert quick.snapshot()["coasts"] is False
-
-
-def test_nothing_known_does_not_go_on():
-    quick = DirectionFilter(DirectionNoise())
-    quick.coast(DirectionFilter(DirectionNoise()))
-    assert quick.bearing is None
-    assert not quick.snapshot()["coasts"]
+def test_it_goes_on_from_the_estimate_of_another():
+    quick, covariance = DirectionFilter(DirectionNoise()), np.diag([0.01, 0.04])
+    bearing = Bearing(direction=np.array([1.0, 0.0, 0.0]), rate=np.array([0.0, 0.2, 0.0]))
+    quick.predict(1.0)
+    quick.take_over(bearing, covariance)
+    assert quick.expected_spread**2 == pytest.approx(0.01 + math.radians(0.5) ** 2)
+    quick.predict(1.1)
+    np.testing.assert_allclose(quick.bearing.direction, bearing.after(0.1).direction)
