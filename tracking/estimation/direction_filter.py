@@ -16,14 +16,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from optics.kernels.arrays import FloatArray
 from tracking.estimation.bearing import Bearing, on_the_sphere
-from tracking.estimation.kalman import Correction, Estimate, predict, update
+from tracking.estimation.kalman import Correction, Estimate, TimedEstimate, predict, update
 
 OBSERVED = np.array([[1.0, 0.0]])
 """H: the direction is measured, the rate is not."""
@@ -58,15 +57,14 @@ class DirectionNoise:
                 raise ValueError(f"expected {name} above 0, got {value}")
 
 
-class DirectionFilter:
+class DirectionFilter(TimedEstimate):
     """Where the target is among directions; without a bearing before the first measurement."""
 
     def __init__(self, noise: DirectionNoise):
+        super().__init__()
         self._measurement = np.array([[math.radians(noise.measurement_deg) ** 2]])
         self._acceleration = math.radians(noise.acceleration_deg) ** 2
         self._first = np.diag([math.radians(noise.measurement_deg), math.radians(noise.first_rate_deg_per_s)]) ** 2
-        self._estimate: Estimate | None = None
-        self._time_s = math.nan
 
     @property
     def bearing(self) -> Bearing | None:
@@ -126,25 +124,3 @@ class DirectionFilter:
             Of direction and rate, on each axis.
         """
         self._estimate = Estimate(mean=np.array([bearing.direction, bearing.rate]), covariance=covariance)
-
-    def forget(self) -> None:
-        """Start again without a bearing."""
-        self._estimate = None
-
-    def snapshot(self) -> dict[str, Any]:
-        """State as plain numbers."""
-        known = self._estimate
-        return {
-            "time_s": None if math.isnan(self._time_s) else self._time_s,
-            "mean": None if known is None else known.mean.tolist(),
-            "covariance": None if known is None else known.covariance.tolist(),
-        }
-
-    def restore(self, snapshot: dict[str, Any]) -> None:
-        """Go on from a snapshot."""
-        self._time_s = math.nan if snapshot["time_s"] is None else snapshot["time_s"]
-        self._estimate = (
-            None
-            if snapshot["mean"] is None
-            else Estimate(mean=np.array(snapshot["mean"]), covariance=np.array(snapshot["covariance"]))
-        )

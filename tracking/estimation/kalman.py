@@ -10,7 +10,9 @@ and R. The components of a direction are such columns.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,6 +61,36 @@ class Correction:
         Chi-square distributed with m (times k) degrees of freedom while the model holds.
         """
         return float((self.innovation * np.linalg.solve(self.spread, self.innovation)).sum())
+
+
+class TimedEstimate:
+    """What a filter knows, and when it was so: nothing before its first measurement."""
+
+    def __init__(self) -> None:
+        self._estimate: Estimate | None = None
+        self._time_s = math.nan
+
+    def forget(self) -> None:
+        """Start again without an estimate."""
+        self._estimate = None
+
+    def snapshot(self) -> dict[str, Any]:
+        """State as plain numbers."""
+        known = self._estimate
+        return {
+            "time_s": None if math.isnan(self._time_s) else self._time_s,
+            "mean": None if known is None else known.mean.tolist(),
+            "covariance": None if known is None else known.covariance.tolist(),
+        }
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from a snapshot."""
+        self._time_s = math.nan if snapshot["time_s"] is None else snapshot["time_s"]
+        self._estimate = (
+            None
+            if snapshot["mean"] is None
+            else Estimate(mean=np.array(snapshot["mean"]), covariance=np.array(snapshot["covariance"]))
+        )
 
 
 def predict(estimate: Estimate, transition: ArrayLike, process_noise: ArrayLike, moved: ArrayLike = 0.0) -> Estimate:

@@ -9,7 +9,6 @@ circle, the sway swings about it and dies away.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike
 from optics.kernels.arrays import FloatArray
 from tracking.estimation.bearing import Bearing, SwayingBearing, on_the_sphere
 from tracking.estimation.direction_filter import DirectionNoise
-from tracking.estimation.kalman import Estimate, predict, update
+from tracking.estimation.kalman import Estimate, TimedEstimate, predict, update
 from tracking.estimation.sway import Sway
 
 OBSERVED = np.array([[1.0, 0.0, 1.0, 0.0]])
@@ -27,16 +26,15 @@ SUMS = np.array([[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 1.0]])
 """Direction and rate of what is seen."""
 
 
-class SteadyFilter:
+class SteadyFilter(TimedEstimate):
     """Path and sway of a target; without a bearing before the first measurement."""
 
     def __init__(self, noise: DirectionNoise, sway: Sway):
+        super().__init__()
         self._measurement = np.array([[math.radians(noise.measurement_deg) ** 2]])
         self._acceleration = math.radians(noise.steady_acceleration_deg) ** 2
         self._first_rate = math.radians(noise.first_rate_deg_per_s) ** 2
         self._sway = sway
-        self._estimate: Estimate | None = None
-        self._time_s = math.nan
 
     @property
     def bearing(self) -> SwayingBearing | None:
@@ -97,28 +95,6 @@ class SteadyFilter:
             return
         corrected = update(self._estimate, measured[np.newaxis], OBSERVED, self._measurement + doubt**2).estimate
         self._estimate = Estimate(mean=_across(corrected.mean), covariance=corrected.covariance)
-
-    def forget(self) -> None:
-        """Start again without a bearing."""
-        self._estimate = None
-
-    def snapshot(self) -> dict[str, Any]:
-        """State as plain numbers."""
-        known = self._estimate
-        return {
-            "time_s": None if math.isnan(self._time_s) else self._time_s,
-            "mean": None if known is None else known.mean.tolist(),
-            "covariance": None if known is None else known.covariance.tolist(),
-        }
-
-    def restore(self, snapshot: dict[str, Any]) -> None:
-        """Go on from a snapshot."""
-        self._time_s = math.nan if snapshot["time_s"] is None else snapshot["time_s"]
-        self._estimate = (
-            None
-            if snapshot["mean"] is None
-            else Estimate(mean=np.array(snapshot["mean"]), covariance=np.array(snapshot["covariance"]))
-        )
 
     def _first(self) -> FloatArray:
         """Covariance after the first measurement, which is of the sum: what the sway has of it the path has not."""
