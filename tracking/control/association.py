@@ -10,7 +10,7 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from tracking.control.follower import Observation
-from tracking.estimation.bearing import Bearing
+from tracking.estimation.bearing import Bearing, Sight
 from tracking.estimation.target_look import TargetLook
 from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence, is_overhead
 from tracking.perception import ACQUIRED_LOG_ODDS
@@ -44,9 +44,6 @@ WHOLE_SHARE = 0.5
 """Of a dark thing overhead, from which what is red of it is taken for all of it: in 0.88 of 716 images of targets in
 four dives it is more; of a blue ball, whose bright lower side is not red, 0.3 to 0.45."""
 
-Sight = tuple[Bearing, float] | None
-"""Where the target was seen, steady axes, and at which time, seconds."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Association:
@@ -61,8 +58,8 @@ class Association:
         Where the target is expected; None while nothing is followed.
     spread : float
         Standard deviation of that, radians.
-    last_seen : tuple, optional
-        Where it was last seen, and when; None of one that the image before showed.
+    last_seen : Sight, optional
+        Steady axes; None of one that the image before showed.
     rad_per_px : float
         Of the crop.
     """
@@ -72,7 +69,7 @@ class Association:
     look: TargetLook
     bearing: Bearing | None
     spread: float
-    last_seen: Sight
+    last_seen: Sight | None
     rad_per_px: float
 
     def may_be_target(self, blob: Blob, direction: FloatArray | None) -> bool:
@@ -96,7 +93,7 @@ class Association:
         """Whether a blob that is taken for the target after a gap has yet to show that it is the same thing."""
         if self.last_seen is None or blob.recalled:
             return False
-        gap_s = self.observation.time_s - self.last_seen[1]
+        gap_s = self.observation.time_s - self.last_seen.time_s
         faded = not blob.silhouette and self.evidence.is_another(blob.log_odds, gap_s)
         return faded or self.spread > PLACE_TELLS_RAD
 
@@ -134,9 +131,8 @@ class Association:
         """
         if self.last_seen is None:
             return False
-        bearing, last_s = self.last_seen
-        near = float(bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
-        return near and self.observation.time_s - last_s >= GAP_S
+        near = float(self.last_seen.bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)
+        return near and self.observation.time_s - self.last_seen.time_s >= GAP_S
 
     def _has_come_out(self, blob: Blob, direction: FloatArray) -> bool:
         """Whether a blob looks as plainly like the target as that ever did, beside what is told by other marks.

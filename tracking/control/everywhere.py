@@ -13,6 +13,7 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.joint_paths import JointPath, raster_path
 from tracking.control.search_plan import SearchPlan, slowed
 from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.lost_places import LostPlaces
 
 
 class Everywhere(Protocol):
@@ -30,8 +31,8 @@ class Everywhere(Protocol):
     def note_unseen(self, q: FloatArray) -> None:
         """Take in an image taken at `q` without the target."""
 
-    def note_places(self, places: FloatArray, weights: FloatArray) -> None:
-        """The target was lost and can have gone to unit vectors, gimbal's frame, shape (n, 3), with weights (n,)."""
+    def note_lost(self, places: LostPlaces) -> None:
+        """The target was lost, and can have gone to places."""
 
     def advance(self, seconds: float, q: FloatArray) -> FloatArray:
         """Joint values to ask for, so much later, at joint values `q`."""
@@ -72,7 +73,7 @@ class Raster:
     def note_unseen(self, q: FloatArray) -> None:
         """Nothing is kept."""
 
-    def note_places(self, places: FloatArray, weights: FloatArray) -> None:
+    def note_lost(self, places: LostPlaces) -> None:
         """Nothing is kept."""
 
     def advance(self, seconds: float, q: FloatArray) -> FloatArray:
@@ -127,28 +128,27 @@ class LikelyFirst:
         """The target is less likely where an image did not show it."""
         self._belief.note_unseen(q)
 
-    def note_places(self, places: FloatArray, weights: FloatArray) -> None:
-        """The target is likely where it can have gone."""
-        self._belief.note_places(places, weights)
+    def note_lost(self, places: LostPlaces) -> None:
+        """The target is likely where it can have gone, and moves on as fast as it went, about as high."""
+        self._belief.note_lost(places)
 
     def advance(self, seconds: float, q: FloatArray) -> FloatArray:
         """Joint values to ask for, so much later; lost images leave no gap in a sweep."""
         if self._path is None:
-            (self._path, self._sweep), self._time_s = self._plan.next_from(q, self._belief.probability), 0.0
+            (self._path, self._sweep), self._time_s = self._plan.next_from(q, self._belief.probability_in_the_open), 0.0
             self._belief.missed[:] = 1
         self._time_s += min(seconds, self._longest_s)
         if self._time_s > self._path.duration_s:
             self._time_s -= self._path.duration_s
             self._belief.note_swept(self._plan.found_by(self._sweep))
-            self._path, self._sweep = self._plan.next_from(self._path.q[-1], self._belief.probability)
+            self._path, self._sweep = self._plan.next_from(self._path.q[-1], self._belief.probability_in_the_open)
         return self._path.at(self._time_s)
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
         path = self._path
         return {
-            "belief": self._belief.state.tolist(),
-            "missed": self._belief.missed.tolist(),
+            "belief": self._belief.snapshot(),
             "begun": self._begun,
             "path": None if path is None else [path.q.tolist(), path.time_s.tolist()],
             "sweep": self._sweep,
@@ -157,7 +157,7 @@ class LikelyFirst:
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from a snapshot."""
-        self._belief.state, self._belief.missed = np.array(snapshot["belief"]), np.array(snapshot["missed"])
+        self._belief.restore(snapshot["belief"])
         self._sweep = snapshot["sweep"]
         self._begun, self._time_s, path = snapshot["begun"], snapshot["time_s"], snapshot["path"]
         self._path = None if path is None else JointPath(q=np.array(path[0]), time_s=np.array(path[1]))

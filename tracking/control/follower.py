@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
-from tracking.estimation.bearing import Bearing
+from tracking.estimation.bearing import Sight
 from tracking.perception import Crop
 from tracking.protocols import AttitudeReport
 from tracking.records import Blob
@@ -96,11 +96,11 @@ class Follower(Protocol):
         """Whether there is an estimate."""
 
     @property
-    def last_alone(self) -> tuple[Bearing, float] | None:
+    def last_alone(self) -> Sight | None:
         """Where it was last seen, and when, before it was in one piece with what is followed; None when it is not."""
 
     @property
-    def last_seen(self) -> tuple[Bearing, float] | None:
+    def last_seen(self) -> Sight | None:
         """Where the target was last seen, and at which time, seconds; None when it does not know directions."""
 
     def forget(self, *, brief: bool) -> None:

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from optics.kernels.arrays import FloatArray
-from tracking.control.association import Association, Sight, cut_by_edges, with_overhead
+from tracking.control.association import Association, cut_by_edges, with_overhead
 from tracking.control.follower import Observation
 from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
-from tracking.estimation.bearing import Bearing
+from tracking.estimation.bearing import Sight
 from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.steady_filter import SteadyFilter
@@ -90,8 +90,8 @@ class GazeFollower:
         self._look = TargetLook()
         self._seen = False
         self._radius_rad = 0.0
-        self._last_seen: Sight = None
-        self._last_alone: Sight = None
+        self._last_seen: Sight | None = None
+        self._last_alone: Sight | None = None
 
     @property
     def doubted(self) -> bool:
@@ -131,7 +131,7 @@ class GazeFollower:
         return self._filter.bearing is not None
 
     @property
-    def last_seen(self) -> Sight:
+    def last_seen(self) -> Sight | None:
         """Where the target was last seen, and at which time, seconds; its rate is what it was steadily.
 
         In the body frame as it is now, the body's own turn left out.
@@ -139,15 +139,15 @@ class GazeFollower:
         return self._in_body(self._last_seen)
 
     @property
-    def last_alone(self) -> Sight:
+    def last_alone(self) -> Sight | None:
         """Where the target was last seen, and when, before it was in one piece with what is followed.
 
         In the body frame as `last_seen`; None when it is not in one piece with anything.
         """
         return None if self._evidence.swallowed_s == 0 else self._in_body(self._last_alone)
 
-    def _in_body(self, sight: Sight) -> Sight:
-        return None if sight is None else (self._axes.bearing_to_body(sight[0]), sight[1])
+    def _in_body(self, sight: Sight | None) -> Sight | None:
+        return None if sight is None else replace(sight, bearing=self._axes.bearing_to_body(sight.bearing))
 
     def expect(self, observation: Observation) -> tuple[float, float] | None:
         """Predict the direction."""
@@ -194,7 +194,7 @@ class GazeFollower:
             return observation.q_command
         images = math.floor(self._latency_s / observation.interval_s) + 1
         last = None if self._seen else self.last_seen
-        left = last is not None and self._pointing.past_the_end(last[0].direction)
+        left = last is not None and self._pointing.past_the_end(last.bearing.direction)
         ahead_s = images * observation.interval_s
         ahead = self._axes.bearing_ahead(bearing, ahead_s)
         q = self._pointing.command(ahead, ahead_s, observation.q, seen=self._seen, left=left)
@@ -239,7 +239,7 @@ class GazeFollower:
             swallowed_s=self._evidence.swallowed_s,
         )
         if self._evidence.swallowed_s == 0 and self._evidence.trusted and (alone := self._steady.lasting) is not None:
-            self._last_alone = (alone, observation.time_s)
+            self._last_alone = Sight(bearing=alone, time_s=observation.time_s, hidden=True)
 
     def _weigh(
         self, blobs: tuple[Blob, ...], sides: tuple[int, int], direction: FloatArray, known: Association
@@ -259,8 +259,11 @@ class GazeFollower:
         """Go on by path and sway from the first image without the target on; count those that should show it."""
         if self._seen:
             self._coast()
-            lasting = self._steady.lasting
-            self._last_seen = None if lasting is None else (lasting, observation.time_s)
+            lasting, direction = self._steady.lasting, self.direction
+            if lasting is not None and direction is not None:
+                # Else it went out over the view's edge or behind the robot, or shows part of itself there.
+                hidden = self._view.shows_whole(observation.q, direction)
+                self._last_seen = Sight(bearing=lasting, time_s=observation.time_s, hidden=hidden)
         expected = self._expected_px(observation)
         shown = expected is not None and observation.shows(expected)
         self._evidence.miss(observation.interval_s, shown=shown)
@@ -307,8 +310,8 @@ class GazeFollower:
             "steady": self._steady.snapshot(),
             "seen": self._seen,
             "radius_rad": self._radius_rad,
-            "last_seen": _plain(self._last_seen),
-            "last_alone": _plain(self._last_alone),
+            "last_seen": None if self._last_seen is None else self._last_seen.snapshot(),
+            "last_alone": None if self._last_alone is None else self._last_alone.snapshot(),
             "before": before,
             "evidence": self._evidence.snapshot(),
             "look": self._look.snapshot(),
@@ -320,7 +323,9 @@ class GazeFollower:
         self._filter.restore(snapshot["filter"])
         self._steady.restore(snapshot["steady"])
         self._seen, self._radius_rad = snapshot["seen"], snapshot["radius_rad"]
-        self._last_seen, self._last_alone = _sight(snapshot["last_seen"]), _sight(snapshot["last_alone"])
+        self._last_seen, self._last_alone = (
+            None if snapshot[name] is None else Sight.restored(snapshot[name]) for name in ("last_seen", "last_alone")
+        )
         self._evidence.restore(snapshot["evidence"])
         self._look.restore(snapshot["look"])
         before = snapshot["before"]
@@ -348,12 +353,3 @@ class GazeFollower:
             return None
         x, y = observation.crop.from_image(np.array([pixel]))[0].tolist()
         return x, y
-
-
-def _plain(sight: Sight) -> list[Any] | None:
-    """A sight as plain numbers."""
-    return None if sight is None else [sight[0].direction.tolist(), sight[0].rate.tolist(), sight[1]]
-
-
-def _sight(plain: list[Any] | None) -> Sight:
-    return None if plain is None else (Bearing(direction=np.array(plain[0]), rate=np.array(plain[1])), plain[2])

@@ -86,6 +86,10 @@ class GazeView:
         """Which unit vectors, gimbal's frame, shape (n, 3), joint values show well enough to be looked at, (n,)."""
         return np.asarray(self.shown_at(q, direction) >= LEAST_SHOWN)
 
+    def shows_whole(self, q: FloatArray, direction: FloatArray) -> bool:
+        """Whether joint values show a ball in a direction, a unit vector of the body frame, all but whole."""
+        return bool(self.shown_at(q, self._gimbal.in_gimbal(direction)[np.newaxis])[0] == 1)
+
     def clearance(self, direction: FloatArray, pan: FloatArray, tilt: FloatArray) -> NDArray[np.float32]:
         """How far directions are from what hides them.
 

@@ -3,9 +3,10 @@
 A few hundred places stand for what is known: each goes on from where the target was last estimated, at a rate of its
 own about the estimated one, from standing still to turning away. A place that an image showed without the
 target loses weight, and slowly gains it again, since what hid the target may let it go; one that the robot itself hid
-in that image keeps it. Where to look next is the gaze that shows most weight when the servos get there, divided by the
-time that this takes, as among the sweeps of a search for a target of which nothing is known (`search_plan`; Stone 1975,
-Theory of Optimal Search, chapter 9, for targets that move).
+in that image keeps it, and so does one behind what seems to hide the target (`tracking.estimation.lost_places`).
+Where to look next is the gaze that shows most weight when the servos get there, divided by the time that this takes, as
+among the sweeps of a search for a target of which nothing is known (`search_plan`; Stone 1975, Theory of Optimal
+Search, chapter 9, for targets that move).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.poses import in_view, pose_grid, seen_from
 from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.lost_places import HIDDEN_RADII, LostPlaces, in_the_open
 
 PLACES = 256
 
@@ -77,6 +79,8 @@ class LostTarget:
         Of the target when it was last seen.
     age_s : float
         Since then.
+    hidden : bool
+        Whether something hides it.
     shown : GazeView, optional
         What each pose shows; without it, all that lies in the view.
     """
@@ -89,9 +93,12 @@ class LostTarget:
         bearing: Bearing,
         age_s: float,
         *,
+        hidden: bool = False,
         shown: GazeView | None = None,
     ):
         self._gimbal, self._speeds, self._view, self._bearing = gimbal, speeds, view, bearing
+        self._hidden_at = gimbal.in_gimbal(bearing.direction)
+        self._radius: FloatArray = np.resize(HIDDEN_RADII if hidden else 0.0, PLACES)
         self._grid = pose_grid(gimbal, GRID * float(view[0]), GRID * float(view[1]) / 2)
         self._shown = shown
         self._places = _Places(gimbal, bearing)
@@ -106,9 +113,15 @@ class LostTarget:
         return self._age_s > GIVEN_UP_S
 
     @property
-    def places(self) -> tuple[FloatArray, FloatArray]:
-        """Where it can have gone by now: unit vectors, gimbal's frame, shape (n, 3), and weights, shape (n,)."""
-        return self._places.after(self._age_s), self._weights
+    def places(self) -> LostPlaces:
+        """Where it can have gone by now."""
+        return LostPlaces(
+            direction=self._places.after(self._age_s),
+            weight=self._weights,
+            radius=self._radius,
+            hidden_at=self._hidden_at,
+            bearing=self._bearing,
+        )
 
     def pass_time(self, seconds: float) -> None:
         """It goes on."""
@@ -126,7 +139,7 @@ class LostTarget:
     def note_unseen(self, q: FloatArray, passed_s: float) -> None:
         """Take in an image taken at `q` that did not show the target, so long after the one before."""
         places = self._places.after(self._age_s)
-        seen = in_view(self._gimbal, q, places, self._view).astype(float)
+        seen = in_view(self._gimbal, q, places, self._view) * self._in_the_open(places)
         if self._shown is not None:
             seen *= self._shown.shown_at(q, places)
         self._weights *= np.exp(-passed_s / SEEN_S * seen)
@@ -137,6 +150,7 @@ class LostTarget:
         return {
             "direction": self._bearing.direction.tolist(),
             "rate": self._bearing.rate.tolist(),
+            "hidden": bool(self._radius.any()),
             "weights": self._weights.tolist(),
             "age_s": self._age_s,
             "goal": None if self._goal is None else self._goal.tolist(),
@@ -155,7 +169,7 @@ class LostTarget:
     ) -> LostTarget:
         """A search that goes on from a snapshot."""
         bearing = Bearing(direction=np.array(snapshot["direction"]), rate=np.array(snapshot["rate"]))
-        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"], shown=shown)
+        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"], hidden=snapshot["hidden"], shown=shown)
         search._weights = np.array(snapshot["weights"])
         search._goal = None if snapshot["goal"] is None else np.array(snapshot["goal"])
         search._goal_s = snapshot["goal_s"]
@@ -176,7 +190,8 @@ class LostTarget:
             then = arrival == index
             rows, columns = then.any(axis=1), then.any(axis=0)
             if rows.any():
-                seen = seen_from(places, pans[rows], tilts[columns], self._view) @ self._weights
+                weights = self._weights * self._in_the_open(places)
+                seen = seen_from(places, pans[rows], tilts[columns], self._view) @ weights
                 gain[np.ix_(rows, columns)] = np.where(then[np.ix_(rows, columns)], seen, gain[np.ix_(rows, columns)])
         most_first = np.unravel_index(np.argsort(-gain / (travel_s + LOOK_S), axis=None)[:ASKED], gain.shape)
         candidates = list(zip(*(each.tolist() for each in most_first), strict=True))
@@ -191,9 +206,13 @@ class LostTarget:
             row, column = pose
             places, gaze = arrived[int(arrival[pose])], (pans[row : row + 1], tilts[column : column + 1])
             shown = seen_from(places, *gaze, self._view) * self._shown.shown(places, *gaze)
-            per_s = float(shown[0, 0] @ self._weights) / time_s
+            per_s = float(shown[0, 0] @ (self._weights * self._in_the_open(places))) / time_s
             best, most = (pose, per_s) if per_s > most else (best, most)
         return float(pans[best[0]]), float(tilts[best[1]]), float(travel_s[best])
+
+    def _in_the_open(self, places: FloatArray) -> FloatArray:
+        """1 of places, shape (PLACES, 3), that nothing hides, 0 of others."""
+        return in_the_open(places, self._hidden_at, self._radius).astype(np.float64)
 
 
 class _Places:

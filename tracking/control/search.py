@@ -16,7 +16,7 @@ from tracking.control.direct_look import DirectLook
 from tracking.control.everywhere import Everywhere, LikelyFirst, Raster
 from tracking.control.gaze_view import GazeView
 from tracking.control.lost_target import LostTarget
-from tracking.estimation.bearing import Bearing
+from tracking.estimation.bearing import Sight
 from tracking.estimation.gimbal import Gimbal
 
 OVERLAP = 0.2
@@ -67,9 +67,12 @@ class Search:
         self._lost = None
         self._everywhere.begin(q)
 
-    def begin_lost(self, bearing: Bearing, age_s: float) -> None:
-        """Search where a target can have gone that was last seen at a bearing, so long ago."""
-        self._lost = LostTarget(self._gimbal, self._speeds, self._step, bearing, age_s, shown=self._shown)
+    def begin_lost(self, sight: Sight, time_s: float) -> None:
+        """Search, from a time on, where a target can have gone that was last seen so."""
+        age_s = time_s - sight.time_s
+        self._lost = LostTarget(
+            self._gimbal, self._speeds, self._step, sight.bearing, age_s, hidden=sight.hidden, shown=self._shown
+        )
 
     def note_unseen(self, seconds: float, q: FloatArray) -> None:
         """Take in an image taken at `q` without a lost target that is still waited for where it is predicted."""
@@ -119,7 +122,7 @@ class Search:
             pose = self._lost.next_pose(q, seconds)
             if not self._lost.given_up:
                 return pose
-            self._everywhere.note_places(*self._lost.places)
+            self._everywhere.note_lost(self._lost.places)
             self.begin(q)
         return self._everywhere.advance(seconds, q)
 

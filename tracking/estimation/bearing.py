@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -103,6 +104,38 @@ class SwayingBearing(Bearing):
         return SwayingBearing.about(
             self.path.turned(turn), turn @ self.displacement, turn @ self.displacement_rate, self.sway
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sight:
+    """When and where a target was last seen.
+
+    Attributes
+    ----------
+    bearing : Bearing
+    time_s : float
+    hidden : bool
+        Whether something seems to hide it since: it went out of sight in the middle of the view.
+    """
+
+    bearing: Bearing
+    time_s: float
+    hidden: bool = False
+
+    def snapshot(self) -> dict[str, Any]:
+        """As plain numbers; of one that sways, where it is and how it moves altogether."""
+        return {
+            "direction": self.bearing.direction.tolist(),
+            "rate": self.bearing.rate.tolist(),
+            "time_s": self.time_s,
+            "hidden": self.hidden,
+        }
+
+    @classmethod
+    def restored(cls, snapshot: dict[str, Any]) -> Sight:
+        """From a snapshot."""
+        bearing = Bearing(direction=np.array(snapshot["direction"]), rate=np.array(snapshot["rate"]))
+        return cls(bearing=bearing, time_s=snapshot["time_s"], hidden=snapshot["hidden"])
 
 
 def on_the_sphere(direction: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:

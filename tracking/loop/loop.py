@@ -321,7 +321,7 @@ class TrackingLoop:
         """While a target is waited for where it is predicted, keep what images say of where else it can have gone."""
         lost = self._follower.last_seen if self._variant.rescan == "reachable" else None
         if before.mode is Mode.TRACK and lost and self._long_seen(before):
-            self._search.begin_lost(lost[0], observation.time_s - lost[1])
+            self._search.begin_lost(lost, observation.time_s)
         self._search.note_unseen(self._passed_s, observation.q)
 
     def _search_on(self, before: BehaviourState, observation: Observation) -> None:
@@ -330,7 +330,7 @@ class TrackingLoop:
         reachable = self._variant.rescan == "reachable"
         if before.mode is Mode.SCAN:
             if reachable and long_seen and last is not None:
-                self._search.begin_lost(last[0], observation.time_s - last[1])
+                self._search.begin_lost(last, observation.time_s)
             else:
                 self._search.resume(observation.q)
         elif before.mode is Mode.CHECK or not reachable:
@@ -340,7 +340,7 @@ class TrackingLoop:
             self._search.resume(observation.q)
         elif (alone := self._follower.last_alone) is not None:
             # The target is where it was before it seemed to grow into something else.
-            self._search.begin_lost(alone[0], observation.time_s - alone[1])
+            self._search.begin_lost(alone, observation.time_s)
         elif self._follower.doubted or before.mode is Mode.TRACK:
             if self._follower.trusted:
                 self._search.resume_everything(observation.q)

@@ -17,8 +17,10 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.joint_paths import JointPath, raster_path
 from tracking.control.search import OVERLAP
 from tracking.control.search_plan import slowed
+from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
+from tracking.estimation.lost_places import LostPlaces
 from tracking.perception import Crop, ExactCorners
 from tracking.perception.robot_view import RobotView
 
@@ -115,9 +117,12 @@ def test_what_was_looked_at_is_looked_at_again(searched):
 
 def test_it_goes_on_where_a_lost_target_can_have_gone():
     """To the left and 45 degrees up, from a search that would look ahead: within what the servos need, and 2 s."""
-    there = GIMBAL.in_gimbal(np.array([0.0, 1.0, 1.0]) / math.sqrt(2))[np.newaxis]
+    bearing = Bearing(direction=np.array([0.0, 1.0, 1.0]) / math.sqrt(2), rate=np.zeros(3))
+    there = GIMBAL.in_gimbal(bearing.direction)[np.newaxis]
     search = searching()
-    search.note_places(there, np.ones(1))
+    search.note_lost(
+        LostPlaces(direction=there, weight=np.ones(1), radius=np.zeros(1), hidden_at=there[0], bearing=bearing)
+    )
     assert first_seen_s(gazes(search, 5.0), there)[0] < 3.0
 
 

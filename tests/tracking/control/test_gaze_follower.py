@@ -102,3 +102,17 @@ def test_what_is_far_from_where_the_target_was_is_not_taken_for_it():
     elsewhere = at_the_end(image, 66)
     following.expect(elsewhere)
     assert not following.update(elsewhere)
+
+
+@pytest.mark.parametrize(("azimuth_deg", "hidden"), [(77, True), (88, False)])
+def test_what_goes_out_of_sight_in_the_middle_of_the_view_is_hidden(azimuth_deg, hidden):
+    """11 degrees aside the view ends before the ball does: there it may have gone out of it."""
+    following = follower(0.0)
+    for image in range(11):
+        seen = at_the_end(image, azimuth_deg, seen=image < 10)
+        following.expect(seen)
+        following.update(seen)
+    assert following.last_seen.hidden is hidden
+    restored = follower(0.0)
+    restored.restore(following.snapshot())
+    assert restored.last_seen.hidden is hidden

@@ -12,7 +12,7 @@ from optics.layout import Layout
 from rigs import Rig
 from tracking.control.joint_paths import JointPath, check_path, raster_path
 from tracking.control.search import OVERLAP, Search
-from tracking.estimation.bearing import Bearing
+from tracking.estimation.bearing import Bearing, Sight
 from tracking.estimation.gimbal import Gimbal
 
 RIG = Rig.load("aqua2")
@@ -103,7 +103,7 @@ def test_a_search_goes_on_from_a_snapshot():
     """Also one for a lost target, and on into the search of everything that follows it."""
     bearing = Bearing(direction=GIMBAL.gaze([0.1, 0.2]), rate=np.array([0.0, 0.1, 0.0]))
     whole, resumed = Search(GIMBAL, SPEEDS, VIEW), Search(GIMBAL, SPEEDS, VIEW)
-    whole.begin_lost(bearing, 1.0)
+    whole.begin_lost(Sight(bearing=bearing, time_s=0.0, hidden=True), 1.0)
     whole.advance(0.7, np.zeros(2))
     resumed.restore(whole.snapshot())
     q = np.zeros(2)
