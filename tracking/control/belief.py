@@ -213,8 +213,11 @@ class Belief:
         """A target that moves moves on."""
         hops = self._spreading.hops_per_s * seconds
         steps = math.ceil(hops / MOST_HOPS)
+        # By cell first, which is the order of the sparse product.
+        moving = np.ascontiguousarray(self.state[1].T)
         for _ in range(steps):
-            self.state[1] += hops / steps * (self._hops @ self.state[1].T).T
+            moving += hops / steps * (self._hops @ moving)
+        self.state[1] = moving.T
 
     def note_lost(self, places: LostPlaces) -> None:
         """It was lost, and can have gone to some places; one beyond reach counts where it comes within reach."""
