@@ -27,7 +27,7 @@ from tracking.estimation.sway import Sway
 from tracking.estimation.target_look import TargetLook, likeliest
 from tracking.estimation.track_evidence import TrackEvidence, is_overhead
 from tracking.perception import weighted_centroid
-from tracking.perception.cut_blobs import middle_of_cut
+from tracking.perception.cut_blobs import middle_of_cut, middle_of_part
 from tracking.perception.outline import outline_log_odds
 from tracking.records import Blob
 
@@ -283,7 +283,13 @@ class GazeFollower:
             centroid_px = weighted_centroid(blobs)
             assert centroid_px is not None  # there are blobs
             return centroid_px, 0.0
-        by_edge = sides != (0, 0) and sides == cut_by_edges(blobs[0], replace(observation, robot=None))
+        if sides == (0, 0):
+            expected_px = self._expected_px(observation)
+            if expected_px is None or not self._look.has_another_size(blobs[0]):
+                return blobs[0].centroid_px, 0.0
+            middle_px, deviation_px = middle_of_part(blobs[0], self._look.usual_px2, expected_px)
+            return middle_px, deviation_px * self._rad_per_px
+        by_edge = sides == cut_by_edges(blobs[0], replace(observation, robot=None))
         middle_px, deviation_px = middle_of_cut(blobs[0], sides, self._look.whole_px2, by_edge=by_edge)
         return middle_px, deviation_px * self._rad_per_px
 

@@ -103,6 +103,35 @@ def middle_of_cut(
     return (x, y), math.dist((x, y), blob.centroid_px) / 2
 
 
+def middle_of_part(blob: Blob, whole_px2: float, expected_px: tuple[float, float]) -> tuple[tuple[float, float], float]:
+    """Middle of a disc of which something hides a part that no edge tells, or that is in one piece with something.
+
+    Along each axis a disc reaches as far as the part of it that is seen, on both sides, or as far as the piece that it
+    is in at most: its middle is between one radius from the one end and one from the other, and there where it is
+    expected, or as near to that as can be.
+
+    Parameters
+    ----------
+    blob : Blob
+    whole_px2 : float
+        Area of the whole disc.
+    expected_px : tuple of float
+        Pixel of the crop.
+
+    Returns
+    -------
+    middle, deviation : tuple of float, float
+        Pixels of the crop, and half of the longer of the two ways that it may have.
+    """
+    radius_px = math.sqrt(whole_px2 / math.pi)
+    middle, way = [], 0.0
+    for expected, low, extent in zip(expected_px, blob.box_px[:2], blob.box_px[2:], strict=True):
+        first, last = sorted((low - 0.5 + radius_px, low - 0.5 + extent - radius_px))
+        middle.append(min(max(expected, first), last))
+        way = max(way, last - first)
+    return (middle[0], middle[1]), way / 2
+
+
 def _one_radius_from(low: float, extent: float, side: int, radius: float) -> float:
     """Middle of a whole whose other end than the cut one is where the part's is."""
     return low + radius if side > 0 else low + extent - radius

@@ -1,6 +1,7 @@
 """Images of a target that the default follower is shown: what several tests of it draw."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,6 +28,9 @@ IMAGES = 10
 PAN_RATE = math.radians(60)
 """As fast as the servos turn."""
 
+MIDDLE = np.array([math.cos(math.radians(10)), 0.0, math.sin(math.radians(10))])
+"""Unit vector, body frame: what the middle of the view shows in the fifth image."""
+
 SHOWN = GazeView(GIMBAL, SIGHT_LINES, lambda q: Crop.of(CORNERS.corners(q)))
 
 
@@ -50,3 +54,11 @@ def observation(image, target, row_time_s):
     x, y = crop.from_image([pixel])[0]
     blob = Blob(centroid_px=(float(x), float(y)), area_px=500.0, box_px=(0, 0, 25, 25), circularity=1.0)
     return Observation(time_s=time_s, interval_s=INTERVAL_S, q=q, q_command=q, crop=crop, blobs=(blob,)), later_s
+
+
+def of_area(blob, area_px):
+    """A disc of another area about the same middle."""
+    x, y = blob.centroid_px
+    radius = math.sqrt(area_px / math.pi)
+    box_px = (round(x - radius), round(y - radius), round(2 * radius), round(2 * radius))
+    return replace(blob, area_px=area_px, box_px=box_px)

@@ -10,8 +10,10 @@ import pytest
 from tests.tracking.control.gaze_images import (
     IMAGES,
     INTERVAL_S,
+    MIDDLE,
     follower,
     observation,
+    of_area,
 )
 from tracking.control.association import OVERHEAD_LOG_ODDS
 from tracking.estimation.track_evidence import PROBATION_S, RECALLED_S, SILHOUETTE_S
@@ -133,9 +135,9 @@ def test_what_is_left_of_the_target_and_something_larger_must_look_like_it(large
     """A ball is followed for a second, is of another size in two images, and then another thing for 2.1 s."""
     following = follower(0.0)
     for image in range(30 + 2 + 63):
-        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        seen, _ = observation(IMAGES // 2, MIDDLE, 0.0)
         size, log_odds = (1.0, 5.0) if image < 30 else larger if image < 32 else left
-        blob = replace(seen.blobs[0], log_odds=log_odds, area_px=500.0 * size, box_px=(140, 100, 25, 25))
+        blob = of_area(replace(seen.blobs[0], log_odds=log_odds), 500.0 * size)
         seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
         following.expect(seen)
         following.update(seen)
@@ -149,9 +151,9 @@ def test_what_passes_before_a_coral_is_the_target_if_it_looks_much_more_like_one
     """A coral is followed for two seconds; something of ten times its area passes before it, and is gone."""
     following = follower(0.0)
     for image in range(60 + 5 + 20):
-        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        seen, _ = observation(IMAGES // 2, MIDDLE, 0.0)
         times, odds = (10.0, log_odds) if 60 <= image < 65 else (1.0, 4.3)
-        blob = replace(seen.blobs[0], log_odds=odds, area_px=500.0 * times, box_px=(140, 100, 25, 25))
+        blob = of_area(replace(seen.blobs[0], log_odds=odds), 500.0 * times)
         seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
         following.expect(seen)
         following.update(seen)
@@ -167,9 +169,9 @@ def test_what_has_come_before_a_coral_is_followed_for_as_long_as_it_stays():
     """It is not the coral in one piece with something larger, which is doubted after two seconds."""
     following = follower(0.0)
     for image in range(60 + 120):
-        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        seen, _ = observation(IMAGES // 2, MIDDLE, 0.0)
         times, odds = (1.0, 4.3) if image < 60 else (10.0, 27.0)
-        blob = replace(seen.blobs[0], log_odds=odds, area_px=500.0 * times, box_px=(140, 100, 25, 25))
+        blob = of_area(replace(seen.blobs[0], log_odds=odds), 500.0 * times)
         seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
         following.expect(seen)
         assert following.update(seen)
@@ -185,11 +187,9 @@ def test_a_pale_target_that_comes_nearer_is_not_taken_for_something_larger(per_s
     """
     following = follower(0.0)
     for image in range(30 + 150):
-        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        seen, _ = observation(IMAGES // 2, MIDDLE, 0.0)
         grown = min(math.exp(per_s * max(image - 29, 0) * INTERVAL_S), 12.0)
-        blob = replace(
-            seen.blobs[0], log_odds=5.0 if image < 30 else 1.0, area_px=500.0 * grown, box_px=(140, 99, 25, 25)
-        )
+        blob = of_area(replace(seen.blobs[0], log_odds=5.0 if image < 30 else 1.0), 500.0 * grown)
         seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
         following.expect(seen)
         following.update(seen)
@@ -201,8 +201,8 @@ def test_a_pale_target_that_comes_nearer_is_not_taken_for_something_larger(per_s
     [
         (1.5, 1.0, True, False),  # trusted, and as large
         (1.5, 1.9, True, False),
-        (1.5, 2.1, False, False),  # something else that is dark
-        (1.5, 0.45, False, False),
+        (1.5, 2.1, False, True),  # something else that is dark, and the target is not to be seen
+        (1.5, 0.45, False, True),
         (0.3, 1.0, False, False),  # not yet trusted
         (12.0, 1.0, True, True),  # for too long
     ],
@@ -211,15 +211,10 @@ def test_a_silhouette_is_the_target_where_it_was_as_large(seconds, times, taken,
     """A ball is followed for some time, and then as long in its place is something dark."""
     following, images = follower(0.0), round(seconds / INTERVAL_S)
     for image in range(2 * images):
-        seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
+        seen, _ = observation(IMAGES // 2, MIDDLE, 0.0)
         dark = image >= images
-        blob = replace(
-            seen.blobs[0],
-            log_odds=0.0 if dark else 5.0,
-            area_px=500.0 * (times if dark else 1.0),
-            box_px=(140, 100, 25, 25),
-            silhouette=dark,
-        )
+        blob = replace(seen.blobs[0], log_odds=0.0 if dark else 5.0, silhouette=dark)
+        blob = of_area(blob, 500.0 * (times if dark else 1.0))
         seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
         following.expect(seen)
         last = following.update(seen)

@@ -1,6 +1,7 @@
 """The default follower in images whose rows are not open at once, past gaps and joints' ends."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -116,3 +117,34 @@ def test_what_goes_out_of_sight_in_the_middle_of_the_view_is_hidden(azimuth_deg,
     restored = follower(0.0)
     restored.restore(following.snapshot())
     assert restored.last_seen.hidden is hidden
+
+
+def going_behind_an_edge(image):
+    """Azimuth of a ball at 20 degrees/s, and what a wall that begins at 79 degrees leaves of it to be seen."""
+    azimuth_deg, edge_deg = 71 + 20 * image * INTERVAL_S, 79
+    whole, edge = at_the_end(image, azimuth_deg), at_the_end(image, edge_deg)
+    (ball,), (edge_x, _) = whole.blobs, edge.blobs[0].centroid_px
+    columns, rows = np.meshgrid(np.arange(whole.crop.width_px), np.arange(whole.crop.height_px))
+    x, y = ball.centroid_px
+    seen = (np.hypot(columns - x, rows - y) < 50) & (columns > edge_x)
+    return azimuth_deg, replace(whole, blobs=(blob_of(seen, ball),) if seen.sum() > 100 else ())
+
+
+def blob_of(seen, like):
+    """A mask's, shape (height, width), that looks like another."""
+    rows, columns = np.nonzero(seen)
+    box_px = (columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1)
+    return replace(like, centroid_px=(columns.mean(), rows.mean()), area_px=float(len(rows)), box_px=box_px)
+
+
+def test_what_hides_more_and_more_of_a_target_does_not_seem_to_stop_it():
+    """The middle of what is left of it hardly moves, by which it would go at 13 degrees/s; its other side does."""
+    following, image = follower(0.0), 0
+    while following.last_seen is None:
+        azimuth_deg, seen = going_behind_an_edge(image)
+        following.expect(seen)
+        following.update(seen)
+        image += 1
+    last = following.last_seen.bearing
+    assert math.degrees(np.linalg.norm(last.rate)) == pytest.approx(20, rel=0.15)
+    assert math.degrees(math.atan2(last.direction[1], last.direction[0])) == pytest.approx(azimuth_deg, abs=1.0)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tracking.perception.cut_blobs import cut_sides, middle_of_cut
+from tracking.perception.cut_blobs import cut_sides, middle_of_cut, middle_of_part
 from tracking.records import Blob
 
 WIDTH_PX, HEIGHT_PX, RADIUS_PX = 320, 240, 30.0
@@ -77,3 +77,22 @@ def test_what_is_larger_than_ever_is_as_wide_as_it_is_high(known):
 def test_what_no_side_cuts_is_where_its_centroid_is():
     blob = part_of_disc((100.0, 120.0), np.zeros((HEIGHT_PX, WIDTH_PX), dtype=bool))
     assert middle_of_cut(blob, (0, 0), 2 * WHOLE_PX2, by_edge=True) == (blob.centroid_px, 0.0)
+
+
+@pytest.mark.parametrize("reach_px", [-20, 0, 20])
+@pytest.mark.parametrize("off_px", [0.0, 8.0, 100.0])
+def test_behind_an_edge_that_nobody_knows_a_disc_is_where_it_is_expected_if_it_can_be(reach_px, off_px):
+    """What is left of a column is hidden; the disc's right end is seen, and its middle is a radius from that."""
+    hidden = np.zeros((HEIGHT_PX, WIDTH_PX), dtype=bool)
+    hidden[:, : 160 + reach_px] = True
+    middle, deviation_px = middle_of_part(part_of_disc((160.0, 120.0), hidden), WHOLE_PX2, (160.0 - off_px, 120.0))
+    np.testing.assert_allclose(middle, (160.0, 120.0), atol=1.5)
+    assert deviation_px == pytest.approx((RADIUS_PX + reach_px) / 2, abs=1.5)
+
+
+@pytest.mark.parametrize(("expected_x", "x"), [(100.0, 150.0), (170.0, 170.0), (300.0, 190.0)])
+def test_in_one_piece_with_something_a_disc_is_somewhere_within(expected_x, x):
+    piece = Blob(area_px=5000.0, centroid_px=(170.0, 120.0), box_px=(120, 90, 100, 60), circularity=1.0)
+    middle, deviation_px = middle_of_part(piece, WHOLE_PX2, (expected_x, 120.0))
+    np.testing.assert_allclose(middle, (x, 119.5), atol=0.6)
+    assert deviation_px == pytest.approx(20.0, abs=0.6)
