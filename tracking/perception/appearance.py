@@ -62,6 +62,11 @@ OPENING = np.ones((3, 3), dtype=np.uint8)
 AS_LARGE = 2.0
 """Times the target's area, or part of it, that a thing has which may be it."""
 
+RAGGED = 0.05
+"""Share of its ellipse (`tracking.perception.outline`) that a target's outline lacks more than it usually does, from
+which it is in one piece with something, or found in pieces. A ball whose outline lacks less than 0.01 lacks 0.055 and
+more beside the one that begins to hide it."""
+
 GROWING_S = 2.0
 """In which a target grows to twice its area if it comes nearer by a sixth of its distance in a second."""
 
@@ -133,7 +138,7 @@ class AppearanceModel:
         self._area_min_px = area_min_px
         self._target: Colours | None = None
         self._around: Colours | None = None
-        self._area_px2 = self._whole_px2 = 0.0
+        self._area_px2 = self._whole_px2 = self._missing = 0.0
         self._noted_s = self._whole_s = -math.inf
 
     def note(
@@ -159,7 +164,9 @@ class AppearanceModel:
         blob = target.blobs[0]
         if time_s - self._noted_s < EVERY_S or blob.log_odds < ACQUIRED_LOG_ODDS or (blob.recalled and not regained):
             return
-        if time_s - self._whole_s < GROWING_S and area_px2 > AS_LARGE * self._whole_px2:
+        cut, missing = _is_cut(blob, crop, hidden), 1 - blob.ellipse_share
+        ragged = not cut and missing > self._missing + RAGGED
+        if time_s - self._whole_s < GROWING_S and (ragged or area_px2 > AS_LARGE * self._whole_px2):
             # In one piece with something that passes before or behind it.
             return
         logs, known = log_cells(crop, hidden)
@@ -171,8 +178,9 @@ class AppearanceModel:
         share = -math.expm1((self._noted_s - time_s) / MEMORY_S)
         self._target = _learned(self._target, inside, share)
         self._around = _learned(self._around, around, share)
-        if not _is_cut(blob, crop, hidden):
+        if not cut:
             self._area_px2 += share * (area_px2 - self._area_px2)
+            self._missing += share * (missing - self._missing)
             self._whole_px2, self._whole_s = area_px2, time_s
         self._area_px2 = max(self._area_px2, area_px2 / AS_LARGE)
         self._noted_s = time_s
@@ -238,7 +246,7 @@ class AppearanceModel:
     def forget(self) -> None:
         """What is followed next may have any colours."""
         self._target = self._around = None
-        self._area_px2 = self._whole_px2 = 0.0
+        self._area_px2 = self._whole_px2 = self._missing = 0.0
         self._noted_s = self._whole_s = -math.inf
 
     def snapshot(self) -> dict[str, Any]:
@@ -248,7 +256,7 @@ class AppearanceModel:
             for each in (self._target, self._around)
         ]
         noted_s, whole_s = (None if math.isinf(each) else each for each in (self._noted_s, self._whole_s))
-        areas = {"area_px2": self._area_px2, "whole_px2": self._whole_px2}
+        areas = {"area_px2": self._area_px2, "whole_px2": self._whole_px2, "missing": self._missing}
         return {"colours": colours, "noted_s": noted_s, "whole_s": whole_s, **areas}
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -258,6 +266,7 @@ class AppearanceModel:
             for each in snapshot["colours"]
         )
         self._area_px2, self._whole_px2 = snapshot["area_px2"], snapshot["whole_px2"]
+        self._missing = snapshot["missing"]
         self._noted_s, self._whole_s = (
             -math.inf if snapshot[name] is None else snapshot[name] for name in ("noted_s", "whole_s")
         )

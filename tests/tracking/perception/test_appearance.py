@@ -19,6 +19,7 @@ from tracking.perception.appearance import (
     AppearanceModel,
     Colours,
 )
+from tracking.perception.outline import ellipse_share
 from tracking.records import Detection
 
 WATER, BALL, STONE = (np.array(light) for light in ([0.02, 0.10, 0.16], [0.015, 0.02, 0.03], [0.03, 0.06, 0.06]))
@@ -178,6 +179,20 @@ def test_nothing_is_learned_from_what_is_suddenly_twice_as_large(later_s, grown)
     larger = scene(radius=round(1.8 * RADIUS))
     model.note(larger, None, detect_by_contrast(larger), before.snapshot()["whole_s"] + later_s, regained=False)
     assert (model.snapshot() != before.snapshot()) is grown
+
+
+@pytest.mark.parametrize(("later_s", "learns"), [(0.9 * GROWING_S, False), (1.1 * GROWING_S, True)])
+def test_nothing_is_learned_from_a_suddenly_ragged_outline(later_s, learns):
+    """Another ball beside the target, which looks like it: together 1.7 times as large, and 0.93 of an ellipse."""
+    model, before, crop = learned(), learned(), scene()
+    (alone,) = detect_by_contrast(crop).blobs
+    both = disc(AT, RADIUS) | disc((AT[0] + 52, AT[1]), 26)
+    share = ellipse_share(cv2.moments(both, binaryImage=True))
+    assert share == pytest.approx(0.93, abs=0.01)
+    blob = replace(alone, area_px=float((both > 0).sum()), ellipse_share=share)
+    piece = Detection(mask=both, blobs=(blob,), centroid_px=blob.centroid_px)
+    model.note(crop, None, piece, before.snapshot()["whole_s"] + later_s, regained=False)
+    assert (model.snapshot() != before.snapshot()) is learns
 
 
 def test_of_a_lost_target_its_colours_are_a_mark_for_a_while():
