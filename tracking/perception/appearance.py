@@ -180,7 +180,8 @@ class AppearanceModel:
         self._around = _learned(self._around, around, share)
         if not cut:
             self._area_px2 += share * (area_px2 - self._area_px2)
-            self._missing += share * (missing - self._missing)
+            # Of the first whole image it is known at once, however long parts of it have been seen.
+            self._missing += (share if math.isfinite(self._whole_s) else 1.0) * (missing - self._missing)
             self._whole_px2, self._whole_s = area_px2, time_s
         self._area_px2 = max(self._area_px2, area_px2 / AS_LARGE)
         self._noted_s = time_s

@@ -104,11 +104,11 @@ def middle_of_cut(
 
 
 def middle_of_part(blob: Blob, whole_px2: float, expected_px: tuple[float, float]) -> tuple[tuple[float, float], float]:
-    """Middle of a disc of which something hides a part that no edge tells, or that is in one piece with something.
+    """Middle of a disc that something unknown hides in part, or that is in one piece with something else.
 
-    Along each axis a disc reaches as far as the part of it that is seen, on both sides, or as far as the piece that it
-    is in at most: its middle is between one radius from the one end and one from the other, and there where it is
-    expected, or as near to that as can be.
+    Along each axis of the blob's box the middle lies in the interval between the point that is one radius inside the
+    box's one end and the point one radius inside the other: a part of a disc is shorter than its diameter, a piece that
+    contains the disc is longer. Within the interval it is taken to be as near as can be to where it is expected.
 
     Parameters
     ----------
@@ -121,15 +121,15 @@ def middle_of_part(blob: Blob, whole_px2: float, expected_px: tuple[float, float
     Returns
     -------
     middle, deviation : tuple of float, float
-        Pixels of the crop, and half of the longer of the two ways that it may have.
+        Pixels of the crop, and half of the longer of the two intervals.
     """
     radius_px = math.sqrt(whole_px2 / math.pi)
-    middle, way = [], 0.0
+    middle, longest = [], 0.0
     for expected, low, extent in zip(expected_px, blob.box_px[:2], blob.box_px[2:], strict=True):
         first, last = sorted((low - 0.5 + radius_px, low - 0.5 + extent - radius_px))
         middle.append(min(max(expected, first), last))
-        way = max(way, last - first)
-    return (middle[0], middle[1]), way / 2
+        longest = max(longest, last - first)
+    return (middle[0], middle[1]), longest / 2
 
 
 def _one_radius_from(low: float, extent: float, side: int, radius: float) -> float:

@@ -195,6 +195,18 @@ def test_nothing_is_learned_from_a_suddenly_ragged_outline(later_s, learns):
     assert (model.snapshot() != before.snapshot()) is learns
 
 
+def test_of_a_target_that_an_edge_has_cut_the_first_whole_outline_is_usual():
+    """It is ragged, as of a pale ball, and so are the next: they teach what the first did."""
+    model, crop = AppearanceModel(area_min_px=100.0), scene()
+    (blob,) = detect_by_contrast(crop).blobs
+    ragged = replace(blob, ellipse_share=0.9)
+    cut = replace(ragged, box_px=(0, *ragged.box_px[1:]))
+    for image, seen in enumerate([cut] * 3 + [ragged] * 3):
+        piece = Detection(mask=disc(AT, RADIUS), blobs=(seen,), centroid_px=AT)
+        model.note(crop, None, piece, 1.1 * image * EVERY_S, regained=False)
+        assert model.snapshot()["noted_s"] == 1.1 * image * EVERY_S
+
+
 def test_of_a_lost_target_its_colours_are_a_mark_for_a_while():
     """Then what has them is a candidate, as what looks like a target is."""
     model, crop = learned(), scene()
