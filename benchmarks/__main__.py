@@ -3,6 +3,9 @@
 Each module that measures speed has ``run() -> list of rows``; a row's `ratio` says how many times better `ours` is than
 `peer`, whichever way the unit counts. A module that judges numbers, one of `CHECKS`, is run alone with options of its
 own: ``main(arguments)`` prints the differences, and returns 1 when one is beyond its tolerance.
+
+Each benchmark runs in a process of its own: what one has loaded would count as memory of what the next one starts,
+since Linux counts what a process held before it became another program.
 """
 
 from __future__ import annotations
@@ -12,6 +15,8 @@ import importlib
 import json
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from typing import Any
 
 from rich.console import Console
@@ -43,12 +48,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rows = []
     for name in options.names or NAMES:
         print(f"{name} ...", file=sys.stderr, flush=True)
-        rows += importlib.import_module(f"benchmarks.{name}").run()
+        rows += measured(f"benchmarks.{name}")
     if options.json:
         print(json.dumps(rows, indent=2))
     else:
         Console().print(table(rows))
     return 0
+
+
+def measured(module: str) -> list[dict[str, Any]]:
+    """Rows of a module's `run`, called in a process of its own."""
+    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as process:
+        return process.submit(_rows, module).result()
+
+
+def _rows(module: str) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = importlib.import_module(module).run()
+    return rows
 
 
 def table(rows: list[dict[str, Any]]) -> Table:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 import sys
 import types
 
@@ -16,13 +17,22 @@ ROW = {"name": "a name", "ours": 1234.5, "peer": 0.5, "unit": "G", "ratio": 2469
 
 @pytest.fixture
 def benchmarks(monkeypatch):
-    """Stand-ins that count how often they are run."""
+    """Names of the benchmarks that are asked for; none is run."""
     runs = []
-    for name in main_module.NAMES:
-        stand_in = types.ModuleType(f"benchmarks.{name}")
-        stand_in.run = lambda name=name: runs.append(name) or [{**ROW, "name": name}]
-        monkeypatch.setitem(sys.modules, f"benchmarks.{name}", stand_in)
+
+    def measured(module):
+        runs.append(module.removeprefix("benchmarks."))
+        return [{**ROW, "name": runs[-1]}]
+
+    monkeypatch.setattr(main_module, "measured", measured)
     return runs
+
+
+def test_a_benchmark_runs_in_a_process_of_its_own(monkeypatch, tmp_path):
+    (tmp_path / "stand_in_benchmark.py").write_text("import os\n\n\ndef run():\n    return [{'ours': os.getpid()}]\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    [first], [second] = (main_module.measured("stand_in_benchmark") for _ in range(2))
+    assert len({os.getpid(), first["ours"], second["ours"]}) == 3
 
 
 def test_all_benchmarks_are_run_by_default(benchmarks, capsys):
