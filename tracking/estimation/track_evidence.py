@@ -20,13 +20,13 @@ what stands around it keeps its own. A robot that swims on leaves clutter behind
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
-
-import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from tracking.estimation.clutter import Clutter
+from tracking.estimation.own_motion import OwnMotion
+from tracking.estimation.size_jumps import SizeJumps
 from tracking.perception import ACQUIRED_LOG_ODDS
 
 MEMORY_S, LONGEST_MEMORY_S, AGED = 0.5, 4.0, 5.0
@@ -35,10 +35,6 @@ been seen. What was followed for long without a gap is still the same thing when
 
 MOST_LOG_ODDS = 3.0
 """That one image's contrast counts for, more or less: a lucky one does not outweigh ten others."""
-
-MOVED_RAD = math.radians(20.0)
-"""From where it was first seen, by which only a thing that moves by itself gets: a hovering robot turns by 5 degrees
-to each side about two axes, which is 14 from end to end, and sways by 6 cm, which are 6 more at 1.5 m."""
 
 MOVED_LOG_ODDS = 2.0
 """That having moved counts for; decoys drift as well."""
@@ -104,11 +100,6 @@ round and overhead (`is_overhead`) for as long as it is, since nothing but a bal
 RECALLED_S = 10.0
 """For which it may be told by its own colours alone, as it had them before."""
 
-JUMP, LEAST_JUMPS, FEWEST_COMPARED = 1.35, 0.5, 30
-"""Times as large or as small from an image to the next, share of the images in which that makes what stands still a
-thing of pieces, and how many must have been compared. Of 198 tracks of targets (presets, arena, point to point) 197 had
-less than 0.36, six of one coral, found as pieces of 552 to 17,088 pixels, 0.57 to 0.8."""
-
 SHARE_MEMORY_S, LEAST_SHARE = 1.0, 1 / 3
 """Over which the share of images is averaged that show what they should, and the least share of them."""
 
@@ -157,16 +148,8 @@ class TrackEvidence:
         For how long it has been told by its darkness alone.
     recalled_s : float
         For how long it has been told by its own colours alone.
-    first : array, shape (3,), optional
-        Unit vector to where it was first seen in all images since, steady axes.
-    moved : bool
-        Whether it has once got away from there by itself.
-    swing_rad : float
-        How far it has got from there at most, by itself or by the robot's sway.
-    area_px : float, optional
-        In the last image, in which nothing cut it; None where something did, or it was not seen.
-    compared, jumps : int
-        Images in which its area was known as it was in the image before, and those in which it was another.
+    motion : OwnMotion
+    sizes : SizeJumps
     clutter : Clutter
     """
 
@@ -186,12 +169,8 @@ class TrackEvidence:
     swallowed_s: float = 0.0
     silhouette_s: float = 0.0
     recalled_s: float = 0.0
-    first: FloatArray | None = None
-    moved: bool = False
-    swing_rad: float = 0.0
-    area_px: float | None = None
-    compared: int = 0
-    jumps: int = 0
+    motion: OwnMotion = field(default_factory=OwnMotion)
+    sizes: SizeJumps = field(default_factory=SizeJumps)
     clutter: Clutter = field(default_factory=Clutter)
 
     @property
@@ -199,7 +178,7 @@ class TrackEvidence:
         """Whether what is followed is likelier not to be the target."""
         if self.contrast is None or self.together is None:
             return False
-        if self._untold or self._stays_pale or self._jumps:
+        if self._untold or self._stays_pale or self._in_pieces:
             return True
         if self.trusted and self.age_s >= KNOWN_S:
             return False
@@ -221,23 +200,22 @@ class TrackEvidence:
         if not self.plain or self.clearest is None or self.clearest >= PLAIN_LOG_ODDS:
             return False
         patience_s = SOON_S if self.trusted and self.clearest < SOON_LOG_ODDS else PLAIN_S
-        return self.outshone_s > OUTSHONE_S or (not self.moved and self.level_s > patience_s)
+        return self.outshone_s > OUTSHONE_S or (not self.motion.moved and self.level_s > patience_s)
 
     @property
-    def _jumps(self) -> bool:
-        """Whether its size is another in every second image: pieces of something, now this one and now that.
+    def _in_pieces(self) -> bool:
+        """Whether its size is another in every second image.
 
         Not of what has moved, which no coral does before a hovering robot: a ball that hardly stands out is found in
         pieces, too.
         """
-        often = self.compared >= FEWEST_COMPARED and self.jumps > LEAST_JUMPS * self.compared
-        return often and not self.moved
+        return self.sizes.often and not self.motion.moved
 
     @property
     def _below_even(self) -> bool:
         """Whether contrast, or all marks together, speak against it, too few images showed it, or its size jumps."""
         assert self.contrast is not None and self.together is not None  # something is followed
-        if self.share < LEAST_SHARE or self._jumps:
+        if self.share < LEAST_SHARE or self._in_pieces:
             return True
         return self.contrast < 0 or (not self.trusted and self.together < 0)
 
@@ -273,10 +251,7 @@ class TrackEvidence:
             Since the image before.
         """
         self.recalled_s = 0.0
-        self.first = direction if self.first is None else self.first
-        swing_rad = math.acos(min(float(self.first @ direction), 1.0))
-        moved = swing_rad > MOVED_RAD
-        self.moved, self.swing_rad = self.moved or moved, max(self.swing_rad, swing_rad)
+        moved = self.motion.note(direction)
         counted = _bounded(contrast, MOST_LOG_ODDS)
         memory_s = min(max(MEMORY_S, self.age_s / AGED), LONGEST_MEMORY_S)
         self.contrast = _averaged(self.contrast, counted, interval_s / memory_s)
@@ -292,20 +267,13 @@ class TrackEvidence:
         self.whole = self.whole or outline is not None
         self.trusted = self.trusted or (self.age_s >= TRUSTED_S and self.together >= TRUSTED_LOG_ODDS)
 
-    def note_area(self, area_px: float | None) -> None:
-        """Note how large it was in the last image, in pixels of the crop; None where something cut it."""
-        if area_px is not None and self.area_px is not None:
-            self.compared += 1
-            self.jumps += not 1 / JUMP <= area_px / self.area_px <= JUMP
-        self.area_px = area_px
-
     def note_silhouette(self, interval_s: float, *, dark: bool) -> None:
         """Note whether its darkness alone told it in the last image."""
         self.silhouette_s = self.silhouette_s + interval_s if dark else 0.0
 
     def recall(self, interval_s: float) -> None:
         """Take in an image in which its own colours told it: what it is they do not tell."""
-        self.area_px = None
+        self.sizes.note(None)
         self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
         self.recalled_s += interval_s
 
@@ -321,7 +289,8 @@ class TrackEvidence:
 
     def miss(self, interval_s: float, *, shown: bool) -> None:
         """Take in an image without it, which should show it or not; what is seen next to it has not moved there."""
-        self.first = self.area_px = None
+        self.motion.interrupt()
+        self.sizes.note(None)
         if shown:
             self.share = _averaged(self.share, 0.0, interval_s / SHARE_MEMORY_S)
 
@@ -331,23 +300,23 @@ class TrackEvidence:
 
     def is_outdone_by(self, log_odds: float) -> bool:
         """Whether something looks so much more like the target than what stands still and was never plain."""
-        if self.moved or self.clearest is None or self.clearest >= MOST_PLAIN:
+        if self.motion.moved or self.clearest is None or self.clearest >= MOST_PLAIN:
             return False
         return log_odds >= self.clearest + OUTDONE
 
     def begin_again(self) -> None:
         """What is seen next may be another thing than what was followed: it has to be trusted first."""
-        self.contrast = self.together = self.plainness = self.clearest = self.first = self.area_px = None
-        self.compared, self.jumps, self.swing_rad = 0, 0, 0.0
+        self.contrast = self.together = self.plainness = self.clearest = None
+        self.motion, self.sizes = OwnMotion(), SizeJumps()
         self.age_s, self.level_s, self.share = 0.0, 0.0, 1.0
-        self.trusted = self.whole = self.moved = self.outdone = False
+        self.trusted = self.whole = self.outdone = False
         self.outshone_s = self.paler_s = self.swallowed_s = self.silhouette_s = self.recalled_s = 0.0
 
     def drop(self, direction: FloatArray, time_s: float, radius_rad: float = 0.0) -> None:
         """What is followed is not the target, or was not found again: remember where it is, and how far it reaches."""
         lasting_s = CLUTTER_S if self._below_even or self._stays_pale or self.outdone else UNDECIDED_S
         # What it is paler than is beside it, and no clutter.
-        swung_rad = 0.0 if self.paler_s > OUTSHONE_S else min(self.swing_rad, SWAY_RAD)
+        swung_rad = 0.0 if self.paler_s > OUTSHONE_S else min(self.motion.swing_rad, SWAY_RAD)
         within_rad = max(CLUTTER_RAD, swung_rad, radius_rad)
         self.clutter.add(direction, within_rad, time_s + lasting_s)
         self.begin_again()
@@ -356,7 +325,8 @@ class TrackEvidence:
         """State as plain numbers."""
         plain = {name: getattr(self, name) for name in self._plain_state()}
         return plain | {
-            "first": None if self.first is None else self.first.tolist(),
+            "motion": self.motion.snapshot(),
+            "sizes": asdict(self.sizes),
             "clutter": self.clutter.snapshot(),
         }
 
@@ -364,12 +334,13 @@ class TrackEvidence:
         """Go on from a snapshot."""
         for name in self._plain_state():
             setattr(self, name, snapshot[name])
-        self.first = None if snapshot["first"] is None else np.array(snapshot["first"])
+        self.motion = OwnMotion.restored(snapshot["motion"])
+        self.sizes = SizeJumps(**snapshot["sizes"])
         self.clutter.restore(snapshot["clutter"])
 
     def _plain_state(self) -> list[str]:
         """Names of the attributes that change and are plain numbers."""
-        return [each.name for each in fields(self) if each.name not in ("plain", "first", "clutter")]
+        return [each.name for each in fields(self) if each.name not in ("plain", "motion", "sizes", "clutter")]
 
 
 def is_overhead(direction: FloatArray) -> bool:

@@ -6,19 +6,19 @@ import math
 import numpy as np
 import pytest
 
+from tracking.estimation.own_motion import MOVED_RAD
+from tracking.estimation.size_jumps import FEWEST_COMPARED
 from tracking.estimation.track_evidence import (
     AT_LEISURE_S,
     CLUTTER_RAD,
     CLUTTER_S,
     FADED,
-    FEWEST_COMPARED,
     GAP_S,
     KNOWN_S,
     LONGEST_MEMORY_S,
     MEMORY_S,
     MOST_LOG_ODDS,
     MOVED_LOG_ODDS,
-    MOVED_RAD,
     OUTSHONE_S,
     OVERHEAD_RAD,
     PLAIN_LOG_ODDS,
@@ -94,7 +94,7 @@ def test_what_is_trusted_may_fade_until_its_contrast_is_below_even():
 def test_what_was_followed_for_long_may_fade_for_longer(seen_s, doubted):
     """A second and a half below even, after log odds of 1.5: before a dim reef, in `dark`, the ball has as much."""
     evidence = followed(1.5, 1.0, images(seen_s))
-    evidence.moved = True
+    evidence.motion.moved = True
     for _ in range(images(1.5)):
         evidence.update(-1.5, -1.0, AHEAD, INTERVAL_S)
     assert evidence.trusted and evidence.doubted is doubted
@@ -104,7 +104,7 @@ def test_what_was_followed_for_long_may_fade_for_longer(seen_s, doubted):
 def test_what_was_the_target_for_long_may_be_lost_but_is_not_doubted(seen_s, doubted):
     """Found in one image of four, at dusk 4 m away, for ten seconds."""
     evidence = followed(1.5, 1.0, images(seen_s))
-    evidence.moved = True
+    evidence.motion.moved = True
     for image in range(images(10.0)):
         if image % 4:
             evidence.miss(INTERVAL_S, shown=True)
@@ -250,10 +250,10 @@ def test_what_jumps_in_size_is_pieces_of_something(sizes, doubted):
     """Every second image as much larger or smaller is no ball that comes nearer, however plain it looks."""
     evidence = followed(5.0, 2.0, images(KNOWN_S + 1))
     for number in range(FEWEST_COMPARED):
-        evidence.note_area(sizes[number % len(sizes)])
+        evidence.sizes.note(sizes[number % len(sizes)])
     assert not evidence.doubted
     for number in range(FEWEST_COMPARED, 4 * FEWEST_COMPARED):
-        evidence.note_area(sizes[number % len(sizes)])
+        evidence.sizes.note(sizes[number % len(sizes)])
     assert evidence.doubted is doubted
     evidence.drop(AHEAD, 5.0)
     assert evidence.clutter.covers(AHEAD, 5.0 + 2 * UNDECIDED_S) is doubted
@@ -266,16 +266,16 @@ def test_what_has_moved_by_itself_is_no_piece_of_a_coral():
     moving.update(3.0, 2.0, turned(1.1 * MOVED_RAD), INTERVAL_S)
     for number in range(2 * FEWEST_COMPARED):
         for evidence in (still, moving):
-            evidence.note_area(1000.0 * 2 ** (number % 2))
+            evidence.sizes.note(1000.0 * 2 ** (number % 2))
     assert still.doubted and not moving.doubted
 
 
 def test_a_gap_is_no_jump():
     evidence = followed(3.0, 2.0, 30)
     for number in range(4 * FEWEST_COMPARED):
-        evidence.note_area(1000.0 * 2 ** (number % 2))
+        evidence.sizes.note(1000.0 * 2 ** (number % 2))
         evidence.miss(INTERVAL_S, shown=False)
-    assert evidence.compared == 0 and not evidence.doubted
+    assert evidence.sizes.compared == 0 and not evidence.doubted
 
 
 def test_what_is_neither_has_a_probation():
@@ -411,9 +411,9 @@ def test_a_snapshot_holds_all_of_it():
     evidence.miss(INTERVAL_S, shown=True)
     evidence.swallowed_s = 0.5
     for area_px in (1000.0, 2000.0):
-        evidence.note_area(area_px)
+        evidence.sizes.note(area_px)
     again = TrackEvidence()
     again.restore(json.loads(json.dumps(evidence.snapshot())))
     assert again.snapshot() == evidence.snapshot()
     assert again.clutter.covers(turned(0.1), 3.0)
-    np.testing.assert_array_equal(again.first, evidence.first)
+    np.testing.assert_array_equal(again.motion.first, evidence.motion.first)
