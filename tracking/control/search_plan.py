@@ -1,11 +1,12 @@
 """Which sweep of a search is next: of all, the one that gains most per second.
 
-A sweep tilts by up to six views, while pan stands or goes on by up to two: one up, the next down, they zigzag along the
-horizon. It is as fast as the servos are, unless too few images show then what it passes. Each image that shows a cell
-of the directions within reach finds with the same probability what is there. From where the mirror is, the next sweep
-is the one that finds the target with the largest probability, divided by the time to get to its beginning and along it.
-Taking the best rate first is what is best of all for sweeps that do not overlap and cost nothing to get to (Stone 1975,
-Theory of Optimal Search, 2.4). How likely the target is in each cell is known anew when a sweep ends (`Belief`).
+A sweep tilts by up to six steps, each a view less what the next has in common with it, while pan stands or goes on by
+up to two: one up, the next down, they zigzag along the horizon. It is as fast as the servos are, unless too few images
+show then what it passes. Each image that shows a cell of the directions within reach finds with the same probability
+what is there. From where the mirror is, the next sweep is the one that finds the target with the largest probability,
+divided by the time to get to its beginning and along it. Taking the best rate first is what is best of all for sweeps
+that do not overlap and cost nothing to get to (Stone 1975, Theory of Optimal Search, 2.4). How likely the target is in
+each cell is known anew when a sweep ends (`Belief`).
 """
 
 from __future__ import annotations
