@@ -23,10 +23,13 @@ from optics.kernels.arrays import FloatArray
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.perception import Crop
+from tracking.perception.crop import WIDTH_PX
 from tracking.perception.robot_view import RobotView
 
 CELLS = np.array([40, 30])
 """Columns and rows of the crop in which distances are told: half a degree of the presets' gaze each."""
+
+CELL_PX = WIDTH_PX / CELLS[0]
 
 CLEAR_CELLS = 3.0
 """From the robot and the crop's edge, at which a direction is shown: with its middle there, three quarters of a ball of
@@ -156,8 +159,8 @@ class GazeView:
         if self._robot_view is not None:
             which, number = np.nonzero(clear > 0)
             q = np.array([self._gimbal.joint_values(each, tilt) for each in pan.tolist()])[which]
-            depth = self._robot_view.depth_in(q, column[which, number] / CELLS[0], row[which, number] / CELLS[1])
-            clear[which, number] = np.minimum(clear[which, number], -depth)
+            depth_px = self._robot_view.depth_in(q, column[which, number] / CELLS[0], row[which, number] / CELLS[1])
+            clear[which, number] = np.minimum(clear[which, number], depth_px / -CELL_PX)
         return np.asarray(clear)
 
 

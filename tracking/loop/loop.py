@@ -41,7 +41,7 @@ from tracking.perception.appearance import AppearanceModel
 from tracking.perception.contrast_pyramid import Mask
 from tracking.perception.detectors import Detector, keeps_colour, looks_plain, weighs_contrast
 from tracking.perception.direct_view import DirectView
-from tracking.perception.robot_view import MARGIN_CELLS, RobotView
+from tracking.perception.robot_view import MARGIN_PX, RobotView
 from tracking.protocols import AttitudeReport, CameraFrame, MirrorReport
 from tracking.records import Mode, Step
 
@@ -189,7 +189,7 @@ class TrackingLoop:
         detection = self._detect(image, robot, expected)
         if self._appearance is not None and self._appearance.is_asked(detection, expected, camera_frame.time_s):
             # Between frame and mount a margin leaves little of the water; colours tell the robot without one.
-            bare = self._robot_mask(q, crop, margin_cells=0.0)
+            bare = self._robot_mask(q, crop, margin_px=0.0)
             detection = self._appearance.recalled(detection, image, robot, bare, expected, followed=followed)
         looking = self._state.mode is not Mode.CHECK or elapsed_s >= self._variant.behaviour.check_s
         observation = replace(observation, blobs=detection.blobs if looking else ())
@@ -273,11 +273,11 @@ class TrackingLoop:
         """Joint values of a report; those asked for last where it is not finite."""
         return np.array(report.q if np.isfinite(report.q).all() else self._q_command, dtype=np.float64)
 
-    def _robot_mask(self, q: FloatArray, crop: Crop, margin_cells: float = MARGIN_CELLS) -> Mask | None:
+    def _robot_mask(self, q: FloatArray, crop: Crop, margin_px: float = MARGIN_PX) -> Mask | None:
         """255 in the pixels of the crop that may show the robot; None of a loop that is not told where it is."""
         if self._robot_view is None:
             return None
-        return self._robot_view.mask(q, crop.width_px, crop.height_px, margin_cells)
+        return self._robot_view.mask(q, crop.width_px, crop.height_px, margin_px)
 
     @property
     def _searches(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dives.views.robot_view import CROP_CELLS, VIEW_VERSION, traced_view
+from dives.views.robot_view import CELLS_ACROSS, CROP_CELLS, VIEW_VERSION, traced_view
 from optics.coverage.outcome import Outcome
 from optics.coverage.pose_axes import PoseAxes
 from optics.coverage.poses import seen_cells
@@ -17,7 +17,7 @@ from optics.status import Status
 from optics.train import OpticalTrain
 from rigs import Rig
 from tracking.perception import Crop, ExactCorners
-from tracking.perception.robot_view import MARGIN_CELLS, RobotView
+from tracking.perception.robot_view import MARGIN_PX, RobotView
 
 RIG = Rig.load("aqua2")
 
@@ -27,7 +27,7 @@ FACES = np.array(
      [1, 5, 7], [1, 7, 3]], dtype=np.int32
 )  # fmt: skip
 
-CELL_PX = 320 // CROP_CELLS[0]
+CELL_PX, TRACED_PX = 320 // CROP_CELLS[0], 320 / CELLS_ACROSS
 
 AHEAD_M = 0.4
 HALF_M = 0.03
@@ -57,7 +57,7 @@ def test_a_level_gaze_of_bare_mirrors_hides_the_crops_rim_alone(bare):
 def test_a_part_is_hidden_where_the_train_sees_it(bare, blocked):
     """The block, traced by the exact train, lies in what is hidden; what is far from it does not.
 
-    Its corners are rounded by half a cell, which is what the margin adds at its edges.
+    Its corners are rounded by half a cell of those that are traced.
     """
     q = np.array([0.0, blocked.q2[np.abs(blocked.q2).argmin()]])
     train = OpticalTrain.from_rig(RIG, q1=q[0], q2=q[1])
@@ -66,9 +66,9 @@ def test_a_part_is_hidden_where_the_train_sees_it(bare, blocked):
     x, y = np.rint(Crop.of(ExactCorners(RIG).corners(q)).from_image(seen.pixels)).astype(int).T
     added = (blocked.mask(q, 320, 240) > 0) & (bare.mask(q, 320, 240) == 0)
     middle = np.array([x.mean(), y.mean()])
-    inwards = np.stack([x, y], axis=1) + CELL_PX / 2 * np.sign(middle - np.stack([x, y], axis=1))
+    inwards = np.stack([x, y], axis=1) + TRACED_PX / 2 * np.sign(middle - np.stack([x, y], axis=1))
     assert added[tuple(inwards.astype(int).T[::-1])].all()
-    margin = CELL_PX * (MARGIN_CELLS + 2)
+    margin = MARGIN_PX + 2 * CELL_PX
     rows, columns = added.nonzero()
     assert x.min() - margin <= columns.min() <= columns.max() <= x.max() + margin
     assert y.min() - margin <= rows.min() <= rows.max() <= y.max() + margin

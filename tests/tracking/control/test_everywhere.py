@@ -156,8 +156,8 @@ def test_where_the_robot_is_seen_nothing_is_searched():
     """A robot that fills the crop over the zenith: of a gaze to the back nothing is left, of those ahead all."""
     q1, q2 = (np.array([low, high]) for low, high in zip(GIMBAL.lowest, GIMBAL.highest, strict=True))
     tilts = np.linspace(*q2, 101)
-    depth = np.where(tilts > math.radians(45), 5.0, -40.0)[:, np.newaxis, np.newaxis] * np.ones((30, 40))
-    hidden = RobotView(q1=q1, q2=tilts, depth=np.stack([depth, depth]).astype(np.float16))
+    depth = np.where(tilts > math.radians(45), 40, -120)[:, np.newaxis, np.newaxis] * np.ones((60, 80))
+    hidden = RobotView(q1=q1, q2=tilts, depth=np.stack([depth, depth]).astype(np.int8))
     shown = gaze_view(hidden)
     there = likely_directions(GIMBAL, shown)
     azimuth = np.degrees(np.arctan2(there.direction[:, 1], there.direction[:, 0]))

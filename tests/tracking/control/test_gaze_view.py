@@ -9,11 +9,11 @@ import pytest
 
 from optics.layout import Layout
 from rigs import Rig
-from tracking.control.gaze_view import CELLS, GazeView
+from tracking.control.gaze_view import CELL_PX, CELLS, GazeView
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.perception import Crop, ExactCorners
-from tracking.perception.robot_view import RobotView
+from tracking.perception.robot_view import DEEPEST_PX, RobotView
 
 RIG = Rig.load("aqua2")
 GIMBAL = Gimbal(Layout.from_rig(RIG))
@@ -33,7 +33,8 @@ def view(depth=None):
     if depth is None:
         return GazeView(GIMBAL, SIGHT_LINES, crop_at)
     q1, q2 = (np.array([low, high]) for low, high in zip(GIMBAL.lowest, GIMBAL.highest, strict=True))
-    everywhere = np.broadcast_to(depth, (2, 2, *CELLS[::-1])).astype(np.float16)
+    depth_px = np.clip(CELL_PX * depth, -DEEPEST_PX, DEEPEST_PX)
+    everywhere = np.broadcast_to(depth_px, (2, 2, *CELLS[::-1])).astype(np.int8)
     return GazeView(GIMBAL, SIGHT_LINES, crop_at, RobotView(q1=q1, q2=q2, depth=everywhere))
 
 

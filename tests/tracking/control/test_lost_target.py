@@ -155,11 +155,11 @@ def test_what_is_hidden_is_waited_for_around_what_hides_it():
     assert mean_s(hidden=True) < 0.7 * mean_s(hidden=False)
 
 
-@pytest.mark.parametrize(("depth_cells", "kept"), [(-50.0, 0.02), (50.0, 1.0)])
-def test_what_the_robot_hides_is_not_counted_as_seen(depth_cells, kept):
+@pytest.mark.parametrize(("depth_px", "kept"), [(-100, 0.02), (100, 1.0)])
+def test_what_the_robot_hides_is_not_counted_as_seen(depth_px, kept):
     """Ten images that show the water, or only the robot, where a target was that stands still."""
     q1, q2 = (np.array([low, high]) for low, high in zip(GIMBAL.lowest, GIMBAL.highest, strict=True))
-    robot = RobotView(q1=q1, q2=q2, depth=np.full((2, 2, 30, 40), depth_cells, dtype=np.float16))
+    robot = RobotView(q1=q1, q2=q2, depth=np.full((2, 2, 60, 80), depth_px, dtype=np.int8))
     shown = GazeView(GIMBAL, LinesOfSight(RIG), lambda q: Crop.of(CORNERS.corners(q)), robot)
     search = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(10, 0, 0), 0.0, shown=shown)
     q = GIMBAL.joint_values(math.radians(10), 0.0)
