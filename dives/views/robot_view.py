@@ -35,11 +35,15 @@ detector, as many as at 2 degrees, with as many false alarms (102 of 3,239 image
 CROP_CELLS = (80, 60)
 """Columns and rows of the crop: a quarter of a degree of the aqua2's gaze each.
 
-Rails and legs are a few of them wide. With half as many along each side 85 things that are no ball pass for the target
+Rails and legs are a few of them wide. With half as many along each side 90 things that are no ball pass for the target
 in 3,225 stills of the arena, most of them a BlueROV2's mount, with these 23, and as many targets are found."""
 
 CELLS_ACROSS = 60
 """Of the image that are traced across the gaze mirror, where it looks widest."""
+
+MOST_COLUMNS = 192
+"""Of cells of the image that are traced: 0.2 GB at all joint values. A gaze mirror of less than a third of the image's
+width gets fewer across."""
 
 
 def robot_view(rig: Rig, parts: Sequence[PartMesh]) -> RobotView:
@@ -71,7 +75,8 @@ def traced_view(rig: Rig, parts: Sequence[PartMesh], *, step_deg: float = STEP_D
     q1, q2 = _grid(layout.pan.limits, step_deg), _grid(layout.tilt.limits, step_deg / 2)
     q = np.stack(np.meshgrid(q1, q2, indexing="ij"), axis=-1).reshape(-1, 2)
     corners = corners_of(rig).corners(q)
-    columns = round(CELLS_ACROSS * camera.width_px / np.nanmax(np.ptp(corners[..., 0], axis=1)))
+    narrowest_px = CELLS_ACROSS * camera.width_px / MOST_COLUMNS
+    columns = round(CELLS_ACROSS * camera.width_px / np.nanmax(np.ptp(corners[..., 0], axis=1), initial=narrowest_px))
     seen = seen_cells(
         OpticalTrain.from_rig(rig, q1=float(q1[0]), q2=float(q2[0])),
         layout,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dives.views.robot_view import CELLS_ACROSS, CROP_CELLS, VIEW_VERSION, traced_view
+from dives.views.robot_view import CELLS_ACROSS, CROP_CELLS, MOST_COLUMNS, VIEW_VERSION, traced_view
 from optics.coverage.outcome import Outcome
 from optics.coverage.pose_axes import PoseAxes
 from optics.coverage.poses import seen_cells
@@ -96,6 +96,21 @@ def test_between_the_poses_of_the_grid_the_water_beside_a_near_pole_is_kept():
     assert of_pole.sum() > 5000
     assert (of_pole & ~hidden).sum() < 0.1 * of_pole.sum()
     assert (hidden & ~exact).sum() < 0.1 * of_pole.sum()
+
+
+def test_a_mirror_that_is_small_in_the_image_takes_no_more_room(monkeypatch):
+    """A lens of a third of the focal length: cells as fine as the others' would be nine times as many."""
+    columns = []
+
+    def counted(*args, **kwargs):
+        columns.append(kwargs["columns"])
+        return seen_cells(*args, **kwargs)
+
+    monkeypatch.setattr("dives.views.robot_view.seen_cells", counted)
+    wide = traced_view(RIG.with_(camera__fx_px=170.0, camera__fy_px=170.0), [], step_deg=20.0)
+    assert columns == [MOST_COLUMNS]
+    hidden = wide.mask([0.0, 0.0], 320, 240) > 0
+    assert not hidden[60:180, 60:260].any()
 
 
 def test_the_cells_are_as_many_as_the_usable_field_of_view_says():
