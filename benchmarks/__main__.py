@@ -15,12 +15,12 @@ import importlib
 import json
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+
+from benchmarks.processes import measured
 
 NAMES = ("first", "design", "train", "projection", "coverage", "render", "search", "loop")
 CHECKS = ("healpix", "distances", "bias", "robots", "detector", "control", "studio", "kills", "simulator")
@@ -54,17 +54,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     else:
         Console().print(table(rows))
     return 0
-
-
-def measured(module: str) -> list[dict[str, Any]]:
-    """Rows of a module's `run`, called in a process of its own."""
-    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as process:
-        return process.submit(_rows, module).result()
-
-
-def _rows(module: str) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = importlib.import_module(module).run()
-    return rows
 
 
 def table(rows: list[dict[str, Any]]) -> Table:

@@ -1,13 +1,17 @@
-"""Commands in processes of their own, measured by their processor time: how busy the machine is does not count."""
+"""Benchmarks and commands in processes of their own, and what these took of the processor and of memory."""
 
 from __future__ import annotations
 
+import importlib
 import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 CACHE, KERNELS = "MIRRORGAZE_CACHE", "DRJIT_CACHE_DIR"
@@ -49,3 +53,15 @@ def finished(arguments: Sequence[str], *, folder: Path, name: str, variables: Ma
         output=printed,
         said=said,
     )
+
+
+def measured(module: str) -> list[dict[str, Any]]:
+    """Rows of a module's `run`, called in a process of its own."""
+    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as process:
+        return process.submit(_rows, module).result()
+
+
+def _rows(module: str) -> list[dict[str, Any]]:
+    # Not in `__main__`: a new process does not find there what `python -m` has run.
+    rows: list[dict[str, Any]] = importlib.import_module(module).run()
+    return rows

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import importlib
 import json
-import os
+import shutil
+import subprocess
 import sys
 import types
+from pathlib import Path
 
 import pytest
 
 main_module = importlib.import_module("benchmarks.__main__")
+
+ROOT = Path(__file__).parents[2]
 
 ROW = {"name": "a name", "ours": 1234.5, "peer": 0.5, "unit": "G", "ratio": 2469.0, "note": "peer: somebody"}
 
@@ -28,11 +32,21 @@ def benchmarks(monkeypatch):
     return runs
 
 
-def test_a_benchmark_runs_in_a_process_of_its_own(monkeypatch, tmp_path):
-    (tmp_path / "stand_in_benchmark.py").write_text("import os\n\n\ndef run():\n    return [{'ours': os.getpid()}]\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    [first], [second] = (main_module.measured("stand_in_benchmark") for _ in range(2))
-    assert len({os.getpid(), first["ours"], second["ours"]}) == 3
+def test_the_command_runs_each_benchmark_in_a_process_of_its_own(tmp_path):
+    package = tmp_path / "benchmarks"
+    package.mkdir()
+    for name in ("__init__", "__main__", "processes"):
+        shutil.copy(ROOT / "benchmarks" / f"{name}.py", package)
+    for name in ("train", "search"):
+        (package / f"{name}.py").write_text(
+            "import os\n\n\ndef run():\n    return [{'ours': [os.getpid(), os.getppid()]}]\n"
+        )
+    command = [sys.executable, "-m", "benchmarks", "train", "search", "--json"]
+    finished = subprocess.run(command, check=False, cwd=tmp_path, capture_output=True, text=True)
+    assert finished.returncode == 0, finished.stderr
+    (first, parent), (second, same_parent) = (row["ours"] for row in json.loads(finished.stdout))
+    assert parent == same_parent
+    assert len({first, second, parent}) == 3
 
 
 def test_all_benchmarks_are_run_by_default(benchmarks, capsys):
