@@ -80,17 +80,17 @@ def render(
         return replace(_written(lit, parts, request, output, progress), notes=notes)
 
     CLOCK.begin("light")
+    lit = prepare_from_cache(scene, rig, parts)
+    if lit is not None:
+        return written(lit, replace(request, light="full"), output)
     if request.light == "draft" or request.renderer == "reference":
         return written(_draft(scene, rig, parts), request, output)
-    lit = prepare_from_cache(scene, rig, parts)
-    if lit is None:
-        if on_draft is not None and is_long_to_light(scene):
-            CLOCK.begin("draft")
-            # Nobody holds it while the full light is found: it is large.
-            on_draft(written(_draft(scene, rig, parts), replace(request, light="draft"), replace(output, truth=None)))
-            CLOCK.begin("light")
-        lit = prepare(scene, rig, parts)
-    return written(lit, request, output)
+    if on_draft is not None and is_long_to_light(scene):
+        CLOCK.begin("draft")
+        # Nobody holds it while the full light is found: it is large.
+        on_draft(written(_draft(scene, rig, parts), replace(request, light="draft"), replace(output, truth=None)))
+        CLOCK.begin("light")
+    return written(prepare(scene, rig, parts), request, output)
 
 
 def _draft(scene: Scene, rig: Rig, parts: Sequence[PartMesh]) -> LitScene:

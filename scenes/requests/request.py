@@ -40,7 +40,7 @@ class RenderRequest:
     blur : bool
         With the blur of light scattered by less than a degree (`scenes.forward_scatter`).
     light : {"full", "draft"}
-        How finely the light between surfaces is found; the reference finds its own.
+        How finely the light between surfaces is found, where it is not kept in full; the reference finds its own.
     """
 
     q1_deg: float = 0.0

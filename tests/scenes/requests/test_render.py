@@ -129,7 +129,7 @@ def test_geometry_is_that_of_the_pixel_s_centre_whatever_the_samples(aqua2, open
 
 @pytest.mark.parametrize("ending", [".png", ".exr"])
 def test_a_draft_is_written_first_and_says_so_in_the_file(aqua2, open_water, tmp_path, monkeypatch, ending):
-    """Where the full light of its world is not in the cache; what is asked for as a draft stays one."""
+    """Where the full light is not in the cache; what is asked for as a draft then stays one."""
     monkeypatch.setattr("scenes.requests.render.prepare_from_cache", lambda *_: None)
     monkeypatch.setattr("scenes.requests.render.is_long_to_light", lambda _: True)
     path, request, told = tmp_path / f"view{ending}", RenderRequest(**POSE_DEG, **SIZE), []
@@ -151,6 +151,9 @@ def test_where_the_light_is_known_there_is_no_draft(aqua2, open_water, tmp_path)
     drafts = []
     assert render(aqua2, open_water, request, output, on_draft=drafts.append).light == "full"
     assert not drafts
+    full = output.path.read_bytes()
+    assert render(aqua2, open_water, replace(request, light="draft"), output).light == "full"
+    assert output.path.read_bytes() == full
 
 
 def test_truth_beside_a_image_is_the_layers_of_an_exr(aqua2, open_water, tmp_path):
