@@ -175,6 +175,11 @@ class Reflection:
         Vertices nearer to each other, that face about the same way, share what they receive.
     directions : callable
         From the number of places to that of the directions in which each looks out.
+
+    Attributes
+    ----------
+    rays : int
+        Of one reflection.
     """
 
     def __init__(self, vertices: LitVertices, around: Surroundings, apart_m: float, directions: Callable[[int], int]):
@@ -182,6 +187,7 @@ class Reflection:
         self._around, self._owner, self._lit_by_water = around, places.owner, vertices.open_water
         self._origins, self._normals = vertices.origins_m[places.vertices], vertices.normals[places.vertices]
         self._count = directions(len(self._origins))
+        self.rays = len(self._origins) * self._count
         # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
         self._depth_m = float(np.median(-self._origins[:, 2]))
         nothing = Surroundings.of(None, around.light, depth_m=self._depth_m)

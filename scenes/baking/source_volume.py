@@ -25,6 +25,7 @@ from scipy.spatial import cKDTree
 
 from optics.kernels.arrays import FloatArray
 from optics.kernels.backend import Array3f32, Float32, UInt32, dr
+from optics.kernels.clock import Pace
 from optics.kernels.packing import padded_rows, rows_of, vectors
 from scenes.baking.ambient import (
     LOG,
@@ -67,6 +68,9 @@ ELEVATION_BLOCK_RAD, AZIMUTH_BLOCK_RAD = np.pi / 6, np.pi / 3
 
 KEPT = "light on the world", "light that the water scatters", "light in the water"
 """Names of what is kept of a world."""
+
+QUARTERS = 4
+"""Of the rays, after each of which the log says how long the rest takes."""
 
 RINGS, AROUND = 64, 48
 """Points at which the phase function is taken to share out a direction's light, by angle and around."""
@@ -129,17 +133,20 @@ def _found(mesh: GroupMesh, light: Light, quality: LightQuality, axes: list[Floa
     around, vertices = Surroundings.of(mesh, light), LitVertices.of(mesh, light)
     ambient, volume = _settled(vertices, around, quality, _coarser(axes, 3))
     finer = _coarser(axes, 2)
-    source, _ = _Water(light, grid_points(finer)).source(around, ambient, volume)
+    water_of_finer, water = _Water(light, grid_points(finer)), _Water(light, grid_points(axes))
+    reflection = Reflection(vertices, around, PLACES_M.kept, quality.directions)
+    rays = RaysToGo(water_of_finer.rays + reflection.rays + 2 * water.rays)
+    source, _ = water_of_finer.source(around, ambient, volume, rays)
     volume = source_volume(finer, source)
-    ambient = Reflection(vertices, around, PLACES_M.kept, quality.directions).once(ambient, volume)
-    water = _Water(light, grid_points(axes))
+    ambient = reflection.once(ambient, volume)
+    rays.traced(reflection.rays)
     give_memory_back()  # before what takes most
-    source, _ = water.source(around, ambient, volume)
+    source, _ = water.source(around, ambient, volume, rays)
     give_memory_back()
     # In corners a coarse grid lets light into shadows: what scatters twice there is 2 % too bright after one iteration.
     volume = source_volume(axes, source)
     del source  # as large as all else is
-    source, sides = water.source(around, ambient, volume)
+    source, sides = water.source(around, ambient, volume, rays)
     del volume
     return WorldLight(ambient=ambient, source=_rows(source), around=sides)
 
@@ -174,6 +181,21 @@ def _dark(axes: list[FloatArray]) -> FloatArray:
     return np.zeros((len(grid_points(axes)), SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3), dtype=np.float32)
 
 
+class RaysToGo:
+    """Says how much of all rays has been traced, and how long the others take: at each quarter of them."""
+
+    def __init__(self, count: int):
+        self._all, self._done, self._pace = count, 0, Pace()
+        self._pace.to_go(0, count)
+
+    def traced(self, count: int) -> None:
+        """Count rays that have been traced."""
+        quarters, self._done = QUARTERS * self._done // self._all, self._done + count
+        if quarters < QUARTERS * self._done // self._all < QUARTERS:
+            percent, to_go = 100 * self._done // self._all, self._pace.to_go(self._done, self._all)
+            LOG.info("on all places: %d %% of the rays%s", percent, to_go)
+
+
 class _Water:
     """Points of the water, and what they scatter of what they see.
 
@@ -181,12 +203,15 @@ class _Water:
     ----------
     mean_source : float
         Mean of open water's source at the points.
+    rays : int
+        Of one look at it.
     """
 
     def __init__(self, light: Light, points: FloatArray):
         self._points = points
         self._depth = float(-np.median(points[:, 2]))
         self._directions = sample_directions(light.towards_sun)
+        self.rays = len(points) * len(self._directions)
         means = light.channel_means(self._depth)
         shares = direction_weights(light, means["molecular"], self._directions)
         self._scattering = (means["scattering"][:, np.newaxis, np.newaxis] * shares).astype(np.float32)
@@ -198,20 +223,22 @@ class _Water:
         self.mean_source = float(self._scattered(self._open_water)[self._height].mean())
 
     def source(
-        self, around: Surroundings, ambient: FloatArray, volume: GridTable
+        self, around: Surroundings, ambient: FloatArray, volume: GridTable, rays: RaysToGo | None = None
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Source at the points, shape (n, elevations, azimuths, 3), and irradiance of planes, shape (n, sides, 3).
 
         Both as a lit mesh changes them.
         """
         lit = around.lit(ambient, volume, depth_m=self._depth)
-        batches = max(1, len(self._points) * len(self._directions) // RAYS_AT_ONCE)
+        batches = max(1, self.rays // RAYS_AT_ONCE)
         sources = np.empty((len(self._points), SOURCE_ELEVATIONS * SOURCE_AZIMUTHS, 3), dtype=np.float32)
         sides = np.empty((len(self._points), len(SIDES), 3), dtype=np.float32)
         for part in np.array_split(np.arange(len(self._points)), batches):
             change = self._seen(lit, self._points[part]) - self._open_water[:, self._height[part]]
             sources[part] = self._scattered(change)
             sides[part] = np.moveaxis(change @ self._sides.T, 0, -1)
+            if rays is not None:
+                rays.traced(len(part) * len(self._directions))
         return sources.reshape(-1, SOURCE_ELEVATIONS, SOURCE_AZIMUTHS, 3), sides
 
     def _scattered(self, seen: FloatArray) -> FloatArray:

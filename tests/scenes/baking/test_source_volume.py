@@ -6,7 +6,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from optics.water.pure_water import molecular_phase
 from scenes.baking.light_quality import LightQuality
-from scenes.baking.source_volume import direction_weights, lit_world, sample_directions, side_weights
+from scenes.baking.source_volume import RaysToGo, direction_weights, lit_world, sample_directions, side_weights
 from scenes.kernels.ambient_cube import SIDES
 from scenes.kernels.direction_grid import node_directions
 from scenes.kernels.veiling_light import SOURCE_AZIMUTHS, SOURCE_ELEVATIONS, SOURCE_ROW
@@ -126,3 +126,26 @@ def test_looks_share_out_the_irradiance_of_each_side(light):
     np.testing.assert_allclose(weights.sum(axis=1), np.pi, rtol=1e-4)
     rising = np.maximum(directions @ SIDES.T, 0)
     np.testing.assert_allclose(np.diag(weights @ rising), 2 / 3 * np.pi, rtol=5e-3)
+
+
+def test_each_quarter_of_the_rays_says_how_long_the_others_take(monkeypatch, caplog):
+    now_s = [100.0]
+    monkeypatch.setattr("time.perf_counter", lambda: now_s[0])
+    caplog.set_level("INFO")
+    rays = RaysToGo(1000)
+    for count in (200, 100, 100, 350, 250):
+        now_s[0] += count / 50
+        rays.traced(count)
+    assert caplog.messages == [
+        "on all places: 30 % of the rays, 14 s to go",
+        "on all places: 75 % of the rays, 5.0 s to go",
+    ]
+
+
+def test_what_is_left_of_the_light_on_a_world_is_told(light, monkeypatch, tmp_path, caplog):
+    monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
+    caplog.set_level("INFO")
+    lit_world(floor(0.5), light, LightQuality.coarse())
+    told = [message for message in caplog.messages if message.startswith("on all places")]
+    assert told
+    assert all(message.endswith("to go") for message in told)
