@@ -193,7 +193,7 @@ class RaysToGo:
         quarters, self._done = QUARTERS * self._done // self._all, self._done + count
         if quarters < QUARTERS * self._done // self._all < QUARTERS:
             percent, to_go = 100 * self._done // self._all, self._pace.to_go(self._done, self._all)
-            LOG.info("on all places: %d %% of the rays%s", percent, to_go)
+            LOG.info("light on the world: %d %% of its rays are traced%s", percent, to_go)
 
 
 class _Water:

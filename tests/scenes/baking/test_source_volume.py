@@ -137,8 +137,8 @@ def test_each_quarter_of_the_rays_says_how_long_the_others_take(monkeypatch, cap
         now_s[0] += count / 50
         rays.traced(count)
     assert caplog.messages == [
-        "on all places: 30 % of the rays, 14 s to go",
-        "on all places: 75 % of the rays, 5.0 s to go",
+        "light on the world: 30 % of its rays are traced, 14 s to go",
+        "light on the world: 75 % of its rays are traced, 5.0 s to go",
     ]
 
 
@@ -146,6 +146,6 @@ def test_what_is_left_of_the_light_on_a_world_is_told(light, monkeypatch, tmp_pa
     monkeypatch.setenv("MIRRORGAZE_CACHE", str(tmp_path))
     caplog.set_level("INFO")
     lit_world(floor(0.5), light, LightQuality.coarse())
-    told = [message for message in caplog.messages if message.startswith("on all places")]
+    told = [message for message in caplog.messages if message.startswith("light on the world: ")]
     assert told
     assert all(message.endswith("to go") for message in told)

@@ -9,12 +9,16 @@ from optics.water.radiative_transfer.column import multiple_radiance, once_radia
 from optics.water.radiative_transfer.field import WINDOW_STREAMS
 from optics.water.radiative_transfer.quadrature import window_cosines_air
 from rigs import Rig, Water
+from rigs.lamps import Lamp
 from scenes.baking.light_quality import LightQuality
 from scenes.baking.lit_scene import prepare
 from scenes.light.inherent_contrast import AZIMUTHS_RAD, inherent_contrast, level_radiance
+from scenes.light.lamps import LampUniforms
 from scenes.light.light import underwater_light
-from scenes.light.materials import Material
-from scenes.light.spectrum import reflectance
+from scenes.light.materials import Material, albedo_table
+from scenes.light.sky import Daylight
+from scenes.light.spectrum import reflectance, water_bands
+from scenes.light.sun import Sun
 from scenes.renderer import FastRenderer
 from scenes.stage.frame import Label
 from scenes.stage.scene import make_scene, on_gaze
@@ -59,6 +63,26 @@ def test_red_fades_with_depth(light):
     assert np.all(np.diff(found) < 0)
     assert found[1] > np.log(2)
     assert found[-1] < 0
+
+
+def test_a_lamp_by_day_carries_a_red_ball_a_metre():
+    """A ball in the middle of a lamp's beam, 12 m deep in type II: the table of docs/explanation/perception.md.
+
+    Expected: the page's numbers, to their last digit and one more.
+    """
+    daylight = Daylight(wavelength_nm=water_bands().wavelength_nm, sun=Sun(elevation_deg=45.0), cloud=0.0)
+    light, depth_m = underwater_light(Water(jerlov_type="II"), daylight), 12.0
+    lamp = Lamp(position_mm=(0.0, 0.0, 0.0), angle_deg=135.0, luminous_flux_lm=6000.0)
+    [intensity] = LampUniforms.of([lamp], light.bands.wavelength_nm).intensity
+    red = light.bands.weight[0]
+    water = red @ level_radiance(light, depth_m)
+    by_day = np.exp(inherent_contrast(light, depth_m, Material.TARGET)[0])
+    found = []
+    for distance_m in (1.0, 1.5, 2.4):
+        irradiance = intensity * np.exp(-light.field.beam_attenuation * distance_m) / distance_m**2
+        lit = red @ (albedo_table(light.bands)[Material.TARGET] * irradiance / np.pi)
+        found.append(np.log(by_day + lit / water))
+    np.testing.assert_allclose(found, [0.17, -0.18, -0.37], atol=0.02)
 
 
 def rendered(depth_m, jerlov_type, material):
