@@ -53,7 +53,7 @@ LEAST = 1e-30
 LEAST_DENSITY = 1e-6
 """Light that is divided by is more than this."""
 
-LIGHT_VERSION = 13
+LIGHT_VERSION = 14
 """Raised when anything that is found once for a mesh under a light, and kept, comes out otherwise for the same inputs.
 
 One number for all of it, here and in the modules that call `cached`: most of it is found from the rest.
@@ -174,7 +174,7 @@ class Reflection:
     apart_m : float
         Vertices nearer to each other, that face about the same way, share what they receive.
     directions : callable
-        From the number of places to that of the directions in which each looks out.
+        From the area around each place to the number of directions in which it looks out.
 
     Attributes
     ----------
@@ -182,16 +182,22 @@ class Reflection:
         Of one reflection.
     """
 
-    def __init__(self, vertices: LitVertices, around: Surroundings, apart_m: float, directions: Callable[[int], int]):
+    def __init__(
+        self,
+        vertices: LitVertices,
+        around: Surroundings,
+        apart_m: float,
+        directions: Callable[[FloatArray], NDArray[np.int64]],
+    ):
         places = places_on(vertices.vertices_m, vertices.normals, vertices.double_areas_m2, apart_m)
         self._around, self._owner, self._lit_by_water = around, places.owner, vertices.open_water
         self._origins, self._normals = vertices.origins_m[places.vertices], vertices.normals[places.vertices]
-        self._count = directions(len(self._origins))
-        self.rays = len(self._origins) * self._count
+        self._counts = directions(np.bincount(places.owner, vertices.double_areas_m2).astype(np.float64))
+        self.rays = int(self._counts.sum())
         # The light's numbers hold how it divides within a channel at one depth: the middle of what is lit.
         self._depth_m = float(np.median(-self._origins[:, 2]))
         nothing = Surroundings.of(None, around.light, depth_m=self._depth_m)
-        of_water = sum(nothing.irradiance(self._origins, self._normals, self._count))
+        of_water = sum(nothing.irradiance(self._origins, self._normals, self._counts))
         self._open_water = vertices.open_water[places.vertices]
         self._share_found = self._open_water / np.maximum(of_water, LEAST)
 
@@ -201,7 +207,7 @@ class Reflection:
         `source` is what the mesh changes of the water's light (`scenes.baking.source_volume`).
         """
         lit = self._around.lit(ambient, source, depth_m=self._depth_m)
-        of_mesh, past_it = lit.irradiance(self._origins, self._normals, self._count)
+        of_mesh, past_it = lit.irradiance(self._origins, self._normals, self._counts)
         # Where nothing is in the way it is open water's exactly, and where all is, its share does not matter.
         received = of_mesh + past_it * self._share_found
         return self._lit_by_water * (received / np.maximum(self._open_water, LEAST))[self._owner]
@@ -278,21 +284,29 @@ class Surroundings:
         """Radiance by channel, without the direct sun and what surrounds it closely."""
         return list(self._seen(origin, direction).rgb)
 
-    def irradiance(self, origins: FloatArray, normals: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-        """Irradiance by channel, shape (n, 3), from `count` directions: of the mesh, and of the water past it."""
-        parts = []
-        at_once = max(1, RAYS_AT_ONCE // count)
-        for start in range(0, len(origins), at_once):
-            some = slice(start, start + at_once)
-            *rays, weight = _outward(origins[some], normals[some], count, start, self.light.towards_sun)
-            frame = self._seen(*rays)
-            past = (frame.label == int(Label.OPEN_WATER)) | (frame.label == int(Label.SURFACE))
-            split = [dr.select(each, c * weight, 0) for each in (~past, past) for c in frame.rgb]
-            # A sum evaluates what it sums up: one by one, each by a kernel of its own.
-            dr.eval(split)
-            parts.append(on_host([dr.block_sum(each, count) for each in split]))
-        of_mesh, past_it = np.split(np.concatenate(parts), 2, axis=1)
+    def irradiance(
+        self, origins: FloatArray, normals: FloatArray, counts: NDArray[np.int64]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Irradiance by channel, shape (n, 3), from so many directions: of the mesh, and of the water past it."""
+        result = np.empty((len(origins), 6))
+        for count in np.unique(counts):
+            places = np.flatnonzero(counts == count)
+            at_once = max(1, RAYS_AT_ONCE // count)
+            for start in range(0, len(places), at_once):
+                some = places[start : start + at_once]
+                result[some] = self._irradiance(origins[some], normals[some], int(count), start)
+        of_mesh, past_it = np.split(result, 2, axis=1)
         return of_mesh, past_it
+
+    def _irradiance(self, origins: FloatArray, normals: FloatArray, count: int, first: int) -> FloatArray:
+        """Irradiance by channel of the mesh, and then of the water past it, shape (n, 6)."""
+        *rays, weight = _outward(origins, normals, count, first, self.light.towards_sun)
+        frame = self._seen(*rays)
+        past = (frame.label == int(Label.OPEN_WATER)) | (frame.label == int(Label.SURFACE))
+        split = [dr.select(each, c * weight, 0) for each in (~past, past) for c in frame.rgb]
+        # A sum evaluates what it sums up: one by one, each by a kernel of its own.
+        dr.eval(split)
+        return on_host([dr.block_sum(each, count) for each in split])
 
     def _seen(self, origin: Any, direction: Any) -> FrameArrays:
         nothing = FixedHit(distance=dr.full(Float32, FAR_M, 1), face=dr.zeros(UInt32, 1))

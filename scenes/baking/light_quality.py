@@ -5,6 +5,22 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+from optics.kernels.arrays import FloatArray
+
+AREA_POWER = 0.6
+"""Of the area around a place, in its number of directions.
+
+The variance of what one place receives is found to fall with its directions to the power of 3/2. For a given sum of
+directions that of the light on all of a mesh, to which places add the squares of their areas, is least at the power
+2 / (3/2 + 1) = 0.8, and the mean of that of the points of its surface at 1 / (3/2 + 1) = 0.4.
+"""
+
+MOST_OVER_FEWEST = 32
+"""How many times the fewest directions a place looks out in at most: one must not take all of them."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LightQuality:
@@ -13,9 +29,9 @@ class LightQuality:
     Attributes
     ----------
     rays, iteration_rays : int
-        Of a reflection that is kept, and of those until they settle, divided among the places on the surfaces.
-    fewest_directions, most_directions : int
-        In which a place looks out.
+        At most, of a reflection that is kept, and of those until they settle: divided among the places on the surfaces.
+    fewest_directions, mean_directions : int
+        In which any place looks out, and all of them on average where the rays are enough for it.
     reflections : int
         Between the surfaces of a robot that are followed at most.
     settled : float
@@ -33,10 +49,10 @@ class LightQuality:
         On a line of sight, between the nodes of the robot's shadow in the water.
     """
 
-    rays: int = 4_000_000
-    iteration_rays: int = 150_000
+    rays: int = 3_000_000
+    iteration_rays: int = 75_000
     fewest_directions: int = 24
-    most_directions: int = 96
+    mean_directions: int = 64
     reflections: int = 16
     settled: float = 0.005
     iterations: int = 16
@@ -54,10 +70,10 @@ class LightQuality:
     def draft(cls) -> LightQuality:
         """For a first look, in a tenth of the time: some per cent from full light, in the corners of a world more."""
         return cls(
-            rays=400_000,
-            iteration_rays=50_000,
+            rays=300_000,
+            iteration_rays=10_000,
             fewest_directions=8,
-            most_directions=24,
+            mean_directions=8,
             settled=0.05,
             iterations_settled=0.05,
             grid_points=8,
@@ -68,7 +84,7 @@ class LightQuality:
     @classmethod
     def coarse(cls) -> LightQuality:
         """Noisy light in seconds, for looks at a scene and tests of what does not depend on it."""
-        return cls(fewest_directions=4, most_directions=4, iterations=2, grid_points=6, sample_directions=4)
+        return cls(fewest_directions=4, mean_directions=4, iterations=2, grid_points=6, sample_directions=4)
 
     @classmethod
     def named(cls, name: Literal["full", "draft"]) -> LightQuality:
@@ -81,16 +97,20 @@ class LightQuality:
         known = {"full": self.full(), "draft": self.draft(), "coarse": self.coarse()}
         return next((name for name, quality in known.items() if quality == self), "own")
 
-    def directions(self, places: int) -> int:
-        """In how many each of some places looks out for what is kept."""
-        return self._shared(self.rays, places)
+    def directions(self, areas: FloatArray) -> NDArray[np.int64]:
+        """In how many directions each of some places looks out for what is kept, given the area around each."""
+        return self._shared(self.rays, areas)
 
-    def iteration_directions(self, places: int) -> int:
+    def iteration_directions(self, areas: FloatArray) -> NDArray[np.int64]:
         """In how many until the light has settled."""
-        return self._shared(self.iteration_rays, places)
+        return self._shared(self.iteration_rays, areas)
 
-    def _shared(self, rays: int, places: int) -> int:
-        return min(max(rays // places, self.fewest_directions), self.most_directions)
+    def _shared(self, rays: int, areas: FloatArray) -> NDArray[np.int64]:
+        """The fewest directions or more, for each place: doubled so often that few numbers occur."""
+        share = areas**AREA_POWER
+        wanted = min(rays, self.mean_directions * len(areas)) * share / share.sum()
+        times = np.clip(wanted / self.fewest_directions, 1, MOST_OVER_FEWEST)
+        return np.asarray(self.fewest_directions * 2 ** np.log2(times).round(), dtype=np.int64)
 
 
 def light_marks(quality: LightQuality | None) -> dict[str, str]:

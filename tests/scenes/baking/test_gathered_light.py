@@ -37,12 +37,12 @@ def light(aqua2_light):
 
 
 def gathered(mesh, origins, normals, light, source=None, *, directions=256):
-    """Irradiance of planes by what they see in some directions, shape (n, 3)."""
+    """Irradiance of planes by what they see in so many directions, shape (n, 3)."""
     depth_m = float(np.median(-origins[:, 2]))
     around = Surroundings.of(mesh, light, depth_m=depth_m)
     if source is not None:
         around = around.lit(mesh.ambient, source, depth_m=depth_m)
-    return sum(around.irradiance(origins, normals, directions))
+    return sum(around.irradiance(origins, normals, np.broadcast_to(directions, len(origins))))
 
 
 def plate(half_m, height_m, material=Material.TILE_WHITE, *, cells=1):
@@ -78,6 +78,15 @@ def test_open_water_gathered_is_the_irradiance_of_its_solution(light):
     found = gathered(None, origins, normals, light)
     means = [values.reshape(3, 200, 3).mean(axis=1) for values in (found, expected)]
     np.testing.assert_allclose(*means, rtol=0.02)
+
+
+def test_places_that_look_in_different_numbers_of_directions_keep_their_order(light):
+    """What each receives is open water's at its own depth, 3 m to 17 m: half of the light or more goes on the way."""
+    origins = np.column_stack([np.zeros((8, 2)), -np.arange(3.0, 19.0, 2.0)])
+    normals = np.tile(UP, (8, 1))
+    directions = np.tile([4096, 2048], 4)
+    expected = light.open_water_irradiance(-origins[:, 2], normals)
+    np.testing.assert_allclose(gathered(None, origins, normals, light, directions=directions), expected, rtol=0.1)
 
 
 def test_a_lid_takes_the_light_from_above(light):
