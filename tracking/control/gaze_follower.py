@@ -284,8 +284,7 @@ class GazeFollower:
             assert centroid_px is not None  # there are blobs
             return centroid_px, 0.0
         if sides == (0, 0):
-            expected_px = self._expected_px(observation)
-            if expected_px is None or not self._look.has_another_size(blobs[0]):
+            if not self._look.has_another_size(blobs[0]) or (expected_px := self._expected_px(observation)) is None:
                 return blobs[0].centroid_px, 0.0
             middle_px, deviation_px = middle_of_part(blobs[0], self._look.usual_px2, expected_px)
             return middle_px, deviation_px * self._rad_per_px

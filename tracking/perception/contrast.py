@@ -41,7 +41,7 @@ from tracking.perception.contrast_pyramid import (
 from tracking.perception.crop import check_image
 from tracking.perception.patches import Patch, blob_of, filled
 from tracking.perception.target_colours import DARKER, RED, TargetColour, contrast_matrix
-from tracking.records import Detection
+from tracking.records import Blob, Detection
 
 JUDGED = 2
 """Pieces of an image that are cut out and judged, those that stand out most, and beside them as many where a target is
@@ -162,7 +162,11 @@ def detect_by_contrast(
     """
     check_image("crop", crop)
     pyramid = ContrastPyramid(crop, ignored, colour.contrasts)
-    places = [(place, expected_px is not None and place.is_near(expected_px)) for place in pyramid.places()]
+
+    def is_expected(thing: Place | Blob) -> bool:
+        return expected_px is not None and thing.is_near(expected_px)
+
+    places = [(place, is_expected(place)) for place in pyramid.places()]
     likely: list[Piece] = []
     judged = {True: 0, False: 0}
     for place, near in sorted(places, key=lambda each: not each[1]):
@@ -173,7 +177,8 @@ def detect_by_contrast(
         if piece is None or piece.blob.area_px < area_min_px or piece.blob.log_odds < LEAST_LOG_ODDS:
             continue
         likely.append(piece)
-        if near and piece.blob.log_odds >= ACQUIRED_LOG_ODDS:
+        # Of a large thing a place far from its middle may stand out most.
+        if (near or is_expected(piece.blob)) and piece.blob.log_odds >= ACQUIRED_LOG_ODDS:
             break
     else:
         # What looks like the target elsewhere says nothing of what is dark there.

@@ -126,6 +126,16 @@ def test_what_is_expected_is_judged_first():
     assert math.dist(followed.centroid_px, (60, 120)) < CENTROID_PX
 
 
+def test_where_a_large_ball_looks_like_itself_nothing_dark_is_sought():
+    """A place on its rim stands out most, farther from its middle than a thing of that size would be wide."""
+    crop, disc = scene(radius=62, at=(160, 120))
+    red, rim = scene(BALL * [3, 1, 1], radius=10, at=(160, 68))
+    crop[rim] = red[rim]
+    cv2.circle(crop, (270, 120), 20, (5, 10, 12), -1)
+    (followed,) = detect_by_contrast(crop, expected_px=(160.0, 120.0)).blobs
+    assert followed.area_px == pytest.approx(disc.sum(), rel=0.1)
+
+
 def test_blobs_and_mask_are_those_that_are_likely():
     crop, _ = scene()
     found = detect_by_contrast(crop)
