@@ -17,6 +17,9 @@ from optics.kernels.faults import Fault, fault_of, sentence_of
 FAILED = 1
 BAD_INPUT = 2
 
+EXPECTED = {"int_parsing": "a whole number", "float_parsing": "a number"}
+"""What Pydantic's error types mean on a command line, where its own words would speak of parsing strings."""
+
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
@@ -45,3 +48,16 @@ def with_exit_status(command: Callable[Parameters, Result]) -> Callable[Paramete
 def _is_usage(error: Exception) -> bool:
     """Whether it is the command line's own error, which it shows itself."""
     return any(kind.__name__ in ("ClickException", "Abort") for kind in type(error).__mro__)
+
+
+def said_of_value(error: typer.BadParameter) -> str:
+    """What is wrong with a value of the command line; Typer has it from Pydantic, whose words do not name the value."""
+    from pydantic import ValidationError
+
+    if not isinstance(error.__cause__, ValidationError):
+        return error.message
+    detail = error.__cause__.errors()[0]
+    kind, said = detail["type"], detail["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    bound = f"a number {said}" if kind.startswith(("greater_than", "less_than")) else None
+    expected = EXPECTED.get(kind, bound)
+    return said if expected is None else f"expected {expected}, got {detail['input']!r}"

@@ -9,7 +9,10 @@ from collections import defaultdict
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
+from typer import BadParameter
 from typer.core import TyperCommand, TyperGroup
+
+from mirrorgaze.errors import said_of_value
 
 WIDEST_NAME = 30
 """Columns of the names, beyond which the text starts on the next line."""
@@ -39,6 +42,14 @@ class SectionedGroup(TyperGroup):
 
 class SectionedCommand(TyperCommand):
     """Arguments, options, and the options of each heading."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse arguments; of a bad value it is said what was expected, and what it is."""
+        try:
+            return super().parse_args(ctx, args)
+        except BadParameter as error:
+            error.message = said_of_value(error)
+            raise
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write a section of options for each heading."""

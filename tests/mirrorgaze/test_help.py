@@ -114,3 +114,17 @@ print(sorted(heavy & set(sys.modules)))
     child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "Rig files:" in child.stdout
     assert child.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--width-px", "wide"], "'--width-px': expected a whole number, got 'wide'"),
+        (["--q1-deg", "left"], "'--q1-deg': expected a number, got 'left'"),
+        (["--samples", "0"], "'--samples': expected a number greater than or equal to 1, got '0'"),
+        (["--light", "none"], "'--light': 'none' is not one of 'draft', 'full'"),
+    ],
+)
+def test_a_bad_value_of_the_command_line_is_named_beside_what_was_expected(arguments, words):
+    result = CliRunner().invoke(app, ["render", "aqua2", *arguments])
+    assert (result.exit_code, words in result.stderr) == (2, True), result.stderr

@@ -127,7 +127,7 @@ def test_output_holds_outlines_and_trade_off(own, monkeypatch):
         ),
         (["--elevation-deg", "0", "120"], "expected elevations between -90 and 90 deg, got 0 to 120"),
         (["--margin-mm", "-1"], "expected margin_m of at least 0, got -0.001"),
-        (["--outline", "star"], "'star' is not one of 'rectangle', 'octagon', 'ellipse'"),
+        (["--outline", "star"], "'--outline': 'star' is not one of 'rectangle', 'octagon', 'ellipse'"),
         (["-o", "mine.toml"], "expected a folder to write into"),
     ],
 )
