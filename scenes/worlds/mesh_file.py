@@ -111,7 +111,7 @@ def _colours(mesh: trimesh.Trimesh) -> tuple[Material, NDArray[np.float32]]:
 
 def _problems(things: list[Thing], unit: str, plausible_m: tuple[float, float]) -> list[str]:
     if not sum(len(each.faces) for _, each in things):
-        return ["expected triangles, got none"]
+        return ["expected triangles that have an area, got none; export it again as a mesh with faces"]
     broken = [name for name, each in things if not np.isfinite(each.vertices_m).all()]
     problems = [f"expected finite coordinates, got others in {name}" for name in broken]
     used = np.concatenate([each.vertices_m for name, each in things if name not in broken] or [np.zeros((1, 3))])

@@ -173,6 +173,11 @@ def test_textures_of_a_mitsuba_scene_are_read_by_a_single_thread(tmp_path):
         ("nan.obj", b"v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n", r"nan.obj: expected finite coordinates"),
         ("bad.xml", b"<scene version='3.0.0'><shape type='blob'/></scene>", r"bad.xml: expected a Mitsuba scene"),
         ("none.xml", b"<scene version='3.0.0'/>", r"none.xml: expected triangle meshes, got none"),
+        (
+            "line.obj",
+            b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n",
+            r"line.obj: expected triangles that have an area, got none; export it again",
+        ),
     ],
 )
 def test_bad_files_are_refused_with_a_sentence(tmp_path, monkeypatch, name, content, message):
