@@ -109,8 +109,8 @@ def without_colour(dive: Dive) -> str | None:
     return (
         f"depth_m {dive.depth_m:g} in type {dive.jerlov_type}: even in {settings.colour} light the target is darker"
         f" than the water behind it ({math.exp(settings.over_water):.2f} times as bright), so the loop cannot tell it"
-        " from black and grey things and may follow one. Lamps on the rig bring that light"
-        " (docs/explanation/perception.md)"
+        " from black and grey things and may follow one. Nearer to the surface or in clearer water more of that light"
+        " is left; lamps bring it a metre or so far (docs/explanation/perception.md)"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated, Literal, Self, get_args
 
 import tomlkit
@@ -35,9 +36,14 @@ BALL_MATERIALS: dict[str, Material] = {
 class DiveThing(Section):
     """What it is (`scenes.stage.targets.target_named`), and of a ball how large and of which colour."""
 
-    shape: str = "red ball"
+    shape: str = "ball"
     diameter_m: Positive | None = None
     colour: BallColour | None = None
+
+    @property
+    def name(self) -> str:
+        """What it is, in words: "yellow ball", "buoy", a file's name."""
+        return f"{self.colour or 'red'} ball" if self.shape == "ball" else Path(self.shape).stem
 
     def load_shape(self) -> TargetShape:
         """Shape, a ball in its size and colour.
@@ -219,7 +225,7 @@ class DiveSpecification(Section):
         facts = [
             ("Rig", self.rig),
             ("World", f"{self.world}, {self.depth_m:g} m deep, water: {water}"),
-            ("Target", f"{self.target.shape}, {self._goes()}"),
+            ("Target", f"{self.target.name}, {self._goes()}"),
             ("Robot", self.robot.motion),
             ("Loop", f"{self.variant}, {self.frame_rate_hz:g} frames/s for {self.duration_s:g} s"),
         ]

@@ -35,9 +35,11 @@ class SceneOptions:
     target: Annotated[
         str,
         typer.Option(
-            metavar="NAME|FILE", help="Target: 'red ball', buoy, diver, fish, or a mesh file.", rich_help_panel=SCENE
+            metavar="NAME|FILE",
+            help="Target: ball (a red one), buoy, diver, fish, or a mesh file.",
+            rich_help_panel=SCENE,
         ),
-    ] = "red ball"
+    ] = "ball"
     depth_m: Annotated[
         float, typer.Option(help="Depth of the robot below the surface, in metres.", rich_help_panel=SCENE)
     ] = 5.0

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from scenes.stage.scene import Scene
 
 WORLDS = ("tank", "reef", "blue")
-TARGETS = ("red ball", "buoy", "diver", "fish")
+TARGETS = ("ball", "buoy", "diver", "fish")
 RIGS_WATER = "the rig's"
 
 Overlay = Literal["none", "regions", "labels", "distance"]
@@ -44,7 +44,7 @@ class Surroundings:
     """
 
     world: str = "tank"
-    target: str = "red ball"
+    target: str = "ball"
     depth_m: float = 5.0
     water: str = RIGS_WATER
     sun_elevation_deg: float = 60.0

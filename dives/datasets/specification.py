@@ -143,7 +143,7 @@ class ThingDraws(Section):
 class TargetDraws(ThingDraws):
     """The target; `shape` and `colour` take one value or a list, axes of the grid. A ball has size and colour."""
 
-    shape: Names = ("red ball",)
+    shape: Names = ("ball",)
     colour: Annotated[tuple[BallColour, ...], OneOrMore()] | None = None
     diameter_m: Size | None = None
 
@@ -151,7 +151,7 @@ class TargetDraws(ThingDraws):
 class DecoyDraws(ThingDraws):
     """Something else than the target: one shape, of one size and colour if it is a ball."""
 
-    shape: str = "red ball"
+    shape: str = "ball"
     colour: BallColour | None = None
     diameter_m: Positive | None = None
 

@@ -224,8 +224,7 @@ def check_recordable(folder: Path, task: GazeTask) -> None:
 
 def task_text(task: GazeTask) -> str:
     """What is to be done, in words, as policies that read language take it."""
-    target = task.dive.target
-    return f"keep the gaze on the {f'{target.colour} ball' if target.colour else Path(target.shape).stem}"
+    return f"keep the gaze on the {task.dive.target.name}"
 
 
 def features(task: GazeTask) -> dict[str, Any]:

@@ -36,7 +36,7 @@ class Target:
 
 
 def ball(centre_m: ArrayLike, radius_m: float) -> Target:
-    """The red ball at a place in the world."""
+    """A red ball of the paper's size at a place in the world."""
     pose = RigidTransform.from_translation(check_vector("centre_m", centre_m))
     return Target(shape=Ball(radius_m=radius_m), world_from_target=pose)
 
@@ -104,7 +104,7 @@ def make_scene(
     sun: Sun | None = None,
     cloud: float = 0.0,
     wind: Wind | None = None,
-    target: str | Path | TargetShape = "red ball",
+    target: str | Path | TargetShape = "ball",
     target_m: ArrayLike = TARGET_M,
     snow: bool = False,
     seed: int = 0,
@@ -127,7 +127,7 @@ def make_scene(
     wind : Wind, optional
         Over the sea; 3 m/s by default. Without any the surface is flat and nothing flickers.
     target : str, Path or TargetShape
-        red ball, buoy, diver, fish, or a file (`scenes.stage.targets.target_named`); or a shape.
+        ball, buoy, diver, fish, or a file (`scenes.stage.targets.target_named`); or a shape.
     target_m : array_like, shape (3,)
         Where it is, from the body (`on_gaze`).
     snow : bool

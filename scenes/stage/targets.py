@@ -64,7 +64,7 @@ PLAUSIBLE_TARGET_M = (0.01, 50.0)
 
 
 def target_named(name_or_path: str | Path, *, unit: str = "m") -> TargetShape:
-    """Target by name (red ball, buoy, diver, fish) or from a mesh file.
+    """Target by name (ball, buoy, diver, fish) or from a mesh file.
 
     A file's x points forward and its z up (GLB and glTF: y is up, as their standard says); it is moved so that the
     middle of its bounding box is the target's origin.
@@ -186,7 +186,7 @@ def _to_side(point: ArrayLike, side: int) -> FloatArray:
     return np.array([x, side * y, z + side * DIVER_KICK * max(0.0, -0.18 - x)])
 
 
-TARGETS: dict[str, Callable[[], TargetShape]] = {"red ball": Ball, "buoy": buoy, "diver": diver, "fish": fish}
+TARGETS: dict[str, Callable[[], TargetShape]] = {"ball": Ball, "buoy": buoy, "diver": diver, "fish": fish}
 """Targets by name; their shapes and sizes are nominal, but for the paper's ball."""
 
 

@@ -75,8 +75,8 @@ def test_what_the_dive_says_counts():
     ("target", "colour"),
     [
         ("", "red"),
-        ('shape = "red ball"\ncolour = "yellow"', "yellow"),
-        ('shape = "red ball"\ncolour = "grey"', "red"),  # stands out along none
+        ('shape = "ball"\ncolour = "yellow"', "yellow"),
+        ('shape = "ball"\ncolour = "grey"', "red"),  # stands out along none
         ('shape = "buoy"', "orange"),
         ('shape = "diver"', "red"),
     ],
@@ -120,10 +120,10 @@ def test_depth_says_what_is_left_of_red():
 @pytest.mark.parametrize(
     ("target", "detector", "told"),
     [
-        ('shape = "red ball"', "", False),
-        ('shape = "red ball"\ncolour = "yellow"', "", False),
-        ('shape = "red ball"\ncolour = "blue"', "", True),
-        ('shape = "red ball"\ncolour = "blue"', "[detector.window]\nhue_from_deg = 200\nhue_to_deg = 250", False),
+        ('shape = "ball"', "", False),
+        ('shape = "ball"\ncolour = "yellow"', "", False),
+        ('shape = "ball"\ncolour = "blue"', "", True),
+        ('shape = "ball"\ncolour = "blue"', "[detector.window]\nhue_from_deg = 200\nhue_to_deg = 250", False),
         ('shape = "diver"', "", False),
     ],
 )
@@ -136,7 +136,7 @@ def test_a_ball_that_the_loop_does_not_look_for_is_told(target, detector, told):
 
 @pytest.mark.parametrize(
     ("depth_m", "target", "told"),
-    [(5.0, "", False), (20.0, "", True), (20.0, 'shape = "red ball"\ncolour = "yellow"', False)],
+    [(5.0, "", False), (20.0, "", True), (20.0, 'shape = "ball"\ncolour = "yellow"', False)],
 )
 def test_a_depth_without_the_targets_colour_is_told(depth_m, target, told):
     dive = with_known_target(dive_of(target).model_copy(update={"depth_m": depth_m}), RIG)

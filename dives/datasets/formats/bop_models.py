@@ -69,7 +69,7 @@ def bop_objects(dataset: Dataset) -> dict[Key, BopObject]:
     diameters = (None,) if target.diameter_m is None else target.diameter_m.all_values() or ()
     keys: list[Key] = list(product(target.shape, target.colour or (None,), diameters))
     keys += [(each.shape, each.colour, each.diameter_m) for each in dataset.spec.decoys]
-    return {key: BopObject(number, _name(key), _shape(key)) for number, key in enumerate(dict.fromkeys(keys), 1)}
+    return {key: _object(number, key) for number, key in enumerate(dict.fromkeys(keys), 1)}
 
 
 def write_models(folder: Path, objects: Iterable[BopObject]) -> list[str]:
@@ -87,15 +87,11 @@ def write_models(folder: Path, objects: Iterable[BopObject]) -> list[str]:
     return names
 
 
-def _name(key: Key) -> str:
+def _object(number: int, key: Key) -> BopObject:
     shape, colour, diameter_m = key
-    size = None if diameter_m is None else f"{diameter_m:g} m"
-    return ", ".join(filter(None, (Path(shape).stem, colour, size)))
-
-
-def _shape(key: Key) -> TargetShape:
-    shape, colour, diameter_m = key
-    return DiveThing.model_validate({"shape": shape, "colour": colour, "diameter_m": diameter_m}).load_shape()
+    thing = DiveThing.model_validate({"shape": shape, "colour": colour, "diameter_m": diameter_m})
+    name = thing.name if diameter_m is None else f"{thing.name}, {diameter_m:g} m"
+    return BopObject(number, name, thing.load_shape())
 
 
 def _extent(vertices_mm: FloatArray) -> dict[str, float]:

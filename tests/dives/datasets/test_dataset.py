@@ -32,7 +32,7 @@ water = ["IB", "XX", "none.csv"]
 [joints]
 q1_deg = [0, 100]
 [target]
-shape = ["red ball", "diver"]
+shape = ["ball", "diver"]
 colour = "red"
 [[decoys]]
 shape = "diver"

@@ -79,11 +79,11 @@ def test_a_range_needs_numbers():
 
 
 def test_settings_reach_into_tables():
-    base = tomllib.loads("depth_m = 3\n[target]\nshape = 'red ball'\n[target.path]\nshape = 'circle'")
+    base = tomllib.loads("depth_m = 3\n[target]\nshape = 'ball'\n[target.path]\nshape = 'circle'")
     changed = with_values(base, {"target.path.radius_m": 2.0, "sun.elevation_deg": 40, "depth_m": 4})
     assert changed == {
         "depth_m": 4,
-        "target": {"shape": "red ball", "path": {"shape": "circle", "radius_m": 2.0}},
+        "target": {"shape": "ball", "path": {"shape": "circle", "radius_m": 2.0}},
         "sun": {"elevation_deg": 40},
     }
     assert base["depth_m"] == 3

@@ -202,7 +202,7 @@ def test_what_of_a_world_file_is_not_used_is_said(here):
         (("--q2-deg", "nan"), "expected q2 (tilt) between -32.5 and 122.5 deg, got nan"),
         (("--world", "moon"), "expected a world (blue, reef, tank) or a file that ends in .obj, .ply, .stl, .glb"),
         (("--world", "moon.ply"), "moon.ply: expected a file, found nothing"),
-        (("--target", "shark"), "expected a target (buoy, diver, fish, red ball) or a file"),
+        (("--target", "shark"), "expected a target (ball, buoy, diver, fish) or a file"),
         (("--depth-m", "-3"), "expected a depth from 0.5 to 100 m, got -3 m"),
         (("--water", "9Z"), "expected a Jerlov type (I, IA, IB, II, III, 1C, 3C, 5C, 7C, 9C), got '9Z'"),
         (("--cloud", "2"), "expected cloud from 0 (clear) to 1 (overcast), got 2.0"),

@@ -11,7 +11,7 @@ from scenes.light.materials import Material, albedo_table
 from scenes.stage.targets import TARGETS, Ball, MeshShape, target_named
 from scenes.surfaces.surface import enclosed_volume_m3
 
-MESHES = sorted(set(TARGETS) - {"red ball"})
+MESHES = sorted(set(TARGETS) - {"ball"})
 SIZES_M = {"buoy": (0.18, 0.18, 0.30), "diver": (2.1, 0.67, 0.62), "fish": (0.3, 0.043, 0.11)}
 """As the page on worlds states them: length, width, height."""
 ROUNDED = 0.02
@@ -24,7 +24,7 @@ def shape(request):
 
 
 def test_the_ball_is_the_papers():
-    assert target_named("red ball") == Ball(radius_m=0.1)
+    assert target_named("ball") == Ball(radius_m=0.1)
     with pytest.raises(ValueError, match="expected radius_m > 0, got -1"):
         Ball(radius_m=-1)
 
@@ -85,7 +85,7 @@ def test_own_mesh_is_centred_with_its_colours(tmp_path):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("shark", r"expected a target \(buoy, diver, fish, red ball\) or a file that ends in .obj, .*, got 'shark'"),
+        ("shark", r"expected a target \(ball, buoy, diver, fish\) or a file that ends in .obj, .*, got 'shark'"),
         ("shark.stl", r"shark.stl: expected a file, found nothing"),
         ("shark.xml", r"expected a target"),
     ],

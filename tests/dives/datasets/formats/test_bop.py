@@ -141,7 +141,7 @@ def test_models_are_in_millimetres_and_meshes_have_silhouettes(small_folder, tmp
     text = SMALL_SET.replace('colour = ["red", "orange"]', 'shape = ["buoy", "fish"]')
     dataset = parse_dataset(text.replace(diameter_line(), ""), source="small", folder=small_folder)
     objects = list(bop_objects(dataset).values())
-    assert [each.name for each in objects] == ["buoy", "fish", "red ball, yellow, 0.2 m"]
+    assert [each.name for each in objects] == ["buoy", "fish", "yellow ball, 0.2 m"]
     names = write_models(tmp_path, objects)
     infos = json.loads((tmp_path / names[-1]).read_text())
     for each, name in zip(objects, names, strict=False):
