@@ -9,6 +9,9 @@ something else is followed. Of a target that was lost speed and height are known
 seconds may soon be anywhere about as high as it was, and one that hardly moves is where it was. Images take nothing
 where something may hide it (`tracking.estimation.lost_places`).
 
+What was followed and dropped may be the target for all that, as likely as its odds say. It is passed by for some time:
+images tell nothing of its place meanwhile, and no sweep is made for it; one that moves is found again beside it.
+
 It spreads by hops that would leave the lasting probability as it is: a cell nearby is drawn evenly by solid angle, and
 hopped to with the ratio of the densities there and here, at most 1 (Metropolis et al. 1953, J. Chem. Phys. 21, 1087).
 """
@@ -16,6 +19,7 @@ hopped to with the ratio of the densities there and here, at most 1 (Metropolis 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -27,6 +31,7 @@ from optics.kernels.arrays import FloatArray
 from tracking.control.gaze_view import LEAST_SHOWN, GazeView
 from tracking.control.poses import pose_grid
 from tracking.estimation.bearing import Bearing
+from tracking.estimation.clutter import ClutterPlace
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lost_places import LostPlaces, in_the_open
 
@@ -177,6 +182,7 @@ class Belief:
         self.state: FloatArray = np.outer(STILL_OR_MOVING, there.probability)[:, np.newaxis]
         self.missed: FloatArray = np.ones(len(there.direction))
         self._open: NDArray[np.bool_] = np.ones((1, len(there.direction)), dtype=bool)
+        self._passed_by: NDArray[np.bool_] = np.zeros(len(there.direction), dtype=bool)
 
     @property
     def probability(self) -> FloatArray:
@@ -185,13 +191,22 @@ class Belief:
 
     @property
     def probability_in_the_open(self) -> FloatArray:
-        """That the target is there and nothing hides it, shape (n,)."""
-        return np.asarray((self.state * self._open).sum(axis=(0, 1)))
+        """That the target is there, nothing hides it, and it would not be passed by, shape (n,)."""
+        return np.asarray((self.state * (self._open & ~self._passed_by)).sum(axis=(0, 1)))
 
-    def note_unseen(self, q: FloatArray) -> None:
-        """Take in an image taken at joint values `q` that did not show the target."""
+    def note_dropped(self, direction: FloatArray, chance: float) -> None:
+        """What was followed in a direction, unit vector, shape (3,), is no longer; it is the target with a chance."""
+        self.state *= 1 - chance
+        self.state[1, 0, (self._there.direction @ direction).argmax()] += chance
+
+    def note_unseen(self, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
+        """Take in an image taken at joint values `q` that did not show the target, or showed it among the clutter."""
         missed = 1.0 - FOUND * self._view.shown_at(q, self._there.direction).astype(np.float64)
-        self.missed *= missed
+        self._passed_by[:] = False
+        for place in clutter:
+            within = place.within_rad + math.radians(CELL_DEG) / 2
+            self._passed_by |= self._there.direction @ place.direction > math.cos(within)
+        self.missed *= np.where(self._passed_by, 1.0, missed)
         self._count(missed)
 
     def note_swept(self, found: FloatArray) -> None:
@@ -206,7 +221,7 @@ class Belief:
 
     def _count(self, missed: FloatArray) -> None:
         """Bayes' rule for something that was not found where it is missed with a probability, shape (n,)."""
-        left = self.state * np.where(self._open, missed, 1.0)
+        left = self.state * np.where(self._open & ~self._passed_by, missed, 1.0)
         self.state = left / left.sum()
 
     def pass_time(self, seconds: float) -> None:

@@ -11,6 +11,7 @@ from tracking.control.crop_scale import centroid_motion
 from tracking.control.follower import Observation
 from tracking.control.paper_law import GAIN, NO_ERRORS, CropErrors, error, meant_turn, printed_turn
 from tracking.estimation.centroid_filter import CentroidFilter, CentroidNoise
+from tracking.estimation.clutter import ClutterPlace
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import weighted_centroid
 from tracking.records import Blob
@@ -94,6 +95,11 @@ class CropFollower:
             return observation.q_command + printed_turn(self._now, self._before, self._gains)
         turned_over = np.sign(centroid_motion(self._gimbal, self._scale, observation.q).diagonal() * self._gimbal.signs)
         return observation.q_command + turned_over * meant_turn(self._now, self._gains)
+
+    @property
+    def clutter(self) -> list[ClutterPlace]:
+        """Nothing is passed by."""
+        return []
 
     def forget(self, *, brief: bool) -> None:
         """Drop the estimate."""

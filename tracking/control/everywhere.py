@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,6 +13,7 @@ from tracking.control.belief import Belief, likely_directions
 from tracking.control.gaze_view import GazeView
 from tracking.control.joint_paths import JointPath, raster_path
 from tracking.control.search_plan import SearchPlan, slowed
+from tracking.estimation.clutter import ClutterPlace
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lost_places import LostPlaces
 
@@ -28,8 +30,11 @@ class Everywhere(Protocol):
     def pass_time(self, seconds: float) -> None:
         """It is broken off, and so much time passes."""
 
-    def note_unseen(self, q: FloatArray) -> None:
-        """Take in an image taken at `q` without the target."""
+    def note_unseen(self, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
+        """Take in an image taken at `q` without the target, but for what is passed by as clutter, gimbal's frame."""
+
+    def note_dropped(self, direction: FloatArray, chance: float) -> None:
+        """What was followed in a direction, gimbal's frame, is no longer; its chance is that it is the target."""
 
     def note_lost(self, places: LostPlaces) -> None:
         """The target was lost, and can have gone to places."""
@@ -70,7 +75,10 @@ class Raster:
     def pass_time(self, seconds: float) -> None:
         """Nothing is kept."""
 
-    def note_unseen(self, q: FloatArray) -> None:
+    def note_unseen(self, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
+        """Nothing is kept."""
+
+    def note_dropped(self, direction: FloatArray, chance: float) -> None:
         """Nothing is kept."""
 
     def note_lost(self, places: LostPlaces) -> None:
@@ -124,9 +132,13 @@ class LikelyFirst:
         if self._begun:
             self._belief.pass_time(seconds)
 
-    def note_unseen(self, q: FloatArray) -> None:
+    def note_unseen(self, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
         """The target is less likely where an image did not show it."""
-        self._belief.note_unseen(q)
+        self._belief.note_unseen(q, clutter)
+
+    def note_dropped(self, direction: FloatArray, chance: float) -> None:
+        """The target is as likely there as that was it."""
+        self._belief.note_dropped(direction, chance)
 
     def note_lost(self, places: LostPlaces) -> None:
         """The target is likely where it can have gone, and moves on as fast as it went, about as high."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from optics.kernels.arrays import FloatArray
 from tracking.estimation.bearing import Sight
+from tracking.estimation.clutter import ClutterPlace
 from tracking.perception import Crop
 from tracking.protocols import AttitudeReport
 from tracking.records import Blob
@@ -53,6 +54,22 @@ class Observation:
         if not (0 <= x < self.crop.width_px and 0 <= y < self.crop.height_px):
             return False
         return self.robot is None or self.robot[int(y), int(x)] == 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dropped:
+    """What was followed and is no longer.
+
+    Attributes
+    ----------
+    direction : array, shape (3,)
+        Where it was last: unit vector, body frame.
+    chance : float
+        Probability that it is the target.
+    """
+
+    direction: FloatArray
+    chance: float
 
 
 class Follower(Protocol):
@@ -103,8 +120,15 @@ class Follower(Protocol):
     def last_seen(self) -> Sight | None:
         """Where the target was last seen, and at which time, seconds; None when it does not know directions."""
 
-    def forget(self, *, brief: bool) -> None:
-        """Drop the estimate, of what was seen briefly, as a candidate is, or for longer."""
+    @property
+    def clutter(self) -> list[ClutterPlace]:
+        """What is passed by, body frame: a target there would not be found."""
+
+    def forget(self, *, brief: bool) -> Dropped | None:
+        """Drop the estimate, of what was seen briefly, as a candidate is, or for longer.
+
+        Returns what may be the target though it was dropped, if it is known where and how likely.
+        """
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""

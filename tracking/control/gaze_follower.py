@@ -15,11 +15,12 @@ import numpy as np
 
 from optics.kernels.arrays import FloatArray
 from tracking.control.association import Association, cut_by_edges, with_overhead
-from tracking.control.follower import Observation
+from tracking.control.follower import Dropped, Observation
 from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
 from tracking.estimation.bearing import Sight
+from tracking.estimation.clutter import ClutterPlace
 from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.steady_filter import SteadyFilter
@@ -292,19 +293,30 @@ class GazeFollower:
         middle_px, deviation_px = middle_of_cut(blobs[0], sides, self._look.whole_px2, by_edge=by_edge)
         return middle_px, deviation_px * self._rad_per_px
 
-    def forget(self, *, brief: bool) -> None:
+    @property
+    def clutter(self) -> list[ClutterPlace]:
+        """What is passed by at the last image, body frame."""
+        if self._before is None:
+            return []
+        places = self._evidence.clutter.at(self._before[0])
+        return [replace(each, direction=self._axes.to_body(each.direction)) for each in places]
+
+    def forget(self, *, brief: bool) -> Dropped | None:
         """Drop the estimate; of what was doubted, or seen briefly, remember where it was; else how it looked."""
-        bearing = self._filter.bearing
+        bearing, dropped = self._filter.bearing, None
         if self._evidence.trusted and self._before is not None:
             self._look.lose(None if self.doubted or brief else self._evidence.contrast, self._before[0])
         alone = self._evidence.swallowed_s == 0
         if (self.doubted or brief) and alone and bearing is not None and self._before is not None:
+            if (chance := self._evidence.chance) > 0:
+                dropped = Dropped(direction=self._axes.to_body(bearing.direction), chance=chance)
             self._evidence.drop(bearing.direction, self._before[0], self._radius_rad)
         self._evidence.begin_again()
         self._filter.forget()
         self._steady.forget()
         self._look.forget()
         self._last_seen = self._last_alone = None
+        return dropped
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""

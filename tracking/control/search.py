@@ -5,6 +5,8 @@ What shows past the mirrors in the meantime is looked at first.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +16,11 @@ from optics.gaze.motion import JointSpeeds
 from optics.kernels.arrays import FloatArray
 from tracking.control.direct_look import DirectLook
 from tracking.control.everywhere import Everywhere, LikelyFirst, Raster
+from tracking.control.follower import Dropped
 from tracking.control.gaze_view import GazeView
 from tracking.control.lost_target import LostTarget
 from tracking.estimation.bearing import Sight
+from tracking.estimation.clutter import ClutterPlace
 from tracking.estimation.gimbal import Gimbal
 
 OVERLAP = 0.2
@@ -74,9 +78,16 @@ class Search:
             self._gimbal, self._speeds, self._step, sight.bearing, age_s, hidden=sight.hidden, shown=self._shown
         )
 
-    def note_unseen(self, seconds: float, q: FloatArray) -> None:
-        """Take in an image taken at `q` without a lost target that is still waited for where it is predicted."""
-        self._everywhere.note_unseen(q)
+    def note_dropped(self, dropped: Dropped) -> None:
+        """What was followed is no longer."""
+        self._everywhere.note_dropped(self._gimbal.in_gimbal(dropped.direction), dropped.chance)
+
+    def note_unseen(self, seconds: float, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
+        """Take in an image taken at `q` without a lost target that is still waited for where it is predicted.
+
+        What is passed by as clutter, body frame, may be it.
+        """
+        self._everywhere.note_unseen(q, self._in_gimbal(clutter))
         if self._lost is not None:
             self._lost.note_unseen(q, seconds)
 
@@ -108,10 +119,13 @@ class Search:
         if self._direct is not None:
             self._direct.end()
 
-    def advance(self, seconds: float, q: FloatArray) -> FloatArray:
-        """Joint values to ask for, shape (2,), so much later, after an image taken at `q` without the target."""
+    def advance(self, seconds: float, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> FloatArray:
+        """Joint values to ask for, shape (2,), so much later, after an image taken at `q` without the target.
+
+        What is passed by as clutter, body frame, may be it.
+        """
         self._everywhere.pass_time(seconds)
-        self._everywhere.note_unseen(q)
+        self._everywhere.note_unseen(q, self._in_gimbal(clutter))
         if self._direct is not None and self._direct.turned:
             pose = self._direct.pose(seconds, q)
             if pose is not None:
@@ -125,6 +139,9 @@ class Search:
             self._everywhere.note_lost(self._lost.places)
             self.begin(q)
         return self._everywhere.advance(seconds, q)
+
+    def _in_gimbal(self, clutter: Iterable[ClutterPlace]) -> list[ClutterPlace]:
+        return [replace(each, direction=self._gimbal.in_gimbal(each.direction)) for each in clutter]
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""

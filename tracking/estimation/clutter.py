@@ -13,7 +13,7 @@ from optics.kernels.arrays import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class ClutterPlace:
-    """Where something was: unit vector, steady axes, shape (3,), how far about, until when."""
+    """Where something was: unit vector, shape (3,), how far about, until when."""
 
     direction: FloatArray
     within_rad: float
@@ -32,8 +32,12 @@ class Clutter:
 
     def covers(self, direction: FloatArray, time_s: float) -> bool:
         """Whether something was dropped in a direction, a unit vector, not too long ago."""
+        return any(float(each.direction @ direction) > math.cos(each.within_rad) for each in self.at(time_s))
+
+    def at(self, time_s: float) -> list[ClutterPlace]:
+        """What is remembered at a time; the rest is forgotten."""
         self.places = [each for each in self.places if time_s < each.until_s]
-        return any(float(each.direction @ direction) > math.cos(each.within_rad) for each in self.places)
+        return self.places
 
     def snapshot(self) -> list[Any]:
         """State as plain numbers."""

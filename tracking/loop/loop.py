@@ -314,15 +314,16 @@ class TrackingLoop:
         brief = not self._long_seen(before)
         if self._appearance is not None and before.mode is not Mode.SCAN and (brief or self._follower.doubted):
             self._appearance.forget()
-        self._follower.forget(brief=brief)
-        return self._search.advance(self._passed_s, observation.q)
+        if (dropped := self._follower.forget(brief=brief)) is not None:
+            self._search.note_dropped(dropped)
+        return self._search.advance(self._passed_s, observation.q, self._follower.clutter)
 
     def _note_unseen(self, before: BehaviourState, observation: Observation) -> None:
         """While a target is waited for where it is predicted, keep what images say of where else it can have gone."""
         lost = self._follower.last_seen if self._variant.rescan == "reachable" else None
         if before.mode is Mode.TRACK and lost and self._long_seen(before):
             self._search.begin_lost(lost, observation.time_s)
-        self._search.note_unseen(self._passed_s, observation.q)
+        self._search.note_unseen(self._passed_s, observation.q, self._follower.clutter)
 
     def _search_on(self, before: BehaviourState, observation: Observation) -> None:
         """Begin a search, or take up the one that something else of the target's colour has broken off."""

@@ -16,7 +16,7 @@ from tests.tracking.control.gaze_images import (
     of_area,
 )
 from tracking.control.association import OVERHEAD_LOG_ODDS
-from tracking.estimation.track_evidence import PROBATION_S, RECALLED_S, SILHOUETTE_S
+from tracking.estimation.track_evidence import MEMORY_S, PROBATION_S, RECALLED_S, SILHOUETTE_S
 from tracking.perception import ACQUIRED_LOG_ODDS
 from tracking.perception.outline import EVEN_MISSING
 
@@ -336,6 +336,28 @@ def test_a_target_that_was_lost_is_looked_for_as_it_looked(looked, times, later_
     for each in (following, again):
         each.expect(met)
         assert bool(each.update(met)) is acquired
+
+
+@pytest.mark.parametrize(("log_odds", "may_be"), [(-1.0, True), (5.0, False)])
+def test_what_is_dropped_may_be_the_target_and_is_passed_by(log_odds, may_be):
+    """As likely as the mean of its odds says, where it was; what is plain and lost is sought in another way."""
+    target, images = np.array([1.0, 0.0, 0.0]), 2 * IMAGES
+    following = follower(0.0)
+    for image in range(images):
+        seen, _ = observation(IMAGES // 2, target, 0.0)
+        seen = weighed(replace(seen, time_s=image * INTERVAL_S), ACQUIRED_LOG_ODDS if image == 0 else log_odds)
+        following.expect(seen)
+        following.update(seen)
+    assert following.clutter == []
+    dropped = following.forget(brief=False)
+    if not may_be:
+        assert dropped is None and following.clutter == []
+        return
+    mean = log_odds + (ACQUIRED_LOG_ODDS - log_odds) * math.exp(-(images - 1) * INTERVAL_S / MEMORY_S)
+    assert dropped.chance == pytest.approx(1 / (1 + math.exp(-mean)), abs=0.01)
+    for direction in (dropped.direction, *(each.direction for each in following.clutter)):
+        np.testing.assert_allclose(direction, target, atol=0.01)
+    assert len(following.clutter) == 1
 
 
 def test_what_has_its_own_odds_gets_none_of_a_lost_targets():

@@ -12,6 +12,7 @@ from optics.layout import Layout
 from rigs import Rig
 from tracking.control.belief import (
     ANYWHERE,
+    CELL_DEG,
     ELSEWHERE,
     FOUND,
     HOP_DEG,
@@ -27,6 +28,7 @@ from tracking.control.belief import (
 )
 from tracking.control.gaze_view import GazeView
 from tracking.estimation.bearing import Bearing
+from tracking.estimation.clutter import ClutterPlace
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.lost_places import LostPlaces
@@ -85,6 +87,35 @@ def test_a_sweep_that_has_ended_has_looked_at_what_it_was_to_show():
     seen = belief.probability
     belief.note_swept(1 - belief.missed)
     np.testing.assert_allclose(belief.probability, seen, rtol=1e-12)
+
+
+def test_what_was_dropped_is_the_target_with_its_chance_and_moves_on():
+    belief = Belief(THERE, SHOWN)
+    belief.note_dropped(AHEAD[0], 0.4)
+    nearest = (THERE.direction @ AHEAD[0]).argmax()
+    expected = 0.6 * THERE.probability
+    expected[nearest] += 0.4
+    np.testing.assert_allclose(belief.probability, expected)
+    belief.pass_time(1.0)
+    assert belief.probability.sum() == pytest.approx(1.0)
+    assert belief.probability[nearest] < 0.2
+
+
+def test_images_tell_nothing_of_what_is_passed_by():
+    """Nor of half a cell about it. What is farther from it was looked at five times, as far as the view shows it."""
+    belief = Belief(THERE, SHOWN)
+    belief.note_dropped(AHEAD[0], 0.4)
+    level = GIMBAL.joint_values(0.0, 0.0)
+    clutter = [ClutterPlace(direction=AHEAD[0], within_rad=math.radians(3.0), until_s=math.inf)]
+    before = belief.probability
+    for _ in range(5):
+        belief.note_unseen(level, clutter)
+    about = THERE.direction @ AHEAD[0] > math.cos(math.radians(3.0 + CELL_DEG / 2))
+    shown = np.where(about, 0.0, SHOWN.shown_at(level, THERE.direction))
+    assert about.sum() >= 1
+    assert shown.max() > 0.4
+    gained = belief.probability / before
+    np.testing.assert_allclose(gained / gained[about][0], (1 - FOUND * shown) ** 5, rtol=1e-5)
 
 
 def test_in_the_long_run_it_is_where_targets_are_often():

@@ -403,6 +403,25 @@ def test_what_was_above_even_is_passed_for_a_while_only():
         assert not evidence.clutter.covers(AHEAD, 5.0 + UNDECIDED_S)
 
 
+@pytest.mark.parametrize(
+    ("contrast", "outline", "chance"), [(-1.0, 0.0, 0.27), (0.5, 0.0, 0.62), (1.0, -1.0, 0.5)], ids=str
+)
+def test_what_is_dropped_is_the_target_as_likely_as_its_odds_say(contrast, outline, chance):
+    assert followed(contrast, outline, 30).chance == pytest.approx(chance, abs=0.01)
+
+
+def test_what_was_seen_too_briefly_or_is_no_target_by_other_signs_has_no_chance():
+    """What stands still and was never plain is a coral; pieces are, where targets look plain."""
+    assert followed(2.0, 1.0, 5).chance == 0
+    assert followed(1.5, 0.5, images(PLAIN_S + 0.5)).chance == 0
+    plain, pale = followed(0.5, 0.0, 30), followed(0.5, 0.0, 30)
+    pale.plain = False
+    for number in range(2 * FEWEST_COMPARED):
+        for evidence in (plain, pale):
+            evidence.sizes.note(1000.0 * 2 ** (number % 2))
+    assert plain.chance == 0 and pale.chance == pytest.approx(0.62, abs=0.01)
+
+
 def test_a_snapshot_holds_all_of_it():
     evidence = followed(3.0, 2.0, 30)
     evidence.drop(turned(0.1), 2.0)
