@@ -36,7 +36,7 @@ class Target:
 
 
 def ball(centre_m: ArrayLike, radius_m: float) -> Target:
-    """A red ball of the paper's size at a place in the world."""
+    """A red ball with its centre at a place in the world."""
     pose = RigidTransform.from_translation(check_vector("centre_m", centre_m))
     return Target(shape=Ball(radius_m=radius_m), world_from_target=pose)
 

@@ -182,6 +182,7 @@ class Belief:
         self.state: FloatArray = np.outer(STILL_OR_MOVING, there.probability)[:, np.newaxis]
         self.missed: FloatArray = np.ones(len(there.direction))
         self._open: NDArray[np.bool_] = np.ones((1, len(there.direction)), dtype=bool)
+        # Told with each image before it is asked for, and so in no snapshot.
         self._passed_by: NDArray[np.bool_] = np.zeros(len(there.direction), dtype=bool)
 
     @property
@@ -194,10 +195,13 @@ class Belief:
         """That the target is there, nothing hides it, and it would not be passed by, shape (n,)."""
         return np.asarray((self.state * (self._open & ~self._passed_by)).sum(axis=(0, 1)))
 
-    def note_dropped(self, direction: FloatArray, chance: float) -> None:
-        """What was followed in a direction, unit vector, shape (3,), is no longer; it is the target with a chance."""
-        self.state *= 1 - chance
-        self.state[1, 0, (self._there.direction @ direction).argmax()] += chance
+    def note_dropped(self, direction: FloatArray, probability: float) -> None:
+        """What was followed in a direction, unit vector, shape (3,), was dropped, and is the target with a probability.
+
+        It counts as one that moves: what stands still is passed by.
+        """
+        self.state *= 1 - probability
+        self.state[1, 0, (self._there.direction @ direction).argmax()] += probability
 
     def note_unseen(self, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
         """Take in an image taken at joint values `q` that did not show the target, or showed it among the clutter."""

@@ -33,8 +33,8 @@ class Everywhere(Protocol):
     def note_unseen(self, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
         """Take in an image taken at `q` without the target, but for what is passed by as clutter, gimbal's frame."""
 
-    def note_dropped(self, direction: FloatArray, chance: float) -> None:
-        """What was followed in a direction, gimbal's frame, is no longer; its chance is that it is the target."""
+    def note_dropped(self, direction: FloatArray, probability: float) -> None:
+        """What was followed in a direction, gimbal's frame, was dropped, and is the target with a probability."""
 
     def note_lost(self, places: LostPlaces) -> None:
         """The target was lost, and can have gone to places."""
@@ -78,7 +78,7 @@ class Raster:
     def note_unseen(self, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
         """Nothing is kept."""
 
-    def note_dropped(self, direction: FloatArray, chance: float) -> None:
+    def note_dropped(self, direction: FloatArray, probability: float) -> None:
         """Nothing is kept."""
 
     def note_lost(self, places: LostPlaces) -> None:
@@ -136,9 +136,9 @@ class LikelyFirst:
         """The target is less likely where an image did not show it."""
         self._belief.note_unseen(q, clutter)
 
-    def note_dropped(self, direction: FloatArray, chance: float) -> None:
-        """The target is as likely there as that was it."""
-        self._belief.note_dropped(direction, chance)
+    def note_dropped(self, direction: FloatArray, probability: float) -> None:
+        """The target is as likely there as that is it."""
+        self._belief.note_dropped(direction, probability)
 
     def note_lost(self, places: LostPlaces) -> None:
         """The target is likely where it can have gone, and moves on as fast as it went, about as high."""

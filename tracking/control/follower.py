@@ -58,18 +58,18 @@ class Observation:
 
 @dataclass(frozen=True, kw_only=True)
 class Dropped:
-    """What was followed and is no longer.
+    """What was followed and was dropped, and may be the target for all that.
 
     Attributes
     ----------
     direction : array, shape (3,)
         Where it was last: unit vector, body frame.
-    chance : float
-        Probability that it is the target.
+    probability : float
+        That it is the target.
     """
 
     direction: FloatArray
-    chance: float
+    probability: float
 
 
 class Follower(Protocol):

@@ -308,8 +308,8 @@ class GazeFollower:
             self._look.lose(None if self.doubted or brief else self._evidence.contrast, self._before[0])
         alone = self._evidence.swallowed_s == 0
         if (self.doubted or brief) and alone and bearing is not None and self._before is not None:
-            if (chance := self._evidence.chance) > 0:
-                dropped = Dropped(direction=self._axes.to_body(bearing.direction), chance=chance)
+            if (probability := self._evidence.probability) > 0:
+                dropped = Dropped(direction=self._axes.to_body(bearing.direction), probability=probability)
             self._evidence.drop(bearing.direction, self._before[0], self._radius_rad)
         self._evidence.begin_again()
         self._filter.forget()

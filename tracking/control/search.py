@@ -79,8 +79,8 @@ class Search:
         )
 
     def note_dropped(self, dropped: Dropped) -> None:
-        """What was followed is no longer."""
-        self._everywhere.note_dropped(self._gimbal.in_gimbal(dropped.direction), dropped.chance)
+        """What was followed was dropped, and may be the target for all that."""
+        self._everywhere.note_dropped(self._gimbal.in_gimbal(dropped.direction), dropped.probability)
 
     def note_unseen(self, seconds: float, q: FloatArray, clutter: Iterable[ClutterPlace] = ()) -> None:
         """Take in an image taken at `q` without a lost target that is still waited for where it is predicted.

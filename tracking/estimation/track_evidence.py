@@ -237,8 +237,8 @@ class TrackEvidence:
         return self.age_s > PROMISING_S and self.together is not None and self.together >= PROMISING_LOG_ODDS
 
     @property
-    def chance(self) -> float:
-        """Probability that what is dropped is the target: by its odds, where nothing else speaks against it.
+    def probability(self) -> float:
+        """That what is dropped is the target for all that: by its odds, where nothing else speaks against it.
 
         In 72 dives of the arena six things were dropped after 0.7 to 1.2 s, of which four were the target. What never
         looks plainly like one, or comes in pieces where targets look plain, has none.

@@ -354,7 +354,7 @@ def test_what_is_dropped_may_be_the_target_and_is_passed_by(log_odds, may_be):
         assert dropped is None and following.clutter == []
         return
     mean = log_odds + (ACQUIRED_LOG_ODDS - log_odds) * math.exp(-(images - 1) * INTERVAL_S / MEMORY_S)
-    assert dropped.chance == pytest.approx(1 / (1 + math.exp(-mean)), abs=0.01)
+    assert dropped.probability == pytest.approx(1 / (1 + math.exp(-mean)), abs=0.01)
     for direction in (dropped.direction, *(each.direction for each in following.clutter)):
         np.testing.assert_allclose(direction, target, atol=0.01)
     assert len(following.clutter) == 1

@@ -89,7 +89,7 @@ def test_a_sweep_that_has_ended_has_looked_at_what_it_was_to_show():
     np.testing.assert_allclose(belief.probability, seen, rtol=1e-12)
 
 
-def test_what_was_dropped_is_the_target_with_its_chance_and_moves_on():
+def test_what_was_dropped_is_the_target_with_its_probability_and_moves_on():
     belief = Belief(THERE, SHOWN)
     belief.note_dropped(AHEAD[0], 0.4)
     nearest = (THERE.direction @ AHEAD[0]).argmax()

@@ -407,19 +407,19 @@ def test_what_was_above_even_is_passed_for_a_while_only():
     ("contrast", "outline", "chance"), [(-1.0, 0.0, 0.27), (0.5, 0.0, 0.62), (1.0, -1.0, 0.5)], ids=str
 )
 def test_what_is_dropped_is_the_target_as_likely_as_its_odds_say(contrast, outline, chance):
-    assert followed(contrast, outline, 30).chance == pytest.approx(chance, abs=0.01)
+    assert followed(contrast, outline, 30).probability == pytest.approx(chance, abs=0.01)
 
 
-def test_what_was_seen_too_briefly_or_is_no_target_by_other_signs_has_no_chance():
+def test_what_was_seen_too_briefly_or_is_no_target_by_other_signs_has_no_probability():
     """What stands still and was never plain is a coral; pieces are, where targets look plain."""
-    assert followed(2.0, 1.0, 5).chance == 0
-    assert followed(1.5, 0.5, images(PLAIN_S + 0.5)).chance == 0
+    assert followed(2.0, 1.0, 5).probability == 0
+    assert followed(1.5, 0.5, images(PLAIN_S + 0.5)).probability == 0
     plain, pale = followed(0.5, 0.0, 30), followed(0.5, 0.0, 30)
     pale.plain = False
     for number in range(2 * FEWEST_COMPARED):
         for evidence in (plain, pale):
             evidence.sizes.note(1000.0 * 2 ** (number % 2))
-    assert plain.chance == 0 and pale.chance == pytest.approx(0.62, abs=0.01)
+    assert plain.probability == 0 and pale.probability == pytest.approx(0.62, abs=0.01)
 
 
 def test_a_snapshot_holds_all_of_it():
