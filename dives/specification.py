@@ -10,7 +10,7 @@ import tomlkit
 from pydantic import Field, model_validator
 
 from dives.trajectories.attitude_sensor import AttitudeSettings
-from dives.trajectories.motions import PathStart, RobotMotion, Straight, TargetPath
+from dives.trajectories.motions import Hover, PathStart, RobotMotion, Straight, TargetPath
 from rigs import ImageSensorSpec, JerlovType, Rig
 from rigs.display import facts_table
 from rigs.section import NotNegative, Number, Positive, Section, Vector3, Whole
@@ -169,7 +169,7 @@ class DiveSpecification(Section):
     snow: bool = False
     target: DiveTarget
     decoys: tuple[Decoy, ...] = ()
-    robot: RobotMotion
+    robot: RobotMotion = Hover(motion="hover")
     attitude: Annotated[AttitudeSettings | None, Field(exclude_if=lambda settings: settings is None)] = None
     variant: str = "default"
     functional_check: bool = True

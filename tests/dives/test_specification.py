@@ -151,6 +151,12 @@ def test_single_problem(before, after, place, expected, tmp_path):
     assert expected in next(problem for problem in found if problem.place == place).expected
 
 
+def test_a_robot_of_which_nothing_is_said_hovers(tmp_path):
+    unsaid = GOOD.replace('[robot]\nmotion = "hover"\n', "")
+    assert "robot" not in unsaid
+    assert parse_dive(unsaid, source="x", folder=tmp_path) == parse_dive(GOOD, source="x", folder=tmp_path)
+
+
 def test_a_rig_that_is_not_there_is_named_once(tmp_path):
     (problem,) = problems(GOOD.replace('rig = "aqua2"', 'rig = "aqua3"'), tmp_path)
     assert problem.expected.startswith("a preset (aqua-shell, aqua2, ")
