@@ -71,6 +71,7 @@ def judged(dive: Dive, rig: Rig, parts: Sequence[PartMesh], table: pa.Table) -> 
         "losses": len(counted),
         "losses_recovered": len(recovered),
         "reacquisition_times_s": [_seconds(frames, available, loss) for loss in recovered],
+        "unrecovered_times_s": [_seconds(frames, available, loss) for loss in counted if not loss.reacquired],
         "gaze_error_held_rms_deg": pointing_metrics(frames)["gaze_error_held_rms_deg"],
         "target_rate_p95_deg_per_s": _rate(frames, available),
         "not_found_causes_frames": not_found_causes(frames, available),

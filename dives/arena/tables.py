@@ -15,6 +15,7 @@ from dives.metrics.intervals import (
     CONFIDENCE,
     Interval,
     difference_interval,
+    ended_interval,
     fraction_interval,
     mean_interval,
     ratio_interval,
@@ -26,6 +27,10 @@ HELD_FRACTION = 0.95
 """Of the available time after the acquisition, what a dive is to be held."""
 
 LONGEST_ON_ROBOT_S = 1.0
+
+RECOVERED_WITHIN_S = 10.0
+"""In which the slowest preset's search of everything expects to come by once. A loss that the dive's end cuts short
+says nothing of what would have come after it."""
 
 ALL = "all dives"
 
@@ -110,6 +115,13 @@ def _recovered(dives: list[Numbers]) -> Interval:
     return fraction_interval(sum(dive["losses_recovered"] for dive in dives), sum(dive["losses"] for dive in dives))
 
 
+def _recovered_soon(dives: list[Numbers]) -> Interval:
+    ended, unended = (
+        [time for dive in dives for time in dive[name]] for name in ("reacquisition_times_s", "unrecovered_times_s")
+    )
+    return ended_interval(ended, unended, RECOVERED_WITHIN_S)
+
+
 def _acquisition_s(dive: Numbers) -> float:
     return float(dive["acquisition_time_s"]) if dive["acquired"] else float("inf")
 
@@ -127,6 +139,7 @@ METRICS: dict[str, Callable[[list[Numbers]], Interval]] = {
     "identity_error_of_all_fraction": _identity_error,
     "on_robot_fraction": _counted(lambda dive: dive["longest_on_robot_s"] > LONGEST_ON_ROBOT_S),
     "recovered_fraction": _recovered,
+    "recovered_soon_fraction": _recovered_soon,
     "reacquisition_time_median_s": lambda dives: median_interval(
         [time for dive in dives for time in dive["reacquisition_times_s"]]
     ),
@@ -147,7 +160,9 @@ MEANINGS = {
     "identity_error_fraction": "on something else, of the time in which the loop tracks or predicts; mean over dives",
     "identity_error_of_all_fraction": "the same of all such time, whichever dive it belongs to",
     "on_robot_fraction": f"dives that followed the robot itself for more than {LONGEST_ON_ROBOT_S:g} s at a time",
-    "recovered_fraction": "losses after which it was held again",
+    "recovered_fraction": "losses after which it was held again before the dive ended",
+    "recovered_soon_fraction": f"losses after which it was held again within {RECOVERED_WITHIN_S:g} s of time"
+    " available; those that the dive's end cuts short count for as long as they were watched",
     "reacquisition_time_median_s": "median time available until then, s",
     "gaze_error_held_rms_deg": "gaze error while held, deg RMS; mean over dives",
 }

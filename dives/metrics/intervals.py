@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import binomtest
+from scipy.stats import CensoredData, binomtest, ecdf
 from scipy.stats import t as student_t
 
 CONFIDENCE = 0.95
@@ -78,6 +79,38 @@ def fraction_interval(successes: int, trials: int, *, confidence: float = CONFID
         return Interval(estimate=None, low=None, high=None, count=0)
     found = binomtest(successes, trials).proportion_ci(confidence_level=confidence, method="wilson")
     return Interval(estimate=successes / trials, low=float(found.low), high=float(found.high), count=trials)
+
+
+def ended_interval(
+    ended_s: Sequence[float], unended_s: Sequence[float], by_s: float, *, confidence: float = CONFIDENCE
+) -> Interval:
+    """Fraction of what began that has ended by a time, some of which was not watched for so long.
+
+    Product-limit estimate (Kaplan & Meier 1958, J. Am. Stat. Assoc. 53, 457-481) with the log-log interval of
+    Greenwood's variance; Wilson's where none has ended or all have, as that is not defined there.
+
+    Parameters
+    ----------
+    ended_s : sequence of float
+        Durations of what has ended.
+    unended_s : sequence of float
+        How long the others were watched.
+    by_s : float
+    confidence : float
+    """
+    if not (len(ended_s) or len(unended_s)):
+        return Interval(estimate=None, low=None, high=None, count=0)
+    found = ecdf(CensoredData(uncensored=ended_s, right=unended_s)).cdf
+    share, count = float(found.evaluate(by_s)), len(ended_s) + len(unended_s)
+    if 0 < share < 1:
+        with warnings.catch_warnings():
+            # Of times at which it is not defined, none of which is asked for.
+            warnings.simplefilter("ignore", RuntimeWarning)
+            ends = found.confidence_interval(confidence_level=confidence, method="log-log")
+        low, high = (float(each.evaluate(by_s)) for each in (ends.low, ends.high))
+        return Interval(estimate=share, low=low, high=high, count=count)
+    known = len(ended_s) + sum(time >= by_s for time in unended_s)
+    return replace(fraction_interval(round(share * known), known, confidence=confidence), estimate=share, count=count)
 
 
 def ratio_interval(values: ArrayLike, totals: ArrayLike, *, confidence: float = CONFIDENCE) -> Interval:

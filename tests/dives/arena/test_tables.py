@@ -43,6 +43,7 @@ def numbers(**changed):
         "losses": 1,
         "losses_recovered": 1,
         "reacquisition_times_s": [1.5],
+        "unrecovered_times_s": [],
         "gaze_error_held_rms_deg": 0.5,
         "target_rate_p95_deg_per_s": 10.0,
         "not_found_causes_frames": {"colour": 20},
@@ -61,6 +62,7 @@ NEVER = {
     "losses": 0,
     "losses_recovered": 0,
     "reacquisition_times_s": [],
+    "unrecovered_times_s": [],
     "gaze_error_held_rms_deg": None,
     "planned_first_look_s": None,
     "loss_causes": [],
@@ -128,6 +130,21 @@ def test_rows_count_dives_whose_target_could_be_seen():
     assert found(rows, "acquisition_over_expected_median", "place", "tank").estimate == 1.5
     assert found(rows, "planned_fraction").estimate == 0.5
     assert {row.metric for row in rows} == set(METRICS)
+
+
+def test_a_loss_that_the_end_cuts_short_is_none_that_was_never_recovered():
+    """Of three losses two end after 1.5 s; one is watched for 0.7 s, and says nothing of what comes after it.
+
+    Another that is watched for 20 s was not recovered within ten: one of three that are known.
+    """
+    short = outcome(1, losses=1, losses_recovered=0, reacquisition_times_s=[], unrecovered_times_s=[0.7])
+    rows = arena_rows([outcome(0), outcome(2), short])
+    assert found(rows, "recovered_fraction").estimate == pytest.approx(2 / 3)
+    assert found(rows, "recovered_soon_fraction").estimate == 1.0
+    long = outcome(3, losses=1, losses_recovered=0, reacquisition_times_s=[], unrecovered_times_s=[20.0])
+    assert found(arena_rows([outcome(0), outcome(2), short, long]), "recovered_soon_fraction").estimate == (
+        pytest.approx(2 / 3)
+    )
 
 
 def test_identity_errors_of_all_time_count_long_dives_more():

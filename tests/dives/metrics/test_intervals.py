@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dives.metrics.intervals import Interval, difference_interval, fraction_interval, mean_interval, ratio_interval
+from dives.metrics.intervals import (
+    Interval,
+    difference_interval,
+    ended_interval,
+    fraction_interval,
+    mean_interval,
+    ratio_interval,
+)
 
 
 @pytest.mark.parametrize(
@@ -33,6 +40,32 @@ def test_no_trials_have_no_fraction():
 def test_impossible_counts_are_refused(successes, trials):
     with pytest.raises(ValueError, match=f"between 0 and {trials} successes, got {successes}"):
         fraction_interval(successes, trials)
+
+
+@pytest.mark.parametrize(("weeks", "left", "error"), [(6, 0.857, 0.0764), (10, 0.753, 0.0963), (23, 0.448, 0.1346)])
+def test_what_was_not_watched_to_its_end_as_published(weeks, left, error):
+    """Gehan 1965, Biometrika 52, 203-223, table 1: weeks of remission of 21 patients with 6-mercaptopurine.
+
+    Share still in remission by product limits, such as 18 / 21 after 6 weeks, and its standard error by Greenwood's
+    formula, such as 18 / 21 sqrt(3 / (21 * 18)); the interval is that of the logarithm of the share's logarithm.
+    """
+    ended, unended = [6, 6, 6, 7, 10, 13, 16, 22, 23], [6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35]
+    found = ended_interval(ended, unended, weeks)
+    assert found.count == 21
+    assert 1 - found.estimate == pytest.approx(left, abs=5e-4)
+    # Var(ln(-ln S)) = Var(S) / (S ln S)^2.
+    spread = 1.96 * error / abs(left * np.log(left))
+    ends = [1 - left ** np.exp(each) for each in (-spread, spread)]
+    assert (found.low, found.high) == pytest.approx(ends, abs=2e-3)
+
+
+def test_all_or_none_of_what_began_has_ended():
+    """Ten of ten that are watched long enough: Wilson's interval of these; one that is not is no evidence."""
+    every = ended_interval([1.0] * 10, [0.5], 5.0)
+    assert (every.estimate, every.low, every.count) == (1.0, fraction_interval(10, 10).low, 11)
+    none = ended_interval([7.0], [6.0, 2.0], 5.0)
+    assert (none.estimate, none.high, none.count) == (0.0, fraction_interval(0, 2).high, 3)
+    assert ended_interval([], [], 5.0) == Interval(estimate=None, low=None, high=None, count=0)
 
 
 def test_students_interval_as_published():
