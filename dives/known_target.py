@@ -1,6 +1,7 @@
-"""What is known of a target before the dive: its colour, how large it is in the crop, and how much water leaves of it.
+"""What is known of a target before the dive: colour, size in the crop, how much water leaves of it, how fast it swims.
 
-On a reef its size tells it from red corals, and how much red the water leaves it tells it from black things.
+On a reef its size tells it from red corals, and how much red the water leaves it tells it from black things; that it
+swims tells it from a second ball that does not.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from dives.dive import Dive
+from dives.paths import target_pose
 from dives.specification import BALL_MATERIALS, DiveTarget
 from optics.layout import Layout
 from rigs import Rig
@@ -35,6 +37,11 @@ LEAST_WEIGHED_SHARE = 0.15
 """The same of a blob whose odds say what it is, and which may be the rest of a ball that robot or crop's edge cuts. Of
 stills of the arena's dives 100 to 189 log odds from 2 and this share find 91 % of the pieces of targets, and 2.0
 other things in 100 images, another red ball not counted."""
+
+LEAST_SPEED_M_PER_S = 0.03
+"""That tells a target from what stands still within a minute."""
+
+SPEED_STEP_S = 0.05
 
 FARTHEST_M = 3.0
 """At which a dive's ball is looked for unless the dive says how small it may be: beyond, less than half of it keeps a
@@ -69,8 +76,25 @@ def over_water(light: Light, depth_m: float, colour: str) -> float:
     return round(float(np.dot(TARGET_COLOURS[colour].over_water, contrast)), 2)
 
 
+def least_speed(dive: Dive) -> float | None:
+    """Speed in m/s, to a hundredth, that the target never falls below beside a robot that hovers.
+
+    None where it rests, or nearly so (`LEAST_SPEED_M_PER_S`), or where the robot swims: then what stands still seems to
+    move as well, and a target may seem to stay.
+    """
+    if dive.robot.motion != "hover":
+        return None
+    per_second = round(1 / SPEED_STEP_S)
+    count = per_second * max(math.floor(dive.duration_s), 1) + 1
+    places = target_pose(dive, np.arange(count) * SPEED_STEP_S).translation
+    # Along the path: where it turns back it does not rest.
+    ways = np.linalg.norm(np.diff(places, axis=0), axis=1).reshape(-1, per_second).sum(axis=1)
+    slowest = math.floor(100 * float(ways.min()) + 1e-6) / 100
+    return slowest if slowest >= LEAST_SPEED_M_PER_S else None
+
+
 def with_known_target(dive: Dive, rig: Rig) -> Dive:
-    """The dive with what its `[detector]` leaves open: a ball's colour and area, and how it stands out of its water.
+    """The dive with what its `[detector]` leaves open: colour and area of a ball, contrast with its water, and speed.
 
     Lamps bring their own red: on a rig that has any the detector's own number stays for a red target.
     """
@@ -84,6 +108,8 @@ def with_known_target(dive: Dive, rig: Rig) -> Dive:
         known["area_min_px"] = least_area_px(rig, shape, LEAST_WEIGHED_SHARE if weighed else LEAST_SHARE)
     if given.over_water is None and weighed and not (rig.lamps and colour == "red"):
         known["over_water"] = over_water(scene_light(rig, **above_water(dive)), dive.depth_m, colour)
+    if given.speed_m_per_s is None and weighed and (speed := least_speed(dive)) is not None:
+        known["speed_m_per_s"] = speed
     return dive.model_copy(update={"detector": given.model_copy(update=known)}) if known else dive
 
 

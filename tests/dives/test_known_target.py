@@ -1,4 +1,4 @@
-"""What is known of a target: how small a blob of a ball may be, and what its water leaves of red."""
+"""What is known of a target: how small a blob of a ball may be, what its water leaves of red, how fast it swims."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from dives.known_target import (
     LEAST_SHARE,
     LEAST_WEIGHED_SHARE,
     least_area_px,
+    least_speed,
     not_looked_for,
     with_known_target,
     without_colour,
@@ -65,7 +66,7 @@ def test_the_least_area_is_that_of_most_of_the_ball():
 
 
 def test_what_the_dive_says_counts():
-    said = '\n[detector]\narea_min_px = 300.0\nover_water = 0.4\ncolour = "red"\n[target]'
+    said = '\n[detector]\narea_min_px = 300.0\nover_water = 0.4\ncolour = "red"\nspeed_m_per_s = 0.3\n[target]'
     given = parse_dive(DIVE.format(target="").replace("\n[target]", said), source="size", folder=Path())
     assert with_known_target(given, RIG) == given
     assert with_known_target(dive_of(""), RIG).detector.area_min_px == least_area_px(RIG, Ball(), LEAST_WEIGHED_SHARE)
@@ -96,6 +97,36 @@ def test_lamps_bring_their_own_red_alone():
     )
     assert with_known_target(dive_of(""), lit).detector.over_water is None
     assert with_known_target(dive_of('colour = "yellow"'), lit).detector.over_water is not None
+
+
+PATHS = {
+    "along a line": ('shape = "straight"\nstart_m = [2.0, 0, 0]\nvelocity_m_per_s = [0.0, 0.3, 0.4]', 0.5),
+    "to and fro": ('shape = "waypoints"\npoints_m = [[2, 0, 0], [2, 1, 0], [2, 0, 0]]\nspeed_m_per_s = 0.25', 0.25),
+    "and then it rests": ('shape = "waypoints"\npoints_m = [[2, 0, 0], [2, 1, 0]]\nspeed_m_per_s = 0.25', None),
+    "waits": ('shape = "straight"\nstart_m = [2, 0, 0]\nvelocity_m_per_s = [0, 0.3, 0]\nwait_s = 2.0', None),
+    "rests": ('shape = "straight"\nstart_m = [2.0, 0, 0]\nvelocity_m_per_s = [0.0, 0.0, 0.0]', None),
+    "around it": (
+        'shape = "circle"\ncentre_m = [0, 0, 0]\nradius_m = 2.0\nstart_bearing_deg = 0\nturning_deg_per_s = 10',
+        0.34,
+    ),
+}
+
+
+@pytest.mark.parametrize(("path", "speed"), PATHS.values(), ids=PATHS)
+def test_a_target_that_never_rests_swims_at_its_least_speed(path, speed):
+    """On a circle of 2 m at 10 degrees/s: 0.349 m/s, of which two digits are known."""
+    document = DIVE.format(target="").split("[target.path]")[0] + "[target.path]\n" + path
+    dive = parse_dive(document, source="path", folder=Path())
+    dive = dive.model_copy(update={"duration_s": 8.0})
+    assert least_speed(dive) == speed
+    assert with_known_target(dive, RIG).detector.speed_m_per_s == speed
+    assert with_known_target(varied(dive, variant="paper"), RIG).detector.speed_m_per_s is None
+
+
+def test_beside_a_robot_that_swims_nothing_is_known_of_the_targets_speed():
+    swims = 'motion = "waypoints"\npoints_m = [[0, 0, 0], [5, 0, 0]]\nspeed_m_per_s = 0.3'
+    dive = parse_dive(DIVE.format(target="").replace('motion = "hover"', swims), source="robot", folder=Path())
+    assert least_speed(dive) is None
 
 
 def test_a_colour_that_no_target_stands_out_along_is_a_sentence():

@@ -7,6 +7,7 @@ the gaze is to look. What is found there has to become a candidate, as anything 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from optics.gaze.motion import JointSpeeds, move_time
 from optics.kernels.arrays import FloatArray
 from tracking.control.gaze_view import GazeView
 from tracking.control.poses import pose_grid
+from tracking.estimation.clutter import ClutterPlace
 from tracking.estimation.gimbal import Gimbal
 from tracking.perception import ACQUIRED_LOG_ODDS
 from tracking.perception.detectors import Detector
@@ -74,16 +76,23 @@ class DirectLook:
         """Whether an image at a time, seconds, is to be looked at."""
         return time_s - self._looked_s > INTERVAL_S - 1e-6
 
-    def take(self, image: NDArray[np.uint8], time_s: float, q: FloatArray) -> None:
-        """Look at the direct view in an image, taken at joint values `q`: the likeliest new thing is turned to."""
+    def take(
+        self, image: NDArray[np.uint8], time_s: float, q: FloatArray, clutter: Iterable[ClutterPlace] = ()
+    ) -> None:
+        """Look at the direct view in an image, taken at joint values `q`: the likeliest new thing is turned to.
+
+        New is what was not looked at so before, nor is passed by as clutter, body frame.
+        """
         self._looked_s = time_s
+        passed_by = list(clutter)
         picture, hidden = self._view.taken_from(image)
         self._remembered = [each for each in self._remembered if time_s < each[1]]
         for blob in self._detect(picture, hidden, None).blobs:
             if blob.log_odds < ACQUIRED_LOG_ODDS:
                 continue
             direction = self._view.direction_at((np.array(blob.centroid_px) + 0.5) / picture.shape[1::-1])
-            goal = None if self._is_remembered(direction) else self._pose_for(direction, q)
+            known = self._is_remembered(direction) or any(_is_about(place, direction) for place in passed_by)
+            goal = None if known else self._pose_for(direction, q)
             if goal is not None:
                 if self._direction is None:
                     self._spent_s = self._shown_s = 0.0
@@ -139,3 +148,8 @@ class DirectLook:
         row, column = np.nonzero(clear >= min(float(clear.max()), CLEAR_CELLS))
         poses = np.array([self._gimbal.joint_values(*each) for each in zip(pans[row], tilts[column], strict=True)])
         return np.asarray(poses[move_time(self._speeds, q, poses).argmin()])
+
+
+def _is_about(place: ClutterPlace, direction: FloatArray) -> bool:
+    """Whether a direction may be clutter's: the wrong distance may turn it by as much as is remembered around it."""
+    return float(place.direction @ direction) > math.cos(place.within_rad + REMEMBERED_RAD)

@@ -64,6 +64,8 @@ class GazeFollower:
     overhead : bool
         Whether what is seen overhead is likelier to be the target than what is seen level: where the water leaves it
         more of its colour still.
+    speed_m_per_s : float, optional
+        At which the target swims at least, before a robot that hovers; None where that is not known.
     """
 
     def __init__(
@@ -78,6 +80,7 @@ class GazeFollower:
         row_time_s: float,
         plain: bool,
         overhead: bool,
+        speed_m_per_s: float | None = None,
     ):
         self._lines_of_sight, self._pointing, self._latency_s = lines_of_sight, pointing, latency_s
         self._row_time_s, self._view, self._overhead = row_time_s, view, overhead
@@ -87,7 +90,7 @@ class GazeFollower:
         self._axes = SteadyAxes()
         self._filter = DirectionFilter(noise)
         self._steady = SteadyFilter(noise, Sway())
-        self._evidence = TrackEvidence(plain=plain)
+        self._evidence = TrackEvidence(plain=plain, speed_m_per_s=speed_m_per_s)
         self._look = TargetLook()
         self._seen = False
         self._radius_rad = 0.0
@@ -250,7 +253,7 @@ class GazeFollower:
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         known_by_colours = blobs[0].recalled and not self._evidence.trusted
         contrast = RECALLED_LOG_ODDS if known_by_colours else blobs[0].log_odds
-        self._evidence.update(contrast, outline, direction, interval_s)
+        self._evidence.update(contrast, outline, direction, interval_s, self._look.usual_px2)
         self._evidence.sizes.note(blobs[0].area_px if len(blobs) == 1 and sides == (0, 0) else None)
         # Nothing but a ball is round and dark overhead, for as long as it stays there.
         round_above = outline is not None and outline > 0 and is_overhead(direction)

@@ -104,10 +104,15 @@ class Search:
         """Whether the direct view is to be looked at in an image taken at a time, seconds."""
         return self._direct is not None and self._direct.is_due(time_s)
 
-    def look_past_mirrors(self, image: NDArray[np.uint8], time_s: float, q: FloatArray) -> None:
-        """Look at the direct view in an image, taken at `q`; after `looks_past_mirrors`."""
+    def look_past_mirrors(
+        self, image: NDArray[np.uint8], time_s: float, q: FloatArray, clutter: Iterable[ClutterPlace] = ()
+    ) -> None:
+        """Look at the direct view in an image, taken at `q`; after `looks_past_mirrors`.
+
+        What is passed by as clutter, body frame, is passed by there as well.
+        """
         assert self._direct is not None  # it looks there
-        self._direct.take(image, time_s, q)
+        self._direct.take(image, time_s, q, clutter)
 
     def pause(self, seconds: float, *, found: bool) -> None:
         """Something is followed, and so much time passes; what was lost has been found, or it may be something else."""

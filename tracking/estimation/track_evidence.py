@@ -8,7 +8,8 @@ above even. What never gets there within its probation, what falls below even be
 of the images that should show it, and what stands still and has another size in every second one, is dropped, and its
 direction is remembered as clutter: the search does not end there again. So is what is trusted, but stands still and has
 not looked plainly like the target soon: a reef has round brown things, and one of them would be followed for good;
-sooner, if something is seen beside it that does look like the target. What was above even still, or was not seen again
+sooner, if something is seen beside it that does look like the target. What stays where it was first seen is no target
+that is known to swim, whatever it looks like. What was above even still, or was not seen again
 before it could be judged, is clutter for a shorter time. But a candidate that looked plainly like the target for a few
 images and then got away, as past a joint's end or behind the mount, is sought where it can have gone. A target may be
 in one piece with something larger that it passes, and hides it: what then does not look like the target soon is dropped
@@ -124,6 +125,8 @@ class TrackEvidence:
     ----------
     plain : bool
         Whether a target looks plainly like one sooner or later: not where the water leaves hardly any of its colour.
+    speed_m_per_s : float, optional
+        At which the target swims at least, before a robot that hovers; None where that is not known.
     contrast, together : float, optional
         Mean natural logarithm of the odds, by contrast alone and with outline and motion; None while nothing is
         followed.
@@ -154,6 +157,7 @@ class TrackEvidence:
     """
 
     plain: bool = True
+    speed_m_per_s: float | None = None
     contrast: float | None = None
     together: float | None = None
     plainness: float | None = None
@@ -178,7 +182,7 @@ class TrackEvidence:
         """Whether what is followed is likelier not to be the target."""
         if self.contrast is None or self.together is None:
             return False
-        if self._untold or self._stays_pale or self._in_pieces:
+        if self._untold or self._stays_pale or self._in_pieces or self._stays_there:
             return True
         if self.trusted and self.age_s >= KNOWN_S:
             return False
@@ -210,6 +214,11 @@ class TrackEvidence:
         pieces, too.
         """
         return self.sizes.often and not self.motion.moved
+
+    @property
+    def _stays_there(self) -> bool:
+        """Whether it is still where it was first seen, and the target would have swum on."""
+        return self.speed_m_per_s is not None and self.motion.stays(self.speed_m_per_s)
 
     @property
     def _below_even(self) -> bool:
@@ -245,11 +254,18 @@ class TrackEvidence:
         """
         if self.together is None or self.age_s <= JUDGED_S:
             return 0.0
-        if self._untold or self._stays_pale or self.outdone or (self._in_pieces and self.plain):
+        if self._untold or self._stays_pale or self._stays_there or self.outdone or (self._in_pieces and self.plain):
             return 0.0
         return 1 / (1 + math.exp(-self.together))
 
-    def update(self, contrast: float, outline: float | None, direction: FloatArray, interval_s: float) -> None:
+    def update(
+        self,
+        contrast: float,
+        outline: float | None,
+        direction: FloatArray,
+        interval_s: float,
+        usual_px2: float = 0.0,
+    ) -> None:
         """Take in one more image of what was taken for the target.
 
         Parameters
@@ -262,9 +278,11 @@ class TrackEvidence:
             Unit vector, steady axes.
         interval_s : float
             Since the image before.
+        usual_px2 : float
+            Area that most of the last images showed, pixels of the crop; zero where that is not known.
         """
         self.recalled_s = 0.0
-        moved = self.motion.note(direction)
+        moved = self.motion.note(direction, interval_s, usual_px2)
         counted = _bounded(contrast, MOST_LOG_ODDS)
         memory_s = min(max(MEMORY_S, self.age_s / AGED), LONGEST_MEMORY_S)
         self.contrast = _averaged(self.contrast, counted, interval_s / memory_s)
@@ -327,10 +345,14 @@ class TrackEvidence:
 
     def drop(self, direction: FloatArray, time_s: float, radius_rad: float = 0.0) -> None:
         """What is followed is not the target, or was not found again: remember where it is, and how far it reaches."""
-        lasting_s = CLUTTER_S if self._below_even or self._stays_pale or self.outdone else UNDECIDED_S
+        for_long = self._below_even or self._stays_pale or self._stays_there or self.outdone
+        lasting_s = CLUTTER_S if for_long else UNDECIDED_S
         # What it is paler than is beside it, and no clutter.
         swung_rad = 0.0 if self.paler_s > OUTSHONE_S else min(self.motion.swing_rad, SWAY_RAD)
         within_rad = max(CLUTTER_RAD, swung_rad, radius_rad)
+        if self._stays_there:
+            # At any time it may be where the robot's sway takes it, about the middle of where it has been.
+            direction, within_rad = self.motion.middle, max(SWAY_RAD, radius_rad)
         self.clutter.add(direction, within_rad, time_s + lasting_s)
         self.begin_again()
 
@@ -353,7 +375,8 @@ class TrackEvidence:
 
     def _plain_state(self) -> list[str]:
         """Names of the attributes that change and are plain numbers."""
-        return [each.name for each in fields(self) if each.name not in ("plain", "motion", "sizes", "clutter")]
+        others = ("plain", "speed_m_per_s", "motion", "sizes", "clutter")
+        return [each.name for each in fields(self) if each.name not in others]
 
 
 def is_overhead(direction: FloatArray) -> bool:

@@ -120,6 +120,7 @@ class TrackingLoop:
                 row_time_s=(rig.image_sensor or ImageSensorSpec()).row_time_us * 1e-6,
                 plain=settings is not None and looks_plain(settings, contrast=variant.contrast),
                 overhead=settings is not None and keeps_colour(settings, contrast=variant.contrast),
+                speed_m_per_s=None if settings is None else settings.speed_m_per_s,
             )
         else:
             literal = variant.law == "paper-literal"
@@ -213,7 +214,7 @@ class TrackingLoop:
         if not self._searches:
             self._search.pause(self._passed_s, found=self._state.mode is Mode.TRACK and self._follower.trusted)
         elif looks_past_mirrors:
-            self._search.look_past_mirrors(camera_frame.image, camera_frame.time_s, q)
+            self._search.look_past_mirrors(camera_frame.image, camera_frame.time_s, q, self._follower.clutter)
         self._q_command = np.clip(
             self._decide(before, observation, elapsed_s), self._gimbal.lowest, self._gimbal.highest
         )

@@ -13,6 +13,7 @@ from optics.layout import Layout
 from rigs import Rig
 from tracking.control.direct_look import INTERVAL_S, LONGEST_S, LOOK_S, REMEMBERED_S, DirectLook
 from tracking.control.gaze_view import GazeView
+from tracking.estimation.clutter import Clutter
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.perception import ACQUIRED_LOG_ODDS, Crop, ExactCorners
@@ -135,3 +136,17 @@ def test_it_goes_on_from_a_snapshot(look, detector):
     other.restore(json.loads(json.dumps(fresh)))
     assert other.snapshot() == fresh
     assert other.is_due(0.0)
+
+
+@pytest.mark.parametrize(("until_s", "turned"), [(5.0, False), (0.0, True)])
+def test_what_is_passed_by_is_passed_by_past_the_mirrors_too(look, detector, until_s, turned):
+    """A direction of which the wrong distance has turned 6 degrees is still that of clutter 3 degrees wide."""
+    near = np.array([math.cos(math.radians(28.9)), -math.sin(math.radians(28.9)), 0.0])
+    clutter = Clutter()
+    clutter.add(near, math.radians(3.0), until_s)
+    detector.found = [(15.0, ACQUIRED_LOG_ODDS + 1)]
+    look.take(IMAGE, 0.0, GIMBAL.middle, clutter.at(0.0))
+    assert look.turned is turned
+    detector.found = [(5.0, ACQUIRED_LOG_ODDS + 1)]
+    look.take(IMAGE, INTERVAL_S, GIMBAL.middle, clutter.at(0.0))
+    assert look.turned

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from tracking.estimation.own_motion import MOVED_RAD
+from tracking.estimation.own_motion import MOVED_RAD, SOONEST_S, STAYS_AS_LARGE, STAYS_RAD, WAY_M
 from tracking.estimation.size_jumps import FEWEST_COMPARED
 from tracking.estimation.track_evidence import (
     AT_LEISURE_S,
@@ -436,3 +436,46 @@ def test_a_snapshot_holds_all_of_it():
     assert again.snapshot() == evidence.snapshot()
     assert again.clutter.covers(turned(0.1), 3.0)
     np.testing.assert_array_equal(again.motion.first, evidence.motion.first)
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.3, 2.0])
+def test_what_stays_where_it_was_seen_first_is_no_target_that_swims(speed):
+    """It looks like the target for ever, and is dropped once that would have swum 1.4 m, or after 3 s; for 30 s."""
+    patience_s = max(WAY_M / speed, SOONEST_S)
+    decoy = TrackEvidence(speed_m_per_s=speed)
+    for image in range(images(patience_s) + 2):
+        # A robot that sways does not take it away from there.
+        swayed = turned(0.9 * STAYS_RAD * math.sin(image / 20))
+        assert not decoy.doubted or image * INTERVAL_S > patience_s
+        decoy.update(5.0, 2.0, swayed, INTERVAL_S, 1000.0 + 200.0 * math.cos(image / 20))
+    assert decoy.doubted and decoy.probability == 0
+    # Wherever the robot's sway takes it, it is passed by.
+    decoy.drop(turned(-0.9 * STAYS_RAD), 0.0)
+    for sway in (-0.6, 0.0, 0.6):
+        assert decoy.clutter.covers(turned(sway * STAYS_RAD), 0.99 * CLUTTER_S)
+    assert not followed(5.0, 2.0, images(KNOWN_S)).doubted  # nothing is known of its speed
+
+
+@pytest.mark.parametrize(
+    ("direction", "times"), [(turned(1.1 * STAYS_RAD), 1), (AHEAD, 1.1 * STAYS_AS_LARGE), (AHEAD, 0.9 / STAYS_AS_LARGE)]
+)
+def test_what_has_left_the_place_where_it_was_seen_first_may_rest_anywhere(direction, times):
+    """Once is enough, also across a gap, and where it comes back: aside, towards the robot or away from it."""
+    evidence = TrackEvidence(speed_m_per_s=1.0)
+    evidence.update(5.0, 2.0, AHEAD, INTERVAL_S, 1000.0)
+    evidence.miss(INTERVAL_S, shown=False)
+    evidence.update(5.0, 2.0, direction, INTERVAL_S, 1000.0 * times)
+    restored = TrackEvidence(speed_m_per_s=1.0)
+    restored.restore(json.loads(json.dumps(evidence.snapshot())))
+    for each in (evidence, restored):
+        for _ in range(images(2 * SOONEST_S)):
+            each.update(5.0, 2.0, AHEAD, INTERVAL_S)
+        assert not each.doubted
+
+
+def test_time_in_which_it_is_not_seen_does_not_count_as_rest():
+    evidence = TrackEvidence(speed_m_per_s=1.0)
+    for _ in range(images(0.8 * SOONEST_S)):
+        evidence.update(5.0, 2.0, AHEAD, INTERVAL_S)
+        evidence.miss(INTERVAL_S, shown=False)
+    assert not evidence.doubted

@@ -20,11 +20,12 @@ from optics.layout import Layout
 from rigs import Rig
 from tracking.control.paper_law import GAIN
 from tracking.estimation.gimbal import Gimbal
+from tracking.estimation.own_motion import SOONEST_S
 from tracking.estimation.track_evidence import MOST_PLAIN, PLAIN_S
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS, Variant
 from tracking.mirrors.simulated import SimulatedMirrors
-from tracking.perception import CornerSamples, ExactCorners
+from tracking.perception import CornerSamples, DetectorSettings, ExactCorners
 from tracking.protocols import CameraFrame, MirrorReport
 from tracking.records import Blob, Detection, Mode, Step
 
@@ -78,8 +79,16 @@ class Dive:
     `bias`: what nobody knows to lie between the servos' horns and the joints, radians.
     """
 
-    def __init__(self, variant: Variant, *, rate_hz: float = RATE_HZ, seed: int = 1, bias: FloatArray | None = None):
-        self.loop = TrackingLoop(camera().rig, variant, detector=DRAWN_BALL)
+    def __init__(
+        self,
+        variant: Variant,
+        *,
+        rate_hz: float = RATE_HZ,
+        seed: int = 1,
+        bias: FloatArray | None = None,
+        detector: DetectorSettings = DRAWN_BALL,
+    ):
+        self.loop = TrackingLoop(camera().rig, variant, detector=detector)
         self.mirrors = SimulatedMirrors.from_rig(RIG, seed=seed)
         self.mirrors.command([math.radians(START_DEG), GIMBAL.lowest[1]], 0.0)
         self.rate_hz, self.bias = rate_hz, np.zeros(2) if bias is None else bias
@@ -216,6 +225,18 @@ def test_a_lost_target_is_searched_where_it_was_lost():
     assert modes[-30:] == "t" * 30
     searched = [np.degrees(step.q_command) for step in dive.steps[120:210]]
     assert np.ptp(searched, axis=0).max() < 60
+
+
+@pytest.mark.parametrize(("speed", "kept"), [(None, True), (0.7, False)])
+def test_a_ball_that_stays_is_not_followed_for_one_that_swims(speed, kept):
+    """A second ball that looks like the target is dropped after 3 s, as that would have swum 2 m, and not met again."""
+    still = Dive(without_check("default"), detector=replace(DRAWN_BALL, speed_m_per_s=speed))
+    modes = still.run(lambda _: place(START_DEG, 0.0), 9.0).modes(WAIT_S)
+    tracked = len(modes) - len(modes.lstrip("t"))
+    assert (tracked == len(modes)) is kept
+    if not kept:
+        assert tracked / RATE_HZ == pytest.approx(SOONEST_S, abs=WAIT_S)
+        assert set(modes[tracked:]) == {"s"}
 
 
 def test_what_is_seen_in_few_images_does_not_end_a_search():
