@@ -15,9 +15,12 @@ import numpy as np
 from optics.kernels.arrays import FloatArray
 
 STAYS_RAD, STAYS_AS_LARGE = math.radians(14.0), 2.0
-"""From where it was first seen, within which what stands still stays, and times as large or as small as first, within
-which its area does: a hovering robot turns by 5 degrees to each side about two axes, and sways by 6 cm. Of 1,000 looks
-at decoys of the arena that stand still 993 are within both for 15 s."""
+"""From where it was first seen, within which what stands still stays, and times as large or as small as in its first
+second, within which its area does: a hovering robot turns by 5 degrees to each side about two axes, and sways by 6 cm.
+Of 1,000 looks at decoys of the arena that stand still 993 are within both for 15 s."""
+
+SIZED_S = 1.0
+"""After which its usual area is known: the first images may show a part of it."""
 
 WAY_M, SOONEST_S = 1.4, 3.0
 """What a target of known speed has swum, and the least time that it has had, when it has left the place where it was
@@ -43,7 +46,7 @@ class OwnMotion:
     begin : array, shape (3,), optional
         Unit vector to where it was seen in the very first image.
     begin_px2 : float
-        Its usual area then, pixels of the crop; zero where that is not known.
+        Its usual area in the first second, pixels of the crop; zero where that is not known.
     total : array, shape (3,)
         Sum of its directions: where it is in the middle of the robot's sway.
     left : bool
@@ -84,8 +87,9 @@ class OwnMotion:
         away = swing_rad > MOVED_RAD
         self.moved, self.swing_rad = self.moved or away, max(self.swing_rad, swing_rad)
         self.left = self.left or _angle_rad(self.begin, direction) > STAYS_RAD
-        self.begin_px2 = self.begin_px2 or usual_px2
-        if usual_px2 > 0:
+        if self.begin_px2 == 0 and self.stayed_s >= SIZED_S:
+            self.begin_px2 = usual_px2
+        if self.begin_px2 > 0 and usual_px2 > 0:
             self.left = self.left or not 1 / STAYS_AS_LARGE <= usual_px2 / self.begin_px2 <= STAYS_AS_LARGE
         self.stayed_s += 0.0 if self.left else interval_s
         self.total = self.total + direction
