@@ -161,7 +161,8 @@ def changed_settings(dive: Dive, detector: str | None, changes: Mapping[str, Any
     offline = dive.offline_settings()
     if detector is not None:
         known = dive.detector_settings()
-        settings = replace(detector_named(detector), colour=known.colour, over_water=known.over_water)
+        of_target = {name: getattr(known, name) for name in ("colour", "over_water", "speed_m_per_s")}
+        settings = replace(detector_named(detector), **of_target)
     elif changes:
         settings = dive.detector_settings()
     elif offline is not None:

@@ -127,7 +127,7 @@ def test_without_video_a_search_has_the_direct_view_of_the_whole_image(small_div
     searching = varied(small_dive, video=False).model_copy(update={"functional_check": False})
     rig = searching.load_rig()
     given: dict[bool, list[np.ndarray]] = {}
-    monkeypatch.setattr(DirectLook, "take", lambda look, image, time_s, q: given[shown].append(image.copy()))
+    monkeypatch.setattr(DirectLook, "take", lambda look, image, *others: given[shown].append(image.copy()))
     monkeypatch.setattr(DirectLook, "is_due", lambda look, time_s: round(30 * time_s) in LOOKS)
     for shown in (False, True):
         given[shown] = []

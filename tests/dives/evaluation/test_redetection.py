@@ -177,12 +177,12 @@ def test_a_folder_without_a_dive_is_refused(tmp_path):
 
 def test_settings_to_detect_with(recorded):
     dive = Dive.load(recorded / "dive.toml")
-    left = dive.detector.over_water
-    assert left is not None
-    assert changed_settings(dive, "wide-hue", {}) == replace(WIDE_HUE, over_water=left)
+    known = {"over_water": dive.detector.over_water, "speed_m_per_s": dive.detector.speed_m_per_s}
+    assert None not in known.values()
+    assert changed_settings(dive, "wide-hue", {}) == replace(WIDE_HUE, **known)
     changed = changed_settings(dive, None, {"hue_to_deg": 30.0, "aspect_max": 4.0})
     window = replace(RED_BALL.window, hue_to_deg=30.0)
-    assert changed == replace(RED_BALL, window=window, aspect_max=4.0, over_water=left)
+    assert changed == replace(RED_BALL, window=window, aspect_max=4.0, **known)
     with pytest.raises(ValueError, match="no \\[offline_detector\\]"):
         changed_settings(dive, None, {})
     with pytest.raises(ValueError, match="detector 'blue': expected one of"):
