@@ -84,12 +84,13 @@ def least_speed(dive: Dive) -> float | None:
     """
     if dive.robot.motion != "hover":
         return None
-    per_second = round(1 / SPEED_STEP_S)
-    count = per_second * max(math.floor(dive.duration_s), 1) + 1
-    places = target_pose(dive, np.arange(count) * SPEED_STEP_S).translation
-    # Along the path: where it turns back it does not rest.
-    ways = np.linalg.norm(np.diff(places, axis=0), axis=1).reshape(-1, per_second).sum(axis=1)
-    slowest = math.floor(100 * float(ways.min()) + 1e-6) / 100
+    steps = max(math.floor(dive.duration_s / SPEED_STEP_S + 1e-6), 1)
+    places = target_pose(dive, np.arange(steps + 1) * SPEED_STEP_S).translation
+    # Along the path, over a second: where it turns back it does not rest.
+    ways = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    taken = min(round(1 / SPEED_STEP_S), steps)
+    slowest = float(np.convolve(ways, np.ones(taken), mode="valid").min()) / (taken * SPEED_STEP_S)
+    slowest = math.floor(100 * slowest + 1e-6) / 100
     return slowest if slowest >= LEAST_SPEED_M_PER_S else None
 
 
@@ -108,8 +109,8 @@ def with_known_target(dive: Dive, rig: Rig) -> Dive:
         known["area_min_px"] = least_area_px(rig, shape, LEAST_WEIGHED_SHARE if weighed else LEAST_SHARE)
     if given.over_water is None and weighed and not (rig.lamps and colour == "red"):
         known["over_water"] = over_water(scene_light(rig, **above_water(dive)), dive.depth_m, colour)
-    if given.speed_m_per_s is None and weighed and (speed := least_speed(dive)) is not None:
-        known["speed_m_per_s"] = speed
+    if given.least_speed_m_per_s is None and weighed and (speed := least_speed(dive)) is not None:
+        known["least_speed_m_per_s"] = speed
     return dive.model_copy(update={"detector": given.model_copy(update=known)}) if known else dive
 
 

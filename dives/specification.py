@@ -130,7 +130,7 @@ class DetectorOverrides(Section):
     aspect_max: Annotated[Number, Field(ge=1)] | None = None
     colour: str | None = None
     over_water: Number | None = None
-    speed_m_per_s: Positive | None = None
+    least_speed_m_per_s: Positive | None = None
     onnx: str | None = None
 
 

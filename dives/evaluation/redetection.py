@@ -161,7 +161,7 @@ def changed_settings(dive: Dive, detector: str | None, changes: Mapping[str, Any
     offline = dive.offline_settings()
     if detector is not None:
         known = dive.detector_settings()
-        of_target = {name: getattr(known, name) for name in ("colour", "over_water", "speed_m_per_s")}
+        of_target = {name: getattr(known, name) for name in ("colour", "over_water", "least_speed_m_per_s")}
         settings = replace(detector_named(detector), **of_target)
     elif changes:
         settings = dive.detector_settings()

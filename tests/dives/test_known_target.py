@@ -66,7 +66,7 @@ def test_the_least_area_is_that_of_most_of_the_ball():
 
 
 def test_what_the_dive_says_counts():
-    said = '\n[detector]\narea_min_px = 300.0\nover_water = 0.4\ncolour = "red"\nspeed_m_per_s = 0.3\n[target]'
+    said = '\n[detector]\narea_min_px = 300.0\nover_water = 0.4\ncolour = "red"\nleast_speed_m_per_s = 0.3\n[target]'
     given = parse_dive(DIVE.format(target="").replace("\n[target]", said), source="size", folder=Path())
     assert with_known_target(given, RIG) == given
     assert with_known_target(dive_of(""), RIG).detector.area_min_px == least_area_px(RIG, Ball(), LEAST_WEIGHED_SHARE)
@@ -119,8 +119,13 @@ def test_a_target_that_never_rests_swims_at_its_least_speed(path, speed):
     dive = parse_dive(document, source="path", folder=Path())
     dive = dive.model_copy(update={"duration_s": 8.0})
     assert least_speed(dive) == speed
-    assert with_known_target(dive, RIG).detector.speed_m_per_s == speed
-    assert with_known_target(varied(dive, variant="paper"), RIG).detector.speed_m_per_s is None
+    assert with_known_target(dive, RIG).detector.least_speed_m_per_s == speed
+    assert with_known_target(varied(dive, variant="paper"), RIG).detector.least_speed_m_per_s is None
+
+
+def test_a_dive_of_less_than_a_second_has_a_speed_too():
+    dive = dive_of("").model_copy(update={"duration_s": 0.4})
+    assert least_speed(dive) == 0.1
 
 
 def test_beside_a_robot_that_swims_nothing_is_known_of_the_targets_speed():

@@ -64,7 +64,7 @@ class GazeFollower:
     overhead : bool
         Whether what is seen overhead is likelier to be the target than what is seen level: where the water leaves it
         more of its colour still.
-    speed_m_per_s : float, optional
+    least_speed_m_per_s : float, optional
         At which the target swims at least, before a robot that hovers; None where that is not known.
     """
 
@@ -80,7 +80,7 @@ class GazeFollower:
         row_time_s: float,
         plain: bool,
         overhead: bool,
-        speed_m_per_s: float | None = None,
+        least_speed_m_per_s: float | None = None,
     ):
         self._lines_of_sight, self._pointing, self._latency_s = lines_of_sight, pointing, latency_s
         self._row_time_s, self._view, self._overhead = row_time_s, view, overhead
@@ -90,7 +90,7 @@ class GazeFollower:
         self._axes = SteadyAxes()
         self._filter = DirectionFilter(noise)
         self._steady = SteadyFilter(noise, Sway())
-        self._evidence = TrackEvidence(plain=plain, speed_m_per_s=speed_m_per_s)
+        self._evidence = TrackEvidence(plain=plain, least_speed_m_per_s=least_speed_m_per_s)
         self._look = TargetLook()
         self._seen = False
         self._radius_rad = 0.0

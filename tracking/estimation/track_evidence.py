@@ -125,7 +125,7 @@ class TrackEvidence:
     ----------
     plain : bool
         Whether a target looks plainly like one sooner or later: not where the water leaves hardly any of its colour.
-    speed_m_per_s : float, optional
+    least_speed_m_per_s : float, optional
         At which the target swims at least, before a robot that hovers; None where that is not known.
     contrast, together : float, optional
         Mean natural logarithm of the odds, by contrast alone and with outline and motion; None while nothing is
@@ -157,7 +157,7 @@ class TrackEvidence:
     """
 
     plain: bool = True
-    speed_m_per_s: float | None = None
+    least_speed_m_per_s: float | None = None
     contrast: float | None = None
     together: float | None = None
     plainness: float | None = None
@@ -218,7 +218,7 @@ class TrackEvidence:
     @property
     def _stays_there(self) -> bool:
         """Whether it is still where it was first seen, and the target would have swum on."""
-        return self.speed_m_per_s is not None and self.motion.stays(self.speed_m_per_s)
+        return self.least_speed_m_per_s is not None and self.motion.stays(self.least_speed_m_per_s)
 
     @property
     def _below_even(self) -> bool:
@@ -375,7 +375,7 @@ class TrackEvidence:
 
     def _plain_state(self) -> list[str]:
         """Names of the attributes that change and are plain numbers."""
-        others = ("plain", "speed_m_per_s", "motion", "sizes", "clutter")
+        others = ("plain", "least_speed_m_per_s", "motion", "sizes", "clutter")
         return [each.name for each in fields(self) if each.name not in others]
 
 

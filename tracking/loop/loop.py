@@ -120,7 +120,7 @@ class TrackingLoop:
                 row_time_s=(rig.image_sensor or ImageSensorSpec()).row_time_us * 1e-6,
                 plain=settings is not None and looks_plain(settings, contrast=variant.contrast),
                 overhead=settings is not None and keeps_colour(settings, contrast=variant.contrast),
-                speed_m_per_s=None if settings is None else settings.speed_m_per_s,
+                least_speed_m_per_s=None if settings is None else settings.least_speed_m_per_s,
             )
         else:
             literal = variant.law == "paper-literal"

@@ -121,7 +121,7 @@ class DetectorSettings:
         Natural logarithm of the target's radiance over that of the water behind it, from near by, as its colour weighs
         channels: of a red one in the camera's red, which is what water, depth and sun leave of its red. The contrast
         weighs by it what may be the target.
-    speed_m_per_s : float, optional
+    least_speed_m_per_s : float, optional
         At which the target swims at least, where it never rests and the robot hovers: what stays where it was first
         seen is another thing. None where that is not known.
     onnx : str, optional
@@ -138,7 +138,7 @@ class DetectorSettings:
     aspect_max: float = 2.5
     colour: str = "red"
     over_water: float = OVER_WATER
-    speed_m_per_s: float | None = None
+    least_speed_m_per_s: float | None = None
     onnx: str | None = None
 
     def __post_init__(self) -> None:
@@ -153,8 +153,8 @@ class DetectorSettings:
             problems.append(f"expected area_min_px of at least 0, got {self.area_min_px}")
         if not 0 <= self.circularity_min <= 1:
             problems.append(f"expected circularity_min from 0 to 1, got {self.circularity_min}")
-        if self.speed_m_per_s is not None and not self.speed_m_per_s > 0:
-            problems.append(f"expected speed_m_per_s above 0, got {self.speed_m_per_s}")
+        if self.least_speed_m_per_s is not None and not self.least_speed_m_per_s > 0:
+            problems.append(f"expected least_speed_m_per_s above 0, got {self.least_speed_m_per_s}")
         if not self.aspect_max >= 1:
             problems.append(f"expected aspect_max of at least 1, got {self.aspect_max}")
         if problems:

@@ -177,7 +177,7 @@ def test_a_folder_without_a_dive_is_refused(tmp_path):
 
 def test_settings_to_detect_with(recorded):
     dive = Dive.load(recorded / "dive.toml")
-    known = {"over_water": dive.detector.over_water, "speed_m_per_s": dive.detector.speed_m_per_s}
+    known = {"over_water": dive.detector.over_water, "least_speed_m_per_s": dive.detector.least_speed_m_per_s}
     assert None not in known.values()
     assert changed_settings(dive, "wide-hue", {}) == replace(WIDE_HUE, **known)
     changed = changed_settings(dive, None, {"hue_to_deg": 30.0, "aspect_max": 4.0})

@@ -442,7 +442,7 @@ def test_a_snapshot_holds_all_of_it():
 def test_what_stays_where_it_was_seen_first_is_no_target_that_swims(speed):
     """It looks like the target for ever, and is dropped once that would have swum 1.4 m, or after 3 s; for 30 s."""
     patience_s = max(WAY_M / speed, SOONEST_S)
-    decoy = TrackEvidence(speed_m_per_s=speed)
+    decoy = TrackEvidence(least_speed_m_per_s=speed)
     for image in range(images(patience_s) + 2):
         # A robot that sways does not take it away from there.
         swayed = turned(0.9 * STAYS_RAD * math.sin(image / 20))
@@ -463,12 +463,12 @@ def test_what_stays_where_it_was_seen_first_is_no_target_that_swims(speed):
 )
 def test_what_has_left_the_place_where_it_was_seen_first_may_rest_anywhere(direction, times):
     """Once is enough, also across a gap, and where it comes back: aside, towards the robot or away from it."""
-    evidence = TrackEvidence(speed_m_per_s=1.0)
+    evidence = TrackEvidence(least_speed_m_per_s=1.0)
     for _ in range(images(SIZED_S) + 2):
         evidence.update(5.0, 2.0, AHEAD, INTERVAL_S, 1000.0)
     evidence.miss(INTERVAL_S, shown=False)
     evidence.update(5.0, 2.0, direction, INTERVAL_S, 1000.0 * times)
-    restored = TrackEvidence(speed_m_per_s=1.0)
+    restored = TrackEvidence(least_speed_m_per_s=1.0)
     restored.restore(json.loads(json.dumps(evidence.snapshot())))
     for each in (evidence, restored):
         for _ in range(images(2 * SOONEST_S)):
@@ -477,7 +477,7 @@ def test_what_has_left_the_place_where_it_was_seen_first_may_rest_anywhere(direc
 
 
 def test_time_in_which_it_is_not_seen_does_not_count_as_rest():
-    evidence = TrackEvidence(speed_m_per_s=1.0)
+    evidence = TrackEvidence(least_speed_m_per_s=1.0)
     for _ in range(images(0.8 * SOONEST_S)):
         evidence.update(5.0, 2.0, AHEAD, INTERVAL_S)
         evidence.miss(INTERVAL_S, shown=False)

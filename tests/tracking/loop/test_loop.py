@@ -230,7 +230,7 @@ def test_a_lost_target_is_searched_where_it_was_lost():
 @pytest.mark.parametrize(("speed", "kept"), [(None, True), (0.7, False)])
 def test_a_ball_that_stays_is_not_followed_for_one_that_swims(speed, kept):
     """A second ball that looks like the target is dropped after 3 s, as that would have swum 2 m, and not met again."""
-    still = Dive(without_check("default"), detector=replace(DRAWN_BALL, speed_m_per_s=speed))
+    still = Dive(without_check("default"), detector=replace(DRAWN_BALL, least_speed_m_per_s=speed))
     modes = still.run(lambda _: place(START_DEG, 0.0), 9.0).modes(WAIT_S)
     tracked = len(modes) - len(modes.lstrip("t"))
     assert (tracked == len(modes)) is kept
