@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from dives.dive import Dive
-from dives.paths import target_pose
+from dives.paths import body_pose, target_pose
 from dives.specification import BALL_MATERIALS, DiveTarget
 from optics.layout import Layout
 from rigs import Rig
@@ -79,8 +79,9 @@ def over_water(light: Light, depth_m: float, colour: str) -> float:
 def least_speed(dive: Dive) -> float | None:
     """Speed in m/s, to a hundredth, that the target never falls below beside a robot that hovers.
 
-    None where it rests, or nearly so (`LEAST_SPEED_M_PER_S`), or where the robot swims: then what stands still seems to
-    move as well, and a target may seem to stay.
+    Of one that gets farther away than `FARTHEST_M` it is as much less as it seems from there
+    (`tracking.estimation.own_motion.WAY_M`). None where it rests, or nearly so (`LEAST_SPEED_M_PER_S`), or where the
+    robot swims: then what stands still seems to move as well, and a target may seem to stay.
     """
     if dive.robot.motion != "hover":
         return None
@@ -90,7 +91,8 @@ def least_speed(dive: Dive) -> float | None:
     ways = np.linalg.norm(np.diff(places, axis=0), axis=1)
     taken = min(round(1 / SPEED_STEP_S), steps)
     slowest = float(np.convolve(ways, np.ones(taken), mode="valid").min()) / (taken * SPEED_STEP_S)
-    slowest = math.floor(100 * slowest + 1e-6) / 100
+    farthest_m = float(np.linalg.norm(places - body_pose(dive, 0.0).translation, axis=1).max())
+    slowest = math.floor(100 * slowest * min(FARTHEST_M / farthest_m, 1) + 1e-6) / 100
     return slowest if slowest >= LEAST_SPEED_M_PER_S else None
 
 

@@ -100,9 +100,10 @@ def test_lamps_bring_their_own_red_alone():
 
 
 PATHS = {
-    "along a line": ('shape = "straight"\nstart_m = [2.0, 0, 0]\nvelocity_m_per_s = [0.0, 0.3, 0.4]', 0.5),
+    "along a line": ('shape = "straight"\nstart_m = [2.0, 0, 0]\nvelocity_m_per_s = [0.0, 0.09, 0.12]', 0.15),
     "to and fro": ('shape = "waypoints"\npoints_m = [[2, 0, 0], [2, 1, 0], [2, 0, 0]]\nspeed_m_per_s = 0.25', 0.25),
     "and then it rests": ('shape = "waypoints"\npoints_m = [[2, 0, 0], [2, 1, 0]]\nspeed_m_per_s = 0.25', None),
+    "twice as far": ('shape = "straight"\nstart_m = [-2.0, 5.0, 0]\nvelocity_m_per_s = [0.5, 0.0, 0.0]', 0.27),
     "waits": ('shape = "straight"\nstart_m = [2, 0, 0]\nvelocity_m_per_s = [0, 0.3, 0]\nwait_s = 2.0', None),
     "rests": ('shape = "straight"\nstart_m = [2.0, 0, 0]\nvelocity_m_per_s = [0.0, 0.0, 0.0]', None),
     "around it": (
@@ -114,7 +115,10 @@ PATHS = {
 
 @pytest.mark.parametrize(("path", "speed"), PATHS.values(), ids=PATHS)
 def test_a_target_that_never_rests_swims_at_its_least_speed(path, speed):
-    """On a circle of 2 m at 10 degrees/s: 0.349 m/s, of which two digits are known."""
+    """On a circle of 2 m at 10 degrees/s: 0.349 m/s, of which two digits are known.
+
+    What swims at 0.5 m/s 5.4 m away seems to go at 3 / 5.4 of it from where others are.
+    """
     document = DIVE.format(target="").split("[target.path]")[0] + "[target.path]\n" + path
     dive = parse_dive(document, source="path", folder=Path())
     dive = dive.model_copy(update={"duration_s": 8.0})

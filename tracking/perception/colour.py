@@ -123,7 +123,8 @@ class DetectorSettings:
         weighs by it what may be the target.
     least_speed_m_per_s : float, optional
         At which the target swims at least, where it never rests and the robot hovers: what stays where it was first
-        seen is another thing. None where that is not known.
+        seen is another thing. Of a target that is more than 3 m away as much less as it is farther. None where that is
+        not known.
     onnx : str, optional
         File of a learned model (`tracking.perception.learned`), which takes the place of window, smoothing, opening and
         closing.
