@@ -52,6 +52,9 @@ CUT_SHARE, CUT_SPREADS, MOST_SHARE = 0.2, 2.0, 0.6
 that is more, up to another share; half of that is enough where it is darker than they are by as many spreads. A ball
 lit from above is a fifth as red below, and dark."""
 
+LARGEST_PART = 0.5
+"""Of a piece, that what stands out most in it may be for another thing: of one thing it is 0.8 or more."""
+
 SMOOTHING, GAP = 3, 5
 """Sides in cells over which is averaged at least before a piece is cut, and of the gap around it."""
 
@@ -173,7 +176,7 @@ def detect_by_contrast(
         if judged[near] == JUDGED or any(each.covers(place) for each in likely):
             continue
         judged[near] += 1
-        piece = cut_out(pyramid, place, colour, over_water)
+        piece = _likelier_part(pyramid, place, colour, over_water)
         if piece is None or piece.blob.area_px < area_min_px or piece.blob.log_odds < LEAST_LOG_ODDS:
             continue
         likely.append(piece)
@@ -204,11 +207,27 @@ def silhouettes(
     return []
 
 
-def cut_out(pyramid: ContrastPyramid, place: Place, colour: TargetColour, over_water: float) -> Piece | None:
+def _likelier_part(pyramid: ContrastPyramid, place: Place, colour: TargetColour, over_water: float) -> Piece | None:
+    """What stands out at a place, as `cut_out` has it; or the smaller part of it that does most, if that is likelier.
+
+    A ball before or beside another is in one piece with it, and together they look like neither.
+    """
+    piece = cut_out(pyramid, place, colour, over_water)
+    if piece is None or piece.blob.log_odds >= ACQUIRED_LOG_ODDS:
+        return piece
+    part = cut_out(pyramid, place, colour, over_water, MOST_SHARE)
+    if part is None or part.blob.log_odds < ACQUIRED_LOG_ODDS or part.blob.area_px > LARGEST_PART * piece.blob.area_px:
+        return piece
+    return part
+
+
+def cut_out(
+    pyramid: ContrastPyramid, place: Place, colour: TargetColour, over_water: float, least_share: float = CUT_SHARE
+) -> Piece | None:
     """What stands out at a place, cut out of a finer level; None when nothing of it holds together.
 
     `colour` is the target's, and that of the pyramid's contrasts; so is `over_water`
-    (`tracking.perception.DetectorSettings`).
+    (`tracking.perception.DetectorSettings`). `least_share` stands for `CUT_SHARE`: more for what stands out most of it.
     """
     level = min(place.level - 1, 1)
     rows, columns = pyramid.shape(level)
@@ -220,12 +239,13 @@ def cut_out(pyramid: ContrastPyramid, place: Place, colour: TargetColour, over_w
     side = max(SMOOTHING, width // 6 | 1)
     *sums, counted = cv2.split(np.asarray(cv2.blur(part, (side, side))))
     smooth = [np.asarray(plane / np.maximum(counted, FEW), dtype=np.float32) for plane in sums]
-    cells = _held_together(smooth, part[..., 3] > 0.5, (x - x0, y - y0), width, colour.most_across)
+    middle, known = (x - x0, y - y0), part[..., 3] > 0.5
+    cells = _held_together(smooth, known, middle, width, most_across=colour.most_across, least_share=least_share)
     if cells is None:
         return None
     box = cv2.boundingRect(cells)
     if place.level + 1 < LEVELS and _goes_on(box, (x0, y0), cells.shape, (rows, columns)):
-        return cut_out(pyramid, place.coarser(), colour, over_water)
+        return cut_out(pyramid, place.coarser(), colour, over_water, least_share)
     contour = filled(cells)
     contrast = _compared(part, smooth[0], cells, box, standing_out=place.standing_out, over_water=over_water)
     if contrast is None:
@@ -239,7 +259,9 @@ def _held_together(
     known: NDArray[np.bool_],
     middle: tuple[int, int],
     width: int,
+    *,
     most_across: float | None,
+    least_share: float,
 ) -> Mask | None:
     """Cells about a middle that are red enough and not too green, 1 or 0; None when there are none."""
     redness, greenness, lightness = smooth
@@ -255,7 +277,7 @@ def _held_together(
     height = float(redness[inner][known[inner]].mean()) - red
     if not height > 0:
         return None
-    cut = min(max(CUT_SHARE * height, CUT_SPREADS * red_spread), MOST_SHARE * height)
+    cut = min(max(least_share * height, CUT_SPREADS * red_spread), MOST_SHARE * height)
     dark = lightness < light - CUT_SPREADS * light_spread
     target = (redness > red + cut) | (dark & (redness > red + cut / 2))
     if most_across is not None:

@@ -136,6 +136,31 @@ def test_where_a_large_ball_looks_like_itself_nothing_dark_is_sought():
     assert followed.area_px == pytest.approx(disc.sum(), rel=0.1)
 
 
+def in_sunlit_water(*balls):
+    """Balls lit from above, in the order in which they hide each other, in clear water as white balance shows it.
+
+    Each is its middle, its radius, and the light of its lower half, which is seen from above, and of its other one.
+    """
+    rng = np.random.default_rng(0)
+    light = [0.16, 0.215, 0.242] * np.linspace(0.82, 1.13, 240)[:, np.newaxis, np.newaxis] * np.ones((1, 320, 1))
+    for at, radius, lit, shaded in balls:
+        disc = cv2.circle(np.zeros((240, 320), dtype=np.uint8), at, radius, 1, cv2.FILLED) > 0
+        is_lit = np.arange(240)[:, np.newaxis] >= at[1] + 8
+        light[disc & is_lit], light[disc & ~is_lit] = lit, shaded
+    return srgb(light * (1 + NOISE * rng.standard_normal(light.shape)))
+
+
+def test_a_ball_beside_a_larger_one_of_another_colour_is_told_from_it():
+    """Colours of a rendered dive: grey is redder than the water, and in one piece with the red ball that it touches."""
+    grey = ((90, 110), 55, [0.75, 0.58, 0.43], [0.06, 0.065, 0.066])
+    red = ((172, 112), 28, [0.53, 0.2, 0.15], [0.08, 0.067, 0.068])
+    assert all(blob.log_odds < ACQUIRED_LOG_ODDS for blob in detect_by_contrast(in_sunlit_water(grey)).blobs)
+    found = detect_by_contrast(in_sunlit_water(grey, red)).blobs[0]
+    assert found.log_odds > ACQUIRED_LOG_ODDS
+    assert math.dist(found.centroid_px, (172, 112)) < CELL_PX
+    assert found.area_px == pytest.approx(math.pi * 28**2, rel=0.15)
+
+
 def test_blobs_and_mask_are_those_that_are_likely():
     crop, _ = scene()
     found = detect_by_contrast(crop)
