@@ -176,8 +176,15 @@ def detect_by_contrast(
         if judged[near] == JUDGED or any(each.covers(place) for each in likely):
             continue
         judged[near] += 1
-        piece = _likelier_part(pyramid, place, colour, over_water)
-        if piece is None or piece.blob.area_px < area_min_px or piece.blob.log_odds < LEAST_LOG_ODDS:
+        piece = cut_out(pyramid, place, colour, over_water)
+        if piece is None or piece.blob.area_px < area_min_px:
+            continue
+        # A part of less has not the least area.
+        if piece.blob.log_odds < ACQUIRED_LOG_ODDS and LARGEST_PART * piece.blob.area_px >= area_min_px:
+            part = cut_out(pyramid, place, colour, over_water, MOST_SHARE)
+            if part is not None and part.blob.area_px >= area_min_px and _is_other_thing(part, piece):
+                piece = part
+        if piece.blob.log_odds < LEAST_LOG_ODDS:
             continue
         likely.append(piece)
         # Of a large thing a place far from its middle may stand out most.
@@ -207,18 +214,12 @@ def silhouettes(
     return []
 
 
-def _likelier_part(pyramid: ContrastPyramid, place: Place, colour: TargetColour, over_water: float) -> Piece | None:
-    """What stands out at a place, as `cut_out` has it; or the smaller part of it that does most, if that is likelier.
+def _is_other_thing(part: Piece, whole: Piece) -> bool:
+    """Whether what stands out most in a piece looks like the target and is too little of it to be the same thing.
 
     A ball before or beside another is in one piece with it, and together they look like neither.
     """
-    piece = cut_out(pyramid, place, colour, over_water)
-    if piece is None or piece.blob.log_odds >= ACQUIRED_LOG_ODDS:
-        return piece
-    part = cut_out(pyramid, place, colour, over_water, MOST_SHARE)
-    if part is None or part.blob.log_odds < ACQUIRED_LOG_ODDS or part.blob.area_px > LARGEST_PART * piece.blob.area_px:
-        return piece
-    return part
+    return part.blob.log_odds >= ACQUIRED_LOG_ODDS and part.blob.area_px <= LARGEST_PART * whole.blob.area_px
 
 
 def cut_out(
