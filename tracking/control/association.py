@@ -137,9 +137,10 @@ class Association:
     def _has_come_out(self, blob: Blob, direction: FloatArray) -> bool:
         """Whether a blob looks as plainly like the target as that ever did, beside what is told by other marks.
 
-        By its darkness or its colours alone a thing is followed that hides the target, which then comes out beside it.
+        By its darkness or its colours alone a thing is followed that hides the target, which then comes out beside it;
+        or now and then a sliver of the target is, between two bars, while it turns back.
         """
-        told = self.evidence.silhouette_s + self.evidence.recalled_s < GAP_S
+        told = self.evidence.silhouette_s + self.evidence.untold_s < GAP_S
         if told or self.bearing is None or blob.recalled or blob.log_odds < (self.evidence.clearest or 0.0):
             return False
         return float(self.bearing.direction @ direction) > math.cos(WIDEST_GATE_RAD)

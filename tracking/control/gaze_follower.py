@@ -59,8 +59,8 @@ class GazeFollower:
         From the middle of an exposure to the servos' answer.
     row_time_s : float
         From row to row of an image, at whose time its middle row is open; zero for a global shutter.
-    plain : bool
-        Whether the water leaves the target so much of its colour that it looks plainly like one sooner or later.
+    plain : float
+        How plainly the target looks like one sooner or later, from 0 to 1 where the water leaves it its colour.
     overhead : bool
         Whether what is seen overhead is likelier to be the target than what is seen level: where the water leaves it
         more of its colour still.
@@ -78,7 +78,7 @@ class GazeFollower:
         *,
         latency_s: float,
         row_time_s: float,
-        plain: bool,
+        plain: float,
         overhead: bool,
         least_speed_m_per_s: float | None = None,
     ):

@@ -51,13 +51,14 @@ AT_ONCE_LOG_ODDS, AT_LEISURE_S = 3.0, 1.0
 
 PLAIN_LOG_ODDS, PLAIN_S, MOST_PLAIN, MOST_OUTLINE = 4.0, 3.0, 5.0, 0.5
 """Of the mean by contrast and outline, which what stands still must have had once to be followed for longer, where a
-target would have; and what one image's contrast and outline count for in it, more or less. After 2.5 s, in water that
-leaves a target its colour (arena and point to point), 54 tracks of targets had 4.2 or more, 14 corals and rocks 2.0 to
-2.7. By contrast alone a ball of 300 pixels had 3.6; a black one has 2.9, and is as round as the target."""
+target would have, times `TrackEvidence.plain`; and what one image's contrast and outline count for in it, more or less.
+After 2.5 s, in water that leaves a target its colour (arena and point to point), 54 tracks of targets had 4.2 or more,
+14 corals and rocks 2.0 to 2.7. By contrast alone a ball of 300 pixels had 3.6; a black one has 2.9, and is as round as
+the target. In turbid water, which leaves 0.65 of that colour, 16 tracks of targets had 2.7 or more after 3 s."""
 
 SOON_LOG_ODDS, SOON_S = 3.0, 1.5
 """And what must have been had of it sooner by what is trusted: after this time 61 tracks of targets had 3.4 or more, 15
-corals and rocks 2.0 to 2.7."""
+corals and rocks 2.0 to 2.7; in turbid water 26 tracks of targets 2.2 or more."""
 
 OVERHEAD_RAD = math.radians(20.0)
 """Elevation from which a target need not look plainly like one; it is taken among the steady axes, as of a robot that
@@ -123,8 +124,9 @@ class TrackEvidence:
 
     Attributes
     ----------
-    plain : bool
-        Whether a target looks plainly like one sooner or later: not where the water leaves hardly any of its colour.
+    plain : float
+        How plainly a target looks like one sooner or later, of how it does in clear water, from 0 to 1: nothing is
+        dropped for being pale where the water leaves none of its colour.
     least_speed_m_per_s : float, optional
         At which the target swims at least, before a robot that hovers; None where that is not known.
     contrast, together : float, optional
@@ -151,12 +153,14 @@ class TrackEvidence:
         For how long it has been told by its darkness alone.
     recalled_s : float
         For how long it has been told by its own colours alone.
+    untold_s : float
+        Since contrast told it last, whether it was seen or not.
     motion : OwnMotion
     sizes : SizeJumps
     clutter : Clutter
     """
 
-    plain: bool = True
+    plain: float = 1.0
     least_speed_m_per_s: float | None = None
     contrast: float | None = None
     together: float | None = None
@@ -173,6 +177,7 @@ class TrackEvidence:
     swallowed_s: float = 0.0
     silhouette_s: float = 0.0
     recalled_s: float = 0.0
+    untold_s: float = 0.0
     motion: OwnMotion = field(default_factory=OwnMotion)
     sizes: SizeJumps = field(default_factory=SizeJumps)
     clutter: Clutter = field(default_factory=Clutter)
@@ -190,7 +195,7 @@ class TrackEvidence:
             return True
         if self.trusted:
             return self.contrast < 0
-        return self.age_s > PROBATION_S or (self.age_s > JUDGED_S and self.together < 0)
+        return self.level_s > PROBATION_S or (self.age_s > JUDGED_S and self.together < 0)
 
     @property
     def _untold(self) -> bool:
@@ -201,9 +206,9 @@ class TrackEvidence:
     @property
     def _stays_pale(self) -> bool:
         """Whether it has never looked plainly like the target, and has stood still for so long or been outshone."""
-        if not self.plain or self.clearest is None or self.clearest >= PLAIN_LOG_ODDS:
+        if not self.plain or self.clearest is None or self.clearest >= PLAIN_LOG_ODDS * self.plain:
             return False
-        patience_s = SOON_S if self.trusted and self.clearest < SOON_LOG_ODDS else PLAIN_S
+        patience_s = SOON_S if self.trusted and self.clearest < SOON_LOG_ODDS * self.plain else PLAIN_S
         return self.outshone_s > OUTSHONE_S or (not self.motion.moved and self.level_s > patience_s)
 
     @property
@@ -281,7 +286,7 @@ class TrackEvidence:
         usual_px2 : float
             Area that most of the last images showed, pixels of the crop; zero where that is not known.
         """
-        self.recalled_s = 0.0
+        self.recalled_s = self.untold_s = 0.0
         moved = self.motion.note(direction, interval_s, usual_px2)
         counted = _bounded(contrast, MOST_LOG_ODDS)
         memory_s = min(max(MEMORY_S, self.age_s / AGED), LONGEST_MEMORY_S)
@@ -307,6 +312,7 @@ class TrackEvidence:
         self.sizes.note(None)
         self.share = _averaged(self.share, 1.0, interval_s / SHARE_MEMORY_S)
         self.recalled_s += interval_s
+        self.untold_s += interval_s
 
     def note_other(self, log_odds: float, interval_s: float) -> None:
         """Take in how much the likeliest other thing in the last image looks like the target, by contrast."""
@@ -322,6 +328,7 @@ class TrackEvidence:
         """Take in an image without it, which should show it or not; what is seen next to it has not moved there."""
         self.motion.interrupt()
         self.sizes.note(None)
+        self.untold_s += interval_s
         if shown:
             self.share = _averaged(self.share, 0.0, interval_s / SHARE_MEMORY_S)
 
@@ -341,7 +348,7 @@ class TrackEvidence:
         self.motion, self.sizes = OwnMotion(), SizeJumps()
         self.age_s, self.level_s, self.share = 0.0, 0.0, 1.0
         self.trusted = self.whole = self.outdone = False
-        self.outshone_s = self.paler_s = self.swallowed_s = self.silhouette_s = self.recalled_s = 0.0
+        self.outshone_s = self.paler_s = self.swallowed_s = self.silhouette_s = self.recalled_s = self.untold_s = 0.0
 
     def drop(self, direction: FloatArray, time_s: float, radius_rad: float = 0.0) -> None:
         """What is followed is not the target, or was not found again: remember where it is, and how far it reaches."""

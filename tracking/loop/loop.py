@@ -39,7 +39,7 @@ from tracking.perception import (
 )
 from tracking.perception.appearance import AppearanceModel
 from tracking.perception.contrast_pyramid import Mask
-from tracking.perception.detectors import Detector, keeps_colour, looks_plain, weighs_contrast
+from tracking.perception.detectors import Detector, keeps_colour, plainness, weighs_contrast
 from tracking.perception.direct_view import DirectView
 from tracking.perception.robot_view import MARGIN_PX, RobotView
 from tracking.protocols import AttitudeReport, CameraFrame, MirrorReport
@@ -118,7 +118,7 @@ class TrackingLoop:
                 variant.direction_noise,
                 latency_s=latency_s,
                 row_time_s=(rig.image_sensor or ImageSensorSpec()).row_time_us * 1e-6,
-                plain=settings is not None and looks_plain(settings, contrast=variant.contrast),
+                plain=0.0 if settings is None else plainness(settings, contrast=variant.contrast),
                 overhead=settings is not None and keeps_colour(settings, contrast=variant.contrast),
                 least_speed_m_per_s=None if settings is None else settings.least_speed_m_per_s,
             )

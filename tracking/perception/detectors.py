@@ -41,10 +41,14 @@ def detector_of(settings: DetectorSettings, *, contrast: bool) -> Detector:
     return lambda crop, ignored, _: detect(crop, settings, ignored)
 
 
-def looks_plain(settings: DetectorSettings, *, contrast: bool) -> bool:
-    """Whether a target that is found by its contrast looks plainly like one: what never does is another thing."""
-    colour = TARGET_COLOURS[settings.colour]
-    return weighs_contrast(settings, contrast=contrast) and settings.over_water >= colour.plain_from
+def plainness(settings: DetectorSettings, *, contrast: bool) -> float:
+    """How plainly a target that is found by its contrast looks like one, from 0 to 1 where water leaves it its colour.
+
+    What never looks so is another thing.
+    """
+    if not weighs_contrast(settings, contrast=contrast):
+        return 0.0
+    return min(max(settings.over_water / TARGET_COLOURS[settings.colour].plain_from, 0.0), 1.0)
 
 
 def keeps_colour(settings: DetectorSettings, *, contrast: bool) -> bool:

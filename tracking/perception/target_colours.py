@@ -43,8 +43,8 @@ class TargetColour:
     most_across : float, optional
         Of across to along, that of a cell of a piece.
     plain_from : float
-        What the water must leave of a target (`tracking.perception.DetectorSettings.over_water`) so that it looks
-        plainly like one: infinite where that is not known.
+        What the water must leave of a target (`tracking.perception.DetectorSettings.over_water`) so that it looks as
+        plainly like one as in clear water: infinite where that is not known.
     least, most : tuple of 7
         Of `Contrast.features`, which 98 of 100 pieces keep: beyond, the odds do not go on.
     odds : tuple of 8 rows
@@ -99,7 +99,7 @@ RED = TargetColour(
     across=(0.0, 1.0, -1.0),
     over_water=(1.0, 0.0, 0.0),
     most_across=0.4,
-    plain_from=-0.3,
+    plain_from=0.72,
     least=(0.02, -2.3, 0, -0.34, -1.53, 0, -0.89),
     most=(2.3, 2.3, 1.01, 0.48, 0.92, 2.43, 1.46),
     odds=(

@@ -39,7 +39,7 @@ def follower(row_time_s, view=SHOWN, *, overhead=True):
     pointing = Pointing(GIMBAL, JointSpeeds.from_rig(RIG), half_view=math.radians(10))
     noise = VARIANTS["default"].direction_noise
     timing = {"latency_s": 0.05, "row_time_s": row_time_s}
-    return GazeFollower(SIGHT_LINES, pointing, view, np.full(2, 1e-3), noise, **timing, plain=True, overhead=overhead)
+    return GazeFollower(SIGHT_LINES, pointing, view, np.full(2, 1e-3), noise, **timing, plain=1.0, overhead=overhead)
 
 
 def observation(image, target, row_time_s):

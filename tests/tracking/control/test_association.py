@@ -411,6 +411,8 @@ def test_a_pale_thing_is_left_for_what_looks_like_the_target_beside_it(pale, oth
     [
         ("silhouette", 10, 9.0, 80.0, True),
         ("recalled", 10, 9.0, 80.0, True),
+        ("now and then", 8, 9.0, 80.0, True),  # between two bars its own colours tell it, in every second image
+        ("now and then", 3, 9.0, 80.0, False),
         ("silhouette", 3, 9.0, 80.0, False),  # for an image or two a rim may look like it
         ("silhouette", 10, 4.5, 80.0, False),  # less plain than the target was
         ("", 10, 9.0, 80.0, False),  # the target is seen where it is expected
@@ -423,9 +425,11 @@ def test_what_hides_the_target_is_left_when_that_comes_out(told_by, hidden, odds
     for image in range(60 + hidden):
         seen, _ = observation(IMAGES // 2, np.array([1.0, 0.0, 0.0]), 0.0)
         plain = replace(seen.blobs[0], log_odds=6.0, box_px=(140, 100, 25, 25), area_px=500.0)
-        alone = {"silhouette": 0.0, "recalled": -np.inf, "": 5.0}[told_by]
-        dark = replace(plain, log_odds=alone, **({told_by: True} if told_by else {}))
-        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(plain if image < 60 else dark,))
+        mark = "recalled" if told_by == "now and then" else told_by
+        alone = {"silhouette": 0.0, "recalled": -np.inf, "": 5.0}[mark]
+        dark = replace(plain, log_odds=alone, **({mark: True} if mark else {}))
+        blobs = () if told_by == "now and then" and image > 60 and image % 2 else (plain if image < 60 else dark,)
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=blobs)
         following.expect(seen)
         following.update(seen)
     x, y = plain.centroid_px

@@ -28,6 +28,7 @@ from tracking.estimation.track_evidence import (
     SOON_LOG_ODDS,
     SOON_S,
     SWALLOWED_S,
+    TRUSTED_LOG_ODDS,
     TRUSTED_S,
     UNDECIDED_S,
     TrackEvidence,
@@ -143,6 +144,25 @@ def test_what_looks_little_like_the_target_is_doubted_soon(below, doubted):
     assert evidence.doubted is doubted
 
 
+@pytest.mark.parametrize("below, doubted", [(0.1, True), (-0.1, False)])
+def test_the_less_colour_the_water_leaves_the_less_plain_it_need_be(below, doubted):
+    """A ball 3.4 m away in turbid water, where it has 0.65 of the redness of clear water, was dropped with 2.7."""
+    evidence = TrackEvidence(plain=0.65)
+    for _ in range(images(1.1 * PLAIN_S)):
+        evidence.update(0.65 * PLAIN_LOG_ODDS - below, 0.0, AHEAD, INTERVAL_S)
+    assert evidence.trusted and evidence.doubted is doubted
+
+
+@pytest.mark.parametrize("above_rad, doubted", [(-0.01, True), (0.01, False)])
+def test_overhead_a_target_need_not_be_trusted_soon(above_rad, doubted):
+    """A ball before the bright surface, told by the colours of the one that was lost, was dropped in full view."""
+    evidence = TrackEvidence()
+    up = OVERHEAD_RAD + above_rad
+    for _ in range(images(2 * PROBATION_S)):
+        evidence.update(TRUSTED_LOG_ODDS - 0.1, 0.0, np.array([math.cos(up), 0.0, math.sin(up)]), INTERVAL_S)
+    assert not evidence.trusted and evidence.doubted is doubted
+
+
 @pytest.mark.parametrize("above_rad, doubted", [(-0.01, True), (0.01, False)])
 def test_overhead_a_target_need_not_be_plain(above_rad, doubted):
     """Before the bright surface a ball shows its dark side; corals stand below."""
@@ -209,7 +229,7 @@ def test_what_stands_still_is_outdone_by_what_looks_much_more_like_the_target(co
 
 def test_where_the_water_leaves_no_colour_a_pale_thing_may_be_the_target():
     """A ball at 9 m in coastal water has a mean of 1.5."""
-    evidence = TrackEvidence(plain=False)
+    evidence = TrackEvidence(plain=0.0)
     for _ in range(images(1.5 * PLAIN_S)):
         evidence.update(1.5, 1.0, AHEAD, INTERVAL_S)
     evidence.outshone_s = 2 * OUTSHONE_S

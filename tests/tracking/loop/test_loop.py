@@ -302,7 +302,7 @@ def test_a_candidate_that_gets_away_is_sought(images, sought):
 
 def test_a_search_goes_on_where_a_pale_thing_broke_it_off(monkeypatch):
     """What stands still and is never plain is dropped after 4 s: the places that were looked at before it come last."""
-    monkeypatch.setattr("tracking.loop.loop.looks_plain", lambda *_, **__: True)
+    monkeypatch.setattr("tracking.loop.loop.plainness", lambda *_, **__: 1.0)
     monkeypatch.setattr("tracking.estimation.track_evidence.PLAIN_LOG_ODDS", 2 * MOST_PLAIN)
     dive = Dive(without_check("default"))
     searched_s: list[float] = []
