@@ -21,7 +21,14 @@ from tracking.loop.ablations import LOOPS
 PRESETS = Path(__file__).parent / "presets"
 DIVES = Presets("dive", PRESETS)
 
-HARMLESS = {"name": "dive", "rig": "aqua2", "depth_m": 10.0, "duration_s": 60.0, "robot": {"motion": "hover"}}
+HARMLESS = {
+    "name": "dive",
+    "rig": "aqua2",
+    "depth_m": 10.0,
+    "duration_s": 60.0,
+    "robot": {"motion": "hover"},
+    "target": {"path": {"shape": "straight", "start_m": [2.0, 0.0, 0.0], "velocity_m_per_s": [0.0, 0.0, 0.0]}},
+}
 """Stand-ins for required values that are wrong."""
 
 

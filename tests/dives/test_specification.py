@@ -78,6 +78,12 @@ def test_every_problem_is_told_at_once_with_its_place_and_value(tmp_path):
     assert "at 4.9" in found["target.path"].expected
 
 
+def test_a_path_that_is_wrong_hides_nothing_else(tmp_path):
+    text = changed(world='"pool"', jerlov_type='"9C"', depth_m="-5.0").replace('"straight"', '"orbit"')
+    places = [problem.place for problem in problems(text, tmp_path)]
+    assert sorted(places) == ["depth_m", "jerlov_type", "target.path.shape", "world"]
+
+
 def test_a_target_stays_or_goes(tmp_path):
     """Of a target that stays the position is named; with both, or with neither, nothing is known."""
     head, path = GOOD.split("[target.path]\n")
