@@ -4,18 +4,18 @@ One image's odds are those of a guess: things that look like the target are foun
 many times, but images of a thing that stands still are nearly the same, so that their odds do not add up: their mean is
 asked for. Contrast, outline and whether it has moved count together until the mean has been that of a target for a
 while: then it is *trusted*, and looks that fade, as before the sun, are believed for as long as its contrast alone is
-above even. What never gets there within its probation, what falls below even before, what is seen in less than a third
-of the images that should show it, and what stands still and has another size in every second one, is dropped, and its
-direction is remembered as clutter: the search does not end there again. So is what is trusted, but stands still and has
-not looked plainly like the target soon: a reef has round brown things, and one of them would be followed for good;
-sooner, if something is seen beside it that does look like the target. What stays where it was first seen is no target
-that is known to swim, whatever it looks like. What was above even still, or was not seen again
-before it could be judged, is clutter for a shorter time. But a candidate that looked plainly like the target for a few
-images and then got away, as past a joint's end or behind the mount, is sought where it can have gone. A target may be
-in one piece with something larger that it passes, and hides it: what then does not look like the target soon is dropped
-as well. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and what stands
-around a hovering robot nearly does; where an attitude sensor tells how the robot turns, directions are steady ones, and
-what stands around it keeps its own. A robot that swims on leaves clutter behind, so it is forgotten.
+above even. What never gets there within its probation, overhead apart, what falls below even before, what is seen in
+less than a third of the images that should show it, and what stands still and has another size in every second one, is
+dropped, and its direction is remembered as clutter: the search does not end there again. So is what is trusted, but
+stands still and has not looked plainly like the target soon: a reef has round brown things, and one of them would be
+followed for good; sooner, if something is seen beside it that does look like the target. What stays where it was first
+seen is no target that is known to swim, whatever it looks like. What was above even still, or was not seen again before
+it could be judged, is clutter for a shorter time. But a candidate that looked plainly like the target for a few images
+and then got away, as past a joint's end or behind the mount, is sought where it can have gone. A target may be in one
+piece with something larger that it passes, and hides it: what then does not look like the target soon is dropped as
+well. A thing that moves with the robot, as its mount, keeps its direction in the body's frame, and what stands around a
+hovering robot nearly does; where an attitude sensor tells how the robot turns, directions are steady ones, and what
+stands around it keeps its own. A robot that swims on leaves clutter behind, so it is forgotten.
 """
 
 from __future__ import annotations
