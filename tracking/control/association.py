@@ -78,7 +78,8 @@ class Association:
             return False
         likely = blob.log_odds >= ACQUIRED_LOG_ODDS
         if self.bearing is None:
-            return (likely or self._is_pale(blob)) and not self.is_clutter(direction)
+            looks_like_it = (likely or self._is_pale(blob)) and not self._is_paler(blob, direction)
+            return looks_like_it and not self.is_clutter(direction)
         if not (likely or blob.recalled) and self.spread > PLACE_TELLS_RAD:
             return False
         if blob.silhouette and not self._is_silhouette(blob):
@@ -118,6 +119,10 @@ class Association:
         if blob.silhouette or blob.log_odds < PALE_LOG_ODDS or cut_by_edges(blob, self.observation) != (0, 0):
             return False
         return blob.log_odds + outline_log_odds(blob) >= AT_ONCE_LOG_ODDS
+
+    def _is_paler(self, blob: Blob, direction: FloatArray) -> bool:
+        """Whether a candidate is too pale for the target that was lost, and not because it is overhead."""
+        return self.look.is_paler_than_lost(blob, self.observation.time_s) and not is_overhead(direction)
 
     def _is_silhouette(self, blob: Blob) -> bool:
         """Whether a dark thing may be the target before the light: it is trusted, and was about as large."""

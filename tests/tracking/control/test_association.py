@@ -18,6 +18,7 @@ from tests.tracking.control.gaze_images import (
 from tracking.control.association import OVERHEAD_LOG_ODDS
 from tracking.estimation.track_evidence import MEMORY_S, PROBATION_S, RECALLED_S, SILHOUETTE_S
 from tracking.perception import ACQUIRED_LOG_ODDS
+from tracking.perception.appearance import REMEMBERED_S
 from tracking.perception.outline import EVEN_MISSING
 
 
@@ -43,6 +44,34 @@ def test_a_target_of_which_nothing_is_known_must_be_likely():
     assert following.update(weighed(seen, ACQUIRED_LOG_ODDS + 0.1))
     # In its place, less is enough.
     assert following.update(weighed(seen, ACQUIRED_LOG_ODDS - 1.0))
+
+
+@pytest.mark.parametrize(
+    ("log_odds", "later_s", "overhead", "taken"),
+    [
+        (4.0, 1.0, False, True),
+        (2.9, 1.0, False, False),
+        (1.9, 1.0, True, True),  # before the bright surface it shows its dark side
+        (2.9, REMEMBERED_S + 0.1, False, True),  # by then it may be anywhere, in another light
+    ],
+)
+def test_what_is_far_paler_than_a_target_that_was_lost_is_no_candidate(log_odds, later_s, overhead, taken):
+    """A ball of log odds 6 is followed for a second and lost; something is seen elsewhere."""
+    following = follower(0.0)
+    for image in range(30):
+        seen, _ = observation(IMAGES // 2, MIDDLE, 0.0)
+        blob = replace(of_area(seen.blobs[0], 500.0), log_odds=6.0)
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
+        following.expect(seen)
+        following.update(seen)
+    assert following.trusted and not following.doubted
+    following.forget(brief=False)
+    up = math.radians(21.0 if overhead else 2.0)
+    elsewhere, _ = observation(IMAGES // 2, np.array([math.cos(up), 0.0, math.sin(up)]), 0.0)
+    elsewhere = replace(weighed(elsewhere, log_odds), time_s=1.0 + later_s)
+    following.restore(json.loads(json.dumps(following.snapshot())))
+    following.expect(elsewhere)
+    assert bool(following.update(elsewhere)) is taken
 
 
 @pytest.mark.parametrize(
