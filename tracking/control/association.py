@@ -12,7 +12,8 @@ from optics.kernels.arrays import FloatArray
 from tracking.control.follower import Observation
 from tracking.estimation.bearing import Bearing, Sight
 from tracking.estimation.target_look import TargetLook
-from tracking.estimation.track_evidence import AT_ONCE_LOG_ODDS, GAP_S, TrackEvidence, is_overhead
+from tracking.estimation.track_evidence import TrackEvidence
+from tracking.estimation.track_record import AT_ONCE_LOG_ODDS, GAP_S, is_overhead
 from tracking.perception import ACQUIRED_LOG_ODDS
 from tracking.perception.cut_blobs import cut_sides
 from tracking.perception.outline import outline_log_odds

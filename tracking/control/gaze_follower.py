@@ -26,7 +26,8 @@ from tracking.estimation.lines_of_sight import LinesOfSight
 from tracking.estimation.steady_filter import SteadyFilter
 from tracking.estimation.sway import Sway
 from tracking.estimation.target_look import TargetLook, likeliest
-from tracking.estimation.track_evidence import TrackEvidence, is_overhead
+from tracking.estimation.track_evidence import TrackEvidence
+from tracking.estimation.track_record import is_overhead
 from tracking.perception import weighted_centroid
 from tracking.perception.cut_blobs import middle_of_cut, middle_of_part
 from tracking.perception.outline import outline_log_odds

@@ -9,7 +9,7 @@ from dataclasses import replace
 from statistics import median
 from typing import Any
 
-from tracking.estimation.track_evidence import FADED
+from tracking.estimation.track_record import FADED
 from tracking.perception import ACQUIRED_LOG_ODDS
 from tracking.perception.appearance import AS_LARGE, REMEMBERED_S
 from tracking.records import Blob

@@ -16,7 +16,8 @@ from tests.tracking.control.gaze_images import (
     of_area,
 )
 from tracking.control.association import OVERHEAD_LOG_ODDS
-from tracking.estimation.track_evidence import MEMORY_S, PROBATION_S, RECALLED_S, SILHOUETTE_S
+from tracking.estimation.track_evidence import PROBATION_S, RECALLED_S, SILHOUETTE_S
+from tracking.estimation.track_record import MEMORY_S
 from tracking.perception import ACQUIRED_LOG_ODDS
 from tracking.perception.appearance import REMEMBERED_S
 from tracking.perception.outline import EVEN_MISSING

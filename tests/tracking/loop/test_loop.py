@@ -21,7 +21,8 @@ from rigs import Rig
 from tracking.control.paper_law import GAIN
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.own_motion import SOONEST_S
-from tracking.estimation.track_evidence import MOST_PLAIN, PLAIN_S
+from tracking.estimation.track_evidence import PLAIN_S
+from tracking.estimation.track_record import MOST_PLAIN
 from tracking.loop.loop import TrackingLoop
 from tracking.loop.variants import VARIANTS, Variant
 from tracking.mirrors.simulated import SimulatedMirrors
