@@ -58,7 +58,7 @@ class CropFollower:
     """Nor where it was, once it is out of it."""
 
     doubted = False
-    trusted = True
+    trusted = alone = True
     likely = True
     promising = False
     """Nor does it weigh what it follows."""

@@ -109,6 +109,10 @@ class Follower(Protocol):
         """Whether what is followed has been seen for long enough, and looked enough like the target, to be it."""
 
     @property
+    def alone(self) -> bool:
+        """Whether what is followed is not in one piece with something larger."""
+
+    @property
     def known(self) -> bool:
         """Whether there is an estimate."""
 

@@ -114,6 +114,11 @@ class GazeFollower:
         return self._evidence.trusted
 
     @property
+    def alone(self) -> bool:
+        """Whether what is followed is not in one piece with something larger, or what is left of the two."""
+        return self._evidence.swallowed_s == 0
+
+    @property
     def promising(self) -> bool:
         """Whether what is followed has looked so much like the target that it is sought where it can have gone."""
         return self._evidence.promising and not self.doubted
@@ -149,7 +154,7 @@ class GazeFollower:
 
         In the body frame as `last_seen`; None when it is not in one piece with anything.
         """
-        return None if self._evidence.swallowed_s == 0 else self._in_body(self._last_alone)
+        return None if self.alone else self._in_body(self._last_alone)
 
     def _in_body(self, sight: Sight | None) -> Sight | None:
         return None if sight is None else replace(sight, bearing=self._axes.bearing_to_body(sight.bearing))
@@ -243,8 +248,8 @@ class GazeFollower:
             interval_s=observation.interval_s,
             swallowed_s=self._evidence.swallowed_s,
         )
-        if self._evidence.swallowed_s == 0 and self._evidence.trusted and (alone := self._steady.lasting) is not None:
-            self._last_alone = Sight(bearing=alone, time_s=observation.time_s, hidden=True)
+        if self.alone and self._evidence.trusted and (lasting := self._steady.lasting) is not None:
+            self._last_alone = Sight(bearing=lasting, time_s=observation.time_s, hidden=True)
 
     def _weigh(
         self, blobs: tuple[Blob, ...], sides: tuple[int, int], direction: FloatArray, known: Association
@@ -310,8 +315,7 @@ class GazeFollower:
         bearing, dropped = self._filter.bearing, None
         if self._evidence.trusted and self._before is not None:
             self._look.lose(None if self.doubted or brief else self._evidence.contrast, self._before[0])
-        alone = self._evidence.swallowed_s == 0
-        if (self.doubted or brief) and alone and bearing is not None and self._before is not None:
+        if (self.doubted or brief) and self.alone and bearing is not None and self._before is not None:
             if (probability := self._evidence.probability) > 0:
                 dropped = Dropped(direction=self._axes.to_body(bearing.direction), probability=probability)
             self._evidence.drop(bearing.direction, self._before[0], self._radius_rad)

@@ -209,7 +209,7 @@ class TrackingLoop:
             likely=self._follower.likely,
             doubted=self._follower.doubted,
         )
-        if self._appearance is not None and blobs and self._follower.trusted:
+        if self._appearance is not None and blobs and self._follower.trusted and self._follower.alone:
             self._appearance.note(image, robot, detection, camera_frame.time_s, regained=not followed)
         if not self._searches:
             self._search.pause(self._passed_s, found=self._state.mode is Mode.TRACK and self._follower.trusted)

@@ -18,6 +18,7 @@ from dives.views.direct_view import direct_view
 from optics.kernels.arrays import FloatArray
 from optics.layout import Layout
 from rigs import Rig
+from tracking.control.gaze_follower import GazeFollower
 from tracking.control.paper_law import GAIN
 from tracking.estimation.gimbal import Gimbal
 from tracking.estimation.own_motion import SOONEST_S
@@ -314,6 +315,15 @@ def test_a_search_goes_on_where_a_pale_thing_broke_it_off(monkeypatch):
     assert len(dive.steps) - seen == pytest.approx(PLAIN_S * RATE_HZ, abs=5)
     assert dive.loop.snapshot()["search"]["lost"] is None
     assert 0 < searched_s[seen] <= searched_s[-1] < searched_s[seen] + 0.2
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_of_what_is_in_one_piece_with_something_larger_no_colours_are_learned(monkeypatch, alone):
+    """They would be those of what hides the target."""
+    monkeypatch.setattr(GazeFollower, "alone", alone)
+    dive = Dive(without_check("default"), detector=DetectorSettings()).run(lambda _: place(START_DEG, 0.0), 2.0)
+    assert dive.modes()[-1] == "t"
+    assert (dive.loop.snapshot()["appearance"]["colours"][0] is not None) is alone
 
 
 def test_the_first_seconds_check_the_joints():
