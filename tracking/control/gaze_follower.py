@@ -260,7 +260,9 @@ class GazeFollower:
         known_by_colours = blobs[0].recalled and not self._evidence.trusted
         contrast = RECALLED_LOG_ODDS if known_by_colours else blobs[0].log_odds
         self._evidence.update(contrast, outline, direction, interval_s, self._look.usual_px2)
-        self._evidence.sizes.note(blobs[0].area_px if len(blobs) == 1 and sides == (0, 0) else None)
+        # Overhead are no corals; a ball's dark side before the bright surface is found in pieces.
+        measured = len(blobs) == 1 and sides == (0, 0) and not is_overhead(direction)
+        self._evidence.sizes.note(blobs[0].area_px if measured else None)
         # Nothing but a ball is round and dark overhead, for as long as it stays there.
         round_above = outline is not None and outline > 0 and is_overhead(direction)
         self._evidence.note_silhouette(interval_s, dark=blobs[0].silhouette and not round_above)

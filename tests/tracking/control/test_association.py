@@ -105,6 +105,20 @@ def test_what_is_overhead_has_better_odds(elevation_deg, silhouette, overhead, t
     assert bool(follower(0.0, overhead=overhead).update(replace(seen, blobs=(blob,)))) is taken
 
 
+@pytest.mark.parametrize(("elevation_deg", "doubted"), [(2.0, True), (22.0, False)])
+def test_what_is_found_in_pieces_overhead_is_not_doubted_for_it(elevation_deg, doubted):
+    """Level it may be a coral; overhead it is a ball's dark side before the bright surface."""
+    up = math.radians(elevation_deg)
+    following = follower(0.0)
+    for image in range(80):
+        seen, _ = observation(IMAGES // 2, np.array([math.cos(up), 0.0, math.sin(up)]), 0.0)
+        blob = replace(of_area(seen.blobs[0], 500.0 * (1 + image % 2)), log_odds=5.0)
+        seen = replace(seen, time_s=image * INTERVAL_S, blobs=(blob,))
+        following.expect(seen)
+        following.update(seen)
+    assert following.trusted and following.doubted is doubted
+
+
 @pytest.mark.parametrize(("share", "aside_px", "taken"), [(0.9, 0, True), (0.3, 0, False), (0.3, 200, True)])
 def test_the_red_part_of_a_dark_thing_overhead_is_no_likelier(share, aside_px, taken):
     """A blue ball's dark upper side, whose lower side is blue; not beside another dark thing."""
