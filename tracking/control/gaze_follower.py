@@ -19,10 +19,11 @@ from tracking.control.follower import Dropped, Observation
 from tracking.control.gaze_view import GazeView
 from tracking.control.pointing import Pointing
 from tracking.estimation.attitude import SteadyAxes
-from tracking.estimation.bearing import Sight
+from tracking.estimation.bearing import Bearing, Sight
 from tracking.estimation.clutter import ClutterPlace
 from tracking.estimation.direction_filter import DirectionFilter, DirectionNoise
 from tracking.estimation.lines_of_sight import LinesOfSight
+from tracking.estimation.lost_places import Turns
 from tracking.estimation.steady_filter import SteadyFilter
 from tracking.estimation.sway import Sway
 from tracking.estimation.target_look import TargetLook, likeliest
@@ -93,6 +94,7 @@ class GazeFollower:
         self._steady = SteadyFilter(noise, Sway())
         self._evidence = TrackEvidence(plain=plain, least_speed_m_per_s=least_speed_m_per_s)
         self._look = TargetLook()
+        self._turns = Turns()
         self._seen = False
         self._radius_rad = 0.0
         self._last_seen: Sight | None = None
@@ -155,6 +157,9 @@ class GazeFollower:
         In the body frame as `last_seen`; None when it is not in one piece with anything.
         """
         return None if self.alone else self._in_body(self._last_alone)
+
+    def _sight(self, bearing: Bearing, time_s: float, *, hidden: bool) -> Sight:
+        return Sight(bearing=bearing, time_s=time_s, hidden=hidden, turning=self._turns.turning)
 
     def _in_body(self, sight: Sight | None) -> Sight | None:
         return None if sight is None else replace(sight, bearing=self._axes.bearing_to_body(sight.bearing))
@@ -249,7 +254,8 @@ class GazeFollower:
             swallowed_s=self._evidence.swallowed_s,
         )
         if self.alone and self._evidence.trusted and (lasting := self._steady.lasting) is not None:
-            self._last_alone = Sight(bearing=lasting, time_s=observation.time_s, hidden=True)
+            self._turns.note(lasting, observation.time_s)
+            self._last_alone = self._sight(lasting, observation.time_s, hidden=True)
 
     def _weigh(
         self, blobs: tuple[Blob, ...], sides: tuple[int, int], direction: FloatArray, known: Association
@@ -275,7 +281,7 @@ class GazeFollower:
             if lasting is not None and direction is not None:
                 # Else it went out over the view's edge or behind the robot, or shows part of itself there.
                 hidden = self._view.shows_whole(observation.q, direction)
-                self._last_seen = Sight(bearing=lasting, time_s=observation.time_s, hidden=hidden)
+                self._last_seen = self._sight(lasting, observation.time_s, hidden=hidden)
         expected = self._expected_px(observation)
         shown = expected is not None and observation.shows(expected)
         self._evidence.miss(observation.interval_s, shown=shown)
@@ -342,6 +348,7 @@ class GazeFollower:
             "before": before,
             "evidence": self._evidence.snapshot(),
             "look": self._look.snapshot(),
+            "turns": self._turns.snapshot(),
         }
 
     def restore(self, snapshot: dict[str, Any]) -> None:
@@ -355,6 +362,7 @@ class GazeFollower:
         )
         self._evidence.restore(snapshot["evidence"])
         self._look.restore(snapshot["look"])
+        self._turns = Turns.restored(snapshot["turns"])
         before = snapshot["before"]
         self._before = None if before is None else (before[0], np.array(before[1]))
 

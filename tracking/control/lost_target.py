@@ -22,9 +22,12 @@ from tracking.control.gaze_view import GazeView
 from tracking.control.poses import in_view, pose_grid, seen_from
 from tracking.estimation.bearing import Bearing
 from tracking.estimation.gimbal import Gimbal
-from tracking.estimation.lost_places import HIDDEN_RADII, LostPlaces, in_the_open
+from tracking.estimation.lost_places import HIDDEN_RADII, TURNED_S, LostPlaces, in_the_open
 
 PLACES = 256
+
+TURNS = np.arange(PLACES) % 2 == 1
+"""Of the places, those that turn back, stop or slow down some time later."""
 
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
@@ -34,9 +37,6 @@ SILVER_RATIO = math.sqrt(2) - 1
 
 KEPT = (-1.0, 0.5)
 """Of its rate, what one has at least and at most that has turned back, stopped or slowed down."""
-
-TURNED_S = 3.0
-"""Within which it has done so, at any time alike."""
 
 MOST_RATE = math.radians(20.0)
 """That the target's rate is off by at most; half of the places are within a quarter of it."""
@@ -81,6 +81,8 @@ class LostTarget:
         Since then.
     hidden : bool
         Whether something hides it.
+    turning : float
+        Probability that it turns back, stops or slows down within `TURNED_S`.
     shown : GazeView, optional
         What each pose shows; without it, all that lies in the view.
     """
@@ -94,6 +96,7 @@ class LostTarget:
         age_s: float,
         *,
         hidden: bool = False,
+        turning: float = 0.5,
         shown: GazeView | None = None,
     ):
         self._gimbal, self._speeds, self._view, self._bearing = gimbal, speeds, view, bearing
@@ -102,7 +105,9 @@ class LostTarget:
         self._grid = pose_grid(gimbal, GRID * float(view[0]), GRID * float(view[1]) / 2)
         self._shown = shown
         self._places = _Places(gimbal, bearing)
-        self._weights: FloatArray = np.ones(PLACES)
+        self._turning = turning
+        self._first_weights: FloatArray = 2 * np.where(TURNS, turning, 1 - turning)
+        self._weights = self._first_weights
         self._age_s = age_s
         self._goal: FloatArray | None = None
         self._goal_s = 0.0
@@ -142,8 +147,8 @@ class LostTarget:
         seen = in_view(self._gimbal, q, places, self._view) * self._in_the_open(places)
         if self._shown is not None:
             seen *= self._shown.shown_at(q, places)
-        self._weights *= np.exp(-passed_s / SEEN_S * seen)
-        self._weights += (1 - self._weights) * -math.expm1(-passed_s / REGAINED_S)
+        weights = self._weights * np.exp(-passed_s / SEEN_S * seen)
+        self._weights = weights + (self._first_weights - weights) * -math.expm1(-passed_s / REGAINED_S)
 
     def snapshot(self) -> dict[str, Any]:
         """State as plain numbers."""
@@ -151,6 +156,7 @@ class LostTarget:
             "direction": self._bearing.direction.tolist(),
             "rate": self._bearing.rate.tolist(),
             "hidden": bool(self._radius.any()),
+            "turning": self._turning,
             "weights": self._weights.tolist(),
             "age_s": self._age_s,
             "goal": None if self._goal is None else self._goal.tolist(),
@@ -169,7 +175,8 @@ class LostTarget:
     ) -> LostTarget:
         """A search that goes on from a snapshot."""
         bearing = Bearing(direction=np.array(snapshot["direction"]), rate=np.array(snapshot["rate"]))
-        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"], hidden=snapshot["hidden"], shown=shown)
+        hidden, turning = snapshot["hidden"], snapshot["turning"]
+        search = cls(gimbal, speeds, view, bearing, snapshot["age_s"], hidden=hidden, turning=turning, shown=shown)
         search._weights = np.array(snapshot["weights"])
         search._goal = None if snapshot["goal"] is None else np.array(snapshot["goal"])
         search._goal_s = snapshot["goal_s"]
@@ -230,9 +237,8 @@ class _Places:
         rates = rate + (off[:, np.newaxis] * around) @ across
         self._speeds = np.linalg.norm(rates, axis=1)
         self._along = rates / np.maximum(self._speeds, np.finfo(float).tiny)[:, np.newaxis]
-        # Every second one keeps its rate, the others turn back, stop or slow down some time later.
-        every_second = np.arange(PLACES) % 2 == 1
-        self._kept = np.where(every_second, KEPT[0] + (KEPT[1] - KEPT[0]) * (GOLDEN_RATIO * index % 1), 1.0)
+        # The others keep their rates.
+        self._kept = np.where(TURNS, KEPT[0] + (KEPT[1] - KEPT[0]) * (GOLDEN_RATIO * index % 1), 1.0)
         self._turned_s = TURNED_S * (SILVER_RATIO * index % 1)
 
     def after(self, seconds: float) -> FloatArray:

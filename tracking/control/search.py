@@ -75,7 +75,14 @@ class Search:
         """Search, from a time on, where a target can have gone that was last seen so."""
         age_s = time_s - sight.time_s
         self._lost = LostTarget(
-            self._gimbal, self._speeds, self._step, sight.bearing, age_s, hidden=sight.hidden, shown=self._shown
+            self._gimbal,
+            self._speeds,
+            self._step,
+            sight.bearing,
+            age_s,
+            hidden=sight.hidden,
+            turning=sight.turning,
+            shown=self._shown,
         )
 
     def note_dropped(self, dropped: Dropped) -> None:

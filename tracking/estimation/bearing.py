@@ -116,11 +116,14 @@ class Sight:
     time_s : float
     hidden : bool
         Whether something seems to hide it since: it went out of sight in the middle of the view.
+    turning : float
+        Probability that it turns back, stops or slows down within `tracking.estimation.lost_places.TURNED_S`.
     """
 
     bearing: Bearing
     time_s: float
     hidden: bool = False
+    turning: float = 0.5
 
     def snapshot(self) -> dict[str, Any]:
         """As plain numbers; of one that sways, where it is and how it moves altogether."""
@@ -129,13 +132,14 @@ class Sight:
             "rate": self.bearing.rate.tolist(),
             "time_s": self.time_s,
             "hidden": self.hidden,
+            "turning": self.turning,
         }
 
     @classmethod
     def restored(cls, snapshot: dict[str, Any]) -> Sight:
         """From a snapshot."""
         bearing = Bearing(direction=np.array(snapshot["direction"]), rate=np.array(snapshot["rate"]))
-        return cls(bearing=bearing, time_s=snapshot["time_s"], hidden=snapshot["hidden"])
+        return cls(bearing=bearing, **{name: snapshot[name] for name in ("time_s", "hidden", "turning")})
 
 
 def on_the_sphere(direction: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -94,6 +94,26 @@ def test_what_comes_out_from_behind_something_is_met_where_it_went_in(hidden_s, 
     assert np.median(found_s) < soonest
 
 
+@pytest.mark.parametrize("turning", [0.1, 0.5, 0.9])
+def test_what_turns_often_has_come_back_further(turning):
+    """Lost two seconds ago at 0 degrees, going left at 40 degrees/s, it is at 80 by now, unless it has turned.
+
+    That it has done at any time of 3 s alike, and keeps -1 to 0.5 of its rate, -0.25 in the mean: in the mean it went
+    on for 2/3 * 1 + 1/3 * 2 = 4/3 s, and is where 4/3 - 0.25 * 2/3 s have taken it.
+    """
+    search = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(0, 0, 40), 2.0, turning=turning)
+    places = search.places
+    azimuth_deg = np.degrees(np.arctan2(places.direction[:, 1], places.direction[:, 0]))
+    assert places.weight.sum() == pytest.approx(len(places.weight))
+    turned_s = 4 / 3 - 0.25 * 2 / 3
+    expected_deg = 40 * (turning * turned_s + (1 - turning) * 2.0)
+    assert np.average(azimuth_deg, weights=places.weight) == pytest.approx(expected_deg, abs=1.5)
+    again = LostTarget.restored(search.snapshot(), GIMBAL, SPEEDS, STEP)
+    for each in (search, again):
+        each.note_unseen(GIMBAL.middle, 10.0)
+    np.testing.assert_array_equal(again.places.weight, search.places.weight)
+
+
 def test_a_gaze_leaves_what_it_has_seen_without_the_target():
     """The first gaze is where the target was expected; a second later pan or tilt has gone to see elsewhere."""
     lost = LostTarget(GIMBAL, SPEEDS, STEP, last_seen(0, 0, 0), 0.5)

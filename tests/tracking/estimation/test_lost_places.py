@@ -1,10 +1,61 @@
-"""What may be hidden, by angles worked out by hand."""
+"""What may be hidden, by angles worked out by hand; and how often a target turns."""
 
 from __future__ import annotations
 
-import numpy as np
+import json
+import math
 
-from tracking.estimation.lost_places import in_the_open
+import numpy as np
+import pytest
+
+from tracking.estimation.bearing import Bearing
+from tracking.estimation.lost_places import FIRST_S, LEAST_RATE, TURNED_S, Turns, in_the_open
+
+INTERVAL_S = 1 / 30
+
+
+def around(azimuth_deg, rate_deg_per_s):
+    """Bearing of what goes round the horizon."""
+    azimuth, rate = math.radians(azimuth_deg), math.radians(rate_deg_per_s)
+    there = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+    return Bearing(direction=there, rate=rate * np.cross([0.0, 0.0, 1.0], there))
+
+
+def test_a_target_of_which_nothing_is_known_turns_as_likely_as_not():
+    assert Turns().turning == pytest.approx(0.5)
+
+
+def test_what_circles_turns_ever_less_and_what_goes_to_and_fro_as_often_as_it_did():
+    """Once round at 18 degrees/s in 20 s; and 20 s to and fro, turning every 2 s: turns are counted by hand."""
+    circles, to_and_fro = Turns(), Turns()
+    for image in range(600):
+        time_s = image * INTERVAL_S
+        circles.note(around(18 * time_s, 18), time_s)
+        to_and_fro.note(around(10, 18 if time_s // 2 % 2 == 0 else -18), time_s)
+    assert (circles.number, to_and_fro.number) == (0, 9)
+    seen_s = 599 * INTERVAL_S
+    assert circles.turning == pytest.approx(1 - math.exp(-TURNED_S / (seen_s + FIRST_S)))
+    assert to_and_fro.turning == pytest.approx(1 - math.exp(-TURNED_S * 10 / (seen_s + FIRST_S)))
+    assert Turns.restored(json.loads(json.dumps(to_and_fro.snapshot()))).turning == to_and_fro.turning
+
+
+def test_sway_and_noise_turn_nothing_round():
+    turns = Turns()
+    for image in range(100):
+        turns.note(around(0, 0.9 * math.degrees(LEAST_RATE) * (-1) ** image), image * INTERVAL_S)
+    assert turns.number == 0
+
+
+@pytest.mark.parametrize(
+    ("azimuth_deg", "rate_deg_per_s", "number"), [(60, 18, 0), (-5, 18, 1), (60, -18, 1), (-5, -18, 1)]
+)
+def test_after_a_gap_what_came_back_has_turned_whichever_way_it_goes(azimuth_deg, rate_deg_per_s, number):
+    """It was seen straight ahead, going to the left."""
+    turns = Turns()
+    turns.note(around(0, 18), 0.0)
+    turns.note(around(azimuth_deg, rate_deg_per_s), 4.0)
+    assert turns.number == number
+    assert turns.seen_s == TURNED_S
 
 
 def test_within_its_radius_something_hides_what_is_there():
