@@ -26,7 +26,7 @@ from tracking.estimation.lost_places import HIDDEN_RADII, TURNED_S, LostPlaces, 
 
 PLACES = 256
 
-TURNS = np.arange(PLACES) % 2 == 1
+TURNING = np.arange(PLACES) % 2 == 1
 """Of the places, those that turn back, stop or slow down some time later."""
 
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
@@ -106,7 +106,7 @@ class LostTarget:
         self._shown = shown
         self._places = _Places(gimbal, bearing)
         self._turning = turning
-        self._first_weights: FloatArray = 2 * np.where(TURNS, turning, 1 - turning)
+        self._first_weights: FloatArray = 2 * np.where(TURNING, turning, 1 - turning)
         self._weights = self._first_weights
         self._age_s = age_s
         self._goal: FloatArray | None = None
@@ -238,7 +238,7 @@ class _Places:
         self._speeds = np.linalg.norm(rates, axis=1)
         self._along = rates / np.maximum(self._speeds, np.finfo(float).tiny)[:, np.newaxis]
         # The others keep their rates.
-        self._kept = np.where(TURNS, KEPT[0] + (KEPT[1] - KEPT[0]) * (GOLDEN_RATIO * index % 1), 1.0)
+        self._kept = np.where(TURNING, KEPT[0] + (KEPT[1] - KEPT[0]) * (GOLDEN_RATIO * index % 1), 1.0)
         self._turned_s = TURNED_S * (SILVER_RATIO * index % 1)
 
     def after(self, seconds: float) -> FloatArray:

@@ -39,6 +39,15 @@ def test_what_circles_turns_ever_less_and_what_goes_to_and_fro_as_often_as_it_di
     assert Turns.restored(json.loads(json.dumps(to_and_fro.snapshot()))).turning == to_and_fro.turning
 
 
+@pytest.mark.parametrize("gap_s", [2.0, 4.9, 6.0, 12.0])
+def test_what_goes_on_round_the_robot_unseen_has_not_turned(gap_s):
+    """At 18 degrees/s: after 6 s it goes the other way across the view that it was lost in."""
+    turns = Turns()
+    turns.note(around(0, 18), 0.0)
+    turns.note(around(18 * gap_s, 18), gap_s)
+    assert turns.number == 0
+
+
 def test_sway_and_noise_turn_nothing_round():
     turns = Turns()
     for image in range(100):
