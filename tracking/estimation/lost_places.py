@@ -32,9 +32,6 @@ likely as not."""
 GAP_S = 1.0
 """From which a gap is long enough for a target to come back, and to be seen to have: it has gone by 4 degrees."""
 
-FARTHEST = math.pi / 2
-"""Radians round which the rate of what goes on evenly is still along what it was."""
-
 LEAST_RATE = math.radians(4.0)
 """Per second, from which a rate has a sense that sway and noise do not turn round."""
 
@@ -67,17 +64,21 @@ class Turns:
     def note(self, bearing: Bearing, time_s: float) -> None:
         """Note how a target that is seen moves, at a time.
 
-        After a gap it has turned, if it is seen on the side from which it came, whichever way it goes by then. Of one
-        that can have gone round by a quarter circle meanwhile neither side nor sense tells that.
+        After a gap it has turned, if it is seen on the side from which it came, whichever way it goes by then. What has
+        gone on evenly gets to that side after half a circle, and goes that way after a quarter of one.
         """
         gap_s = 0.0 if self.time_s is None else time_s - self.time_s
         self.seen_s += min(gap_s, TURNED_S)
         self.time_s = time_s
         if np.linalg.norm(bearing.rate) < LEAST_RATE:
             return
-        if self.last is not None and gap_s * np.linalg.norm(self.last.rate) < FARTHEST:
-            came_back = gap_s >= GAP_S and (bearing.direction - self.last.direction) @ self.last.rate < 0
-            self.number += bool(came_back or bearing.rate @ self.last.rate < 0)
+        if self.last is not None:
+            way = gap_s * np.linalg.norm(self.last.rate)
+            came_back = (
+                gap_s >= GAP_S and way < math.pi and self.last.rate @ (bearing.direction - self.last.direction) < 0
+            )
+            goes_back = way < math.pi / 2 and self.last.rate @ bearing.rate < 0
+            self.number += bool(came_back or goes_back)
         self.last = bearing
 
     def snapshot(self) -> dict[str, Any]:

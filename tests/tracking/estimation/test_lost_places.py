@@ -48,6 +48,13 @@ def test_what_goes_on_round_the_robot_unseen_has_not_turned(gap_s):
     assert turns.number == 0
 
 
+def test_what_could_have_gone_a_quarter_circle_and_is_seen_where_it_came_from_has_turned():
+    turns = Turns()
+    turns.note(around(0, 25), 0.0)
+    turns.note(around(-20, 25), 4.0)
+    assert turns.number == 1
+
+
 def test_sway_and_noise_turn_nothing_round():
     turns = Turns()
     for image in range(100):
