@@ -265,7 +265,8 @@ class GazeFollower:
         outline = outline_log_odds(blobs[0]) if sides == (0, 0) else None
         known_by_colours = blobs[0].recalled and not self._evidence.trusted
         contrast = RECALLED_LOG_ODDS if known_by_colours else blobs[0].log_odds
-        self._evidence.update(contrast, outline, direction, interval_s, self._look.usual_px2)
+        area_px2 = blobs[0].area_px if len(blobs) == 1 else None
+        self._evidence.update(contrast, outline, direction, interval_s, area_px2)
         # Overhead are no corals; a ball's dark side before the bright surface is found in pieces.
         measured = len(blobs) == 1 and sides == (0, 0) and not is_overhead(direction)
         self._evidence.sizes.note(blobs[0].area_px if measured else None)

@@ -53,6 +53,10 @@ OUTDONE = 6.0
 """Log odds by contrast by which something must look more like the target than what stands still has ever done: a round
 coral has 4.5 at most, and a target that passes before it 27."""
 
+ROUND_LOG_ODDS = 1.0
+"""Of the outline, from which an area is that of the whole ball: one that touches another thing in the view had -1.5 to
+0.3, and 2 before (2107)."""
+
 GAP_S, FADED = 0.2, 1.0
 """What comes into view after a gap, and has by so much less log odds by contrast, may be another thing."""
 
@@ -124,7 +128,7 @@ class TrackRecord:
         outline: float | None,
         direction: FloatArray,
         interval_s: float,
-        usual_px2: float = 0.0,
+        area_px2: float | None = None,
     ) -> None:
         """Take in one more image of what was taken for the target.
 
@@ -138,11 +142,12 @@ class TrackRecord:
             Unit vector, steady axes.
         interval_s : float
             Since the image before.
-        usual_px2 : float
-            Area that most of the last images showed, pixels of the crop; zero where that is not known.
+        area_px2 : float, optional
+            Pixels of the crop; None where that is not known.
         """
         self.recalled_s = self.untold_s = 0.0
-        moved = self.motion.note(direction, interval_s, usual_px2)
+        round_px2 = area_px2 if outline is not None and outline >= ROUND_LOG_ODDS else None
+        moved = self.motion.note(direction, interval_s, round_px2)
         counted = _bounded(contrast, MOST_LOG_ODDS)
         memory_s = min(max(MEMORY_S, self.age_s / AGED), LONGEST_MEMORY_S)
         self.contrast = _averaged(self.contrast, counted, interval_s / memory_s)

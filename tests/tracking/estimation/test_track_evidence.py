@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from tracking.estimation.own_motion import MOVED_RAD, SIZED_S, SOONEST_S, STAYS_AS_LARGE, STAYS_RAD, WAY_M
+from tracking.estimation.own_motion import AREAS, MOVED_RAD, SOONEST_S, STAYS_AS_LARGE, STAYS_RAD, WAY_M
 from tracking.estimation.size_jumps import FEWEST_COMPARED
 from tracking.estimation.track_evidence import (
     AT_LEISURE_S,
@@ -467,14 +467,15 @@ def test_what_stays_where_it_was_seen_first_is_no_target_that_swims(speed):
     decoy = TrackEvidence(least_speed_m_per_s=speed)
     for image in range(images(patience_s) + 2):
         # A robot that sways does not take it away from there.
-        swayed = turned(0.9 * STAYS_RAD * math.sin(image / 20))
+        swayed = turned(0.45 * STAYS_RAD * math.sin(image / 20))
         assert not decoy.doubted or image * INTERVAL_S > patience_s
-        # The first images show a part of it.
-        area_px = 300.0 if image < 15 else 1000.0 + 200.0 * math.cos(image / 20)
-        decoy.update(5.0, 2.0, swayed, INTERVAL_S, area_px)
+        # At first a part of it is seen, later it is in one piece with something else: neither is round.
+        in_part = image < 15 or image > 60
+        area_px = 300.0 if image < 15 else 2000.0 if image > 60 else 1000.0 + 150.0 * math.cos(image / 20)
+        decoy.update(5.0, 0.5 if in_part else 2.0, swayed, INTERVAL_S, area_px)
     assert decoy.doubted and decoy.probability == 0
     # Wherever the robot's sway takes it, it is passed by.
-    decoy.drop(turned(-0.9 * STAYS_RAD), 0.0)
+    decoy.drop(turned(-0.45 * STAYS_RAD), 0.0)
     for sway in (-0.6, 0.0, 0.6):
         assert decoy.clutter.covers(turned(sway * STAYS_RAD), 0.99 * CLUTTER_S)
     assert not followed(5.0, 2.0, images(KNOWN_S)).doubted  # nothing is known of its speed
@@ -486,10 +487,29 @@ def test_what_stays_where_it_was_seen_first_is_no_target_that_swims(speed):
 def test_what_has_left_the_place_where_it_was_seen_first_may_rest_anywhere(direction, times):
     """Once is enough, also across a gap, and where it comes back: aside, towards the robot or away from it."""
     evidence = TrackEvidence(least_speed_m_per_s=1.0)
-    for _ in range(images(SIZED_S) + 2):
-        evidence.update(5.0, 2.0, AHEAD, INTERVAL_S, 1000.0)
+    show(evidence, AHEAD, 1000.0)
     evidence.miss(INTERVAL_S, shown=False)
-    evidence.update(5.0, 2.0, direction, INTERVAL_S, 1000.0 * times)
+    show(evidence, direction, 1000.0 * times)
+    assert_never_stays(evidence)
+
+
+@pytest.mark.parametrize(("angle_rad", "times"), [(0.55 * STAYS_RAD, 1.0), (0.0, 1.1 * math.sqrt(STAYS_AS_LARGE))])
+def test_what_is_met_half_way_leaves_from_end_to_end(angle_rad, times):
+    """As a target that swims to and fro about a place, across the view or towards the robot and away from it."""
+    evidence = TrackEvidence(least_speed_m_per_s=1.0)
+    show(evidence, AHEAD, 1000.0)
+    show(evidence, turned(angle_rad), 1000.0 * times)
+    assert not evidence.motion.left
+    show(evidence, turned(-angle_rad), 1000.0 / times)
+    assert_never_stays(evidence)
+
+
+def show(evidence, direction, area_px):
+    for _ in range(AREAS):
+        evidence.update(5.0, 2.0, direction, INTERVAL_S, area_px)
+
+
+def assert_never_stays(evidence):
     restored = TrackEvidence(least_speed_m_per_s=1.0)
     restored.restore(json.loads(json.dumps(evidence.snapshot())))
     for each in (evidence, restored):
